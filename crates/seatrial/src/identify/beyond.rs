@@ -2,7 +2,7 @@
 
 use seatrial_core::YawModel;
 
-use super::intervals::normal_intervals;
+use super::intervals::{normal_intervals, widened};
 use super::robust::estimate::MODEL_ERROR;
 use crate::gain_allowance::{GainAllowance, sampled};
 use crate::identification::{EstimateMethod, HigherOrder, Refined, WIDEST_A22, WIDEST_B2};
@@ -12,23 +12,17 @@ use crate::likelihood::{Candidate, Contest, Disturbance, SteeringModel};
 use crate::propagation::NORMAL_95;
 
 /// The first-order model that has the vehicle's steady turn at the record's rudder amplitude, and the heaviest hypothesis.
-///
-/// The 95 % interval of a22 reaches the damping of small rudder angles, which a gain must hold for. `None` where no hypothesis has a
-/// first-order model near it.
+/// `None` where no hypothesis has a first-order model near it.
 pub fn beyond_first_order(
     contest: &Contest,
     rudder_amplitude_rad: f64,
 ) -> Option<(Refined, HigherOrder)> {
     let moments = contest.moments(&|v, c| first_order_at(v, c, rudder_amplitude_rad))?;
-    let small = contest.moments(&|v, c| first_order_at(v, c, 0.0))?;
     let mut covariance = moments.covariance;
     for (i, share) in MODEL_ERROR.iter().enumerate() {
         covariance[(i, i)] += (share * moments.mean[i]).powi(2);
     }
     let model = YawModel::from_theta(moments.mean.into());
-    let mut interval_95 = normal_intervals(&model, &covariance);
-    let [_, least_damped] = &mut interval_95.a22_per_s;
-    *least_damped = least_damped.max(small.mean[0]);
     let heaviest = contest.heaviest();
     let (problem, fit) = (&heaviest.hypothesis.problem, heaviest.hypothesis.best());
     let noise_rad = fit.variance_rad2.sqrt();
@@ -44,7 +38,7 @@ pub fn beyond_first_order(
         method: EstimateMethod::WeighedHypotheses,
         model,
         delta0_rad: model.delta0_rad(),
-        interval_95,
+        interval_95: normal_intervals(&model, &covariance),
         covariance: covariance.into(),
         heading_noise_rad: noise_rad,
         disturbance_rad_s2: match fit.noise {
@@ -75,42 +69,84 @@ pub fn is_telling(refined: &Refined) -> bool {
 }
 
 /// Overshoot, and error that stays, of a heading step that no vehicle of the record may exceed under the gain of its model.
-const MOST_OVERSHOOT: f64 = 0.25;
+const MOST_OVERSHOOT: f64 = 0.2;
 const MOST_LEFT: f64 = 0.1;
 
 /// The course change whose overshoot is looked at: 40 deg, the boatbuilders' measure.
 const COURSE_CHANGE_RAD: f64 = 0.698;
 
-/// Does the gain for this model hold on every hypothesis of at least a tenth of the weight?
-pub fn gain_holds(
+/// Gains that are tried: from the one for the nearest first-order vehicle down, each this share of the one before.
+const NEXT_GAIN: f64 = 0.85;
+const GAINS: i32 = 20;
+
+/// The largest proportional gain, not beyond the one for the nearest first-order vehicle, that holds on every hypothesis of at least a
+/// tenth of the weight. `None` where no gain does.
+pub fn most_gain(
     contest: &Contest,
-    refined: &Refined,
+    nearest: &Refined,
     interval_s: f64,
     amplitude_rad: f64,
-) -> bool {
+) -> Option<f64> {
     const LEAST_WEIGHT: f64 = 0.1;
+    let vehicles: Vec<_> = (contest.candidates.iter())
+        .filter(|c| c.weight >= LEAST_WEIGHT)
+        .flat_map(Candidate::vehicles)
+        .collect();
+    let holds = |gain: f64| {
+        vehicles.iter().all(|vehicle| {
+            let [over, left] =
+                heading_step(vehicle, gain, COURSE_CHANGE_RAD, amplitude_rad, interval_s);
+            // In its play the rudder does not act.
+            let of_play = 0.5 * vehicle.play_rad / (gain * COURSE_CHANGE_RAD).abs();
+            over < MOST_OVERSHOOT && left < MOST_LEFT.max(1.5 * of_play).min(0.5)
+        })
+    };
+    let largest = designed(nearest, 0.0, interval_s)?;
+    (0..GAINS)
+        .map(|k| largest * NEXT_GAIN.powi(k))
+        .find(|gain| holds(*gain))
+}
+
+/// The estimate with an interval of a22 whose less damped end asks for no larger gain; where no gain holds it reaches a vehicle that does
+/// not stop turning by itself.
+pub fn holding(refined: &Refined, most_gain: Option<f64>, interval_s: f64) -> Refined {
+    let Some(most_gain) = most_gain else {
+        let mut covariance = nalgebra::Matrix3::zeros();
+        covariance[(0, 0)] = (refined.model.a22_per_s / NORMAL_95).powi(2);
+        return widened(refined, &covariance);
+    };
+    let asks_for_more = |damping_per_s: f64| {
+        designed(refined, damping_per_s, interval_s)
+            .is_some_and(|gain| gain.abs() > most_gain.abs())
+    };
+    let [mut low, mut high] = [0.0, refined.model.a22_per_s.abs()];
+    if refined.model.a22_per_s >= 0.0 || !asks_for_more(low) {
+        return refined.clone();
+    }
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        match asks_for_more(middle) {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    let mut holding = refined.clone();
+    let [_, least_damped] = &mut holding.interval_95.a22_per_s;
+    *least_damped = least_damped.max(refined.model.a22_per_s + high);
+    holding
+}
+
+/// Of an interval, to single precision.
+const HALVINGS: u32 = 24;
+
+/// The gain for a vehicle less damped than the estimate by so much, 1/s. `None` where there is none.
+fn designed(refined: &Refined, damping_per_s: f64, interval_s: f64) -> Option<f64> {
     let allowance = GainAllowance {
-        damping_per_s: GainAllowance::damping_per_s(
-            refined.model.a22_per_s,
-            refined.interval_95.a22_per_s,
-        ),
+        damping_per_s,
         timing: sampled(interval_s, 0.0),
     };
-    let Ok(gain) = allowance.design(&refined.model, core::f64::consts::FRAC_1_SQRT_2) else {
-        return false;
-    };
-    let weighty = contest
-        .candidates
-        .iter()
-        .filter(|c| c.weight >= LEAST_WEIGHT);
-    weighty
-        .map(|c| c.hypothesis.problem.vehicle(&c.hypothesis.best().x))
-        .all(|vehicle| {
-            let kp = gain.proportional_gain;
-            let [over, left] =
-                heading_step(&vehicle, kp, COURSE_CHANGE_RAD, amplitude_rad, interval_s);
-            over < MOST_OVERSHOOT && left < MOST_LEFT
-        })
+    let gain = allowance.design(&refined.model, core::f64::consts::FRAC_1_SQRT_2);
+    Some(gain.ok()?.proportional_gain)
 }
 
 /// A hull is believed where its log evidence leads that of a sea by so much. In the four simulated seas that were looked at no hull led by more

@@ -1,14 +1,17 @@
 //! Second link of the chain: which kind of vehicle explains the record.
 
 use super::OrderSearch;
-use super::beyond::{beyond_first_order, gain_holds, is_a_sea, is_telling};
+use super::beyond::{beyond_first_order, is_a_sea, is_telling, most_gain};
+use super::error::IdentifyError;
 use super::excited_segment::most_excited;
 use super::misfit::is_large_share;
 use super::prepared::Prepared;
 use super::residual_tests::ResidualTests;
+use super::steering_validation;
+use super::validation::{self, ValidationData};
 use super::whole_record::{WholeRecord, robust_estimate};
-use crate::identification::{HigherOrder, LagEffect, Refined};
-use crate::likelihood::contest_of;
+use crate::identification::{HigherOrder, LagEffect, Refined, Validation};
+use crate::likelihood::{SteeringModel, contest_of};
 
 /// Which kind of vehicle explains the record. The `share` of a misfit is that of the rudder's own effect.
 #[derive(Clone, Debug)]
@@ -48,8 +51,8 @@ pub enum Explained {
         nearest: bool,
         /// The first-order estimate by itself, which validation data are compared with.
         alone: Option<Box<Refined>>,
-        /// Does the gain of the first-order vehicle hold on every hypothesis that weighs?
-        gain_holds: bool,
+        /// The largest heading gain that holds on every hypothesis that weighs, as far as is known; `None` where no gain does.
+        most_gain: Option<f64>,
     },
     /// A first-order vehicle, as far as is known: the hidden edges of the rudder matter more than the noise.
     Blurred {
@@ -79,7 +82,11 @@ pub struct FirstOrderFit {
 
 impl Explained {
     /// Estimates from the whole record and asks what a first-order vehicle leaves unexplained.
-    pub(super) fn of(prepared: &Prepared, order: OrderSearch) -> Self {
+    pub(super) fn of(
+        prepared: &Prepared,
+        order: OrderSearch,
+        data: Option<ValidationData>,
+    ) -> Self {
         let samples = prepared.samples();
         let found = prepared
             .is_to_be_refined()
@@ -94,7 +101,7 @@ impl Explained {
             };
         }
         let found = match order == OrderSearch::Done && found.asks_for_more() {
-            true => match Self::by_contest(prepared, found) {
+            true => match Self::by_contest(prepared, found, data) {
                 Ok(explained) => return explained,
                 Err(found) => *found,
             },
@@ -108,7 +115,7 @@ impl Explained {
                 share,
                 nearest: true,
                 alone: None,
-                gain_holds: true,
+                most_gain: Some(f64::INFINITY),
             };
         }
         if let (Some(lagging), Some(lag)) = (found.lagging(), found.robust.lag) {
@@ -134,36 +141,43 @@ impl Explained {
     }
 
     /// The whole table of hypotheses against the record; the first-order estimate where it is that of a sea, or nothing better is known.
-    fn by_contest(prepared: &Prepared, found: WholeRecord) -> Result<Self, Box<WholeRecord>> {
+    ///
+    /// What a sea explains as well as a hull does is the hull's where this predicts the validation data much better.
+    fn by_contest(
+        prepared: &Prepared,
+        found: WholeRecord,
+        data: Option<ValidationData>,
+    ) -> Result<Self, Box<WholeRecord>> {
         let samples = prepared.samples();
         let mut legs = Vec::new();
         let Some(contest) = contest_of(most_excited(samples), &mut legs) else {
             return Err(Box::new(found));
         };
-        if is_a_sea(&contest) {
-            return Err(Box::new(found));
-        }
+        let is_a_sea = is_a_sea(&contest);
+        let contest = match is_a_sea {
+            true => contest.calm(),
+            false => contest,
+        };
         let amplitude_rad = prepared.log.rudder_amplitude_rad;
         let Some((refined, beyond)) = beyond_first_order(&contest, amplitude_rad) else {
             return Err(Box::new(found));
         };
+        if is_a_sea && !predicts_much_better(&beyond.model, &found, data) {
+            return Err(Box::new(found));
+        }
         let interval_s = prepared.interval_s.unwrap_or(0.0);
         let share = found.robust.share;
         let is_telling = is_telling(&refined);
-        let gain_holds = gain_holds(
-            &contest,
-            if is_telling { &refined } else { &found.refined },
-            interval_s,
-            amplitude_rad,
-        );
-        let nearest = !(is_telling && gain_holds);
+        let first_order = if is_telling { &refined } else { &found.refined };
+        let most_gain = most_gain(&contest, first_order, interval_s, amplitude_rad);
+        let nearest = !(is_telling && most_gain.is_some());
         Ok(Self::HigherOrder {
             alone: Some(Box::new(found.refined.clone())),
             refined: if nearest { found.refined } else { refined },
             share,
             beyond: Some(Box::new(beyond)),
             nearest,
-            gain_holds,
+            most_gain,
         })
     }
 
@@ -200,9 +214,9 @@ impl Explained {
         }
     }
 
-    /// The first-order estimate by itself, where another model is handed over. `None` with sway: such a vehicle turns less per degree at one
-    /// rudder angle than at another, which no rudder is to blame for.
-    pub fn alone(&self) -> Option<&Refined> {
+    /// The first-order estimate that one of validation data is compared with: by itself, where another model is handed over. `None` with
+    /// sway: such a vehicle turns less per degree at one rudder angle than at another, which no rudder is to blame for.
+    pub fn alone<'a>(&'a self, refined: &'a Refined) -> Option<&'a Refined> {
         match self {
             Self::HigherOrder {
                 nearest: false,
@@ -213,7 +227,7 @@ impl Explained {
                 let has_sway = beyond.as_ref().is_some_and(|beyond| beyond.structure.sway);
                 alone.as_deref().filter(|_| !has_sway)
             }
-            _ => None,
+            _ => Some(refined),
         }
     }
 
@@ -225,4 +239,25 @@ impl Explained {
             _ => None,
         }
     }
+}
+
+/// Does this model leave less than a third of what the first-order one leaves of the heading of validation data, in mean square?
+fn predicts_much_better(
+    model: &SteeringModel,
+    found: &WholeRecord,
+    data: Option<ValidationData>,
+) -> bool {
+    const MUCH: f64 = 0.3;
+    let left = |validation: Result<Validation, IdentifyError>| {
+        Some(1.0 - validation.ok()?.r2_heading_offset_refit?)
+    };
+    let lagging = found.lagging();
+    data.is_some_and(|data| {
+        let of = |model| steering_validation::validate(model, data.record, data.window);
+        let first = match &lagging {
+            Some(lagging) => of(&lagging.model),
+            None => validation::validate(found.refined.model, data.record, data.window),
+        };
+        matches!((left(of(model)), left(first)), (Some(beyond), Some(first)) if beyond < MUCH * first)
+    })
 }

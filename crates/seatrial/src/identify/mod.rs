@@ -253,7 +253,7 @@ impl Assessment {
         others: &[(Window, Refined)],
         order: OrderSearch,
     ) -> Result<Self, IdentifyError> {
-        let explained = Explained::of(prepared, order);
+        let explained = Explained::of(prepared, order, data);
         let chosen = Chosen::of(prepared, &explained, others, data);
         let checked = Checked::of(prepared, &explained, &chosen, data)?;
         let rudder_lag_s = chosen.simulated().map_or(0.0, |model| {

@@ -103,27 +103,35 @@ impl<'a> Contest<'a> {
     ) -> Option<Self> {
         let all = hypotheses(legs, interval_s, structures, disturbances);
         let tests: Vec<Option<SeaTest>> = all.iter().map(|h| sea_test_of(h, &all)).collect();
-        let mut candidates: Vec<Candidate> = all
+        let candidates: Vec<Candidate> = all
             .into_iter()
             .zip(tests)
             .map(|(hypothesis, sea_test)| Candidate::new(hypothesis, sea_test))
             .collect();
-        let best = candidates
-            .iter()
-            .filter(|c| c.passes_as_a_sea())
-            .min_by(|a, b| a.score().total_cmp(&b.score()))?
-            .scores
-            .clone();
-        for candidate in &mut candidates {
-            candidate.behind = mean_and_error(&candidate.scores, &best);
-        }
+        candidates.iter().find(|c| c.passes_as_a_sea())?;
         let mut contest = Self { candidates };
         contest.weigh();
         Some(contest)
     }
 
+    /// The contest without the hypotheses of a sea.
+    #[must_use]
+    pub fn calm(mut self) -> Self {
+        self.candidates
+            .retain(|c| c.hypothesis.disturbance != Disturbance::Sea);
+        self.weigh();
+        self
+    }
+
     /// A sea that is left is weighed by evidence; else each hypothesis by how often it would predict best.
     fn weigh(&mut self) {
+        let best = (self.candidates.iter())
+            .filter(|c| c.passes_as_a_sea())
+            .min_by(|a, b| a.score().total_cmp(&b.score()))
+            .map_or_else(Vec::new, |c| c.scores.clone());
+        for candidate in &mut self.candidates {
+            candidate.behind = mean_and_error(&candidate.scores, &best);
+        }
         let is_in = |c: &Candidate| c.passes_as_a_sea() && c.predicts_well();
         let has_sea = self
             .candidates

@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::choice::{Candidate, Contest};
 use super::fit::{Fit, Problem};
 use super::hypothesis::Vehicle;
+use crate::draw::Draw;
 
 /// A hypothesis or a node of less weight is passed over.
 const NEGLIGIBLE: f64 = 5e-3;
@@ -53,6 +54,28 @@ impl Contest<'_> {
 }
 
 impl Candidate<'_> {
+    /// Vehicles that the record does not tell apart: the best one, those found without one of the blocks, and draws of the posterior.
+    pub fn vehicles(&self) -> Vec<Vehicle> {
+        const DRAWS: usize = 8;
+        let (problem, fit) = (&self.hypothesis.problem, self.hypothesis.best());
+        let mut draw = Draw::new(1);
+        let factor = fit.information.clone().cholesky();
+        let drawn = factor.iter().flat_map(|factor| {
+            (0..DRAWS)
+                .filter_map(|_| {
+                    let mut z = nalgebra::DVector::from_fn(problem.size(), |_, _| draw.normal());
+                    let is_solved = factor.l().transpose().solve_upper_triangular_mut(&mut z);
+                    is_solved.then(|| &fit.x + z)
+                })
+                .collect::<Vec<_>>()
+        });
+        let best = [fit.x.clone()].into_iter();
+        best.chain(self.without.iter().cloned())
+            .chain(drawn)
+            .map(|x| problem.vehicle(&x))
+            .collect()
+    }
+
     /// Weight and moments of each node.
     fn moments(&self, quantity: &dyn Fn(&Vehicle, f64) -> [f64; 3]) -> Vec<(f64, Moments)> {
         let problem = &self.hypothesis.problem;

@@ -177,13 +177,20 @@ impl SteeringModel {
 /// a22 = -(d_s + d2 r_s)/m,  b2 = b/m,  C0 = c/m,   m = 1 + k T_v^2   (K as it is, T = T1 + T2 - T3)
 /// ```
 ///
+/// Half of a rudder's play never reaches the blade: delta is less by it than the amplitude, and b2 smaller in the same ratio.
+///
 /// An amplitude of 0 gives the small-signal model. Not a number where no first-order model is near: m under a fifth.
 pub fn first_order_at(vehicle: &Vehicle, offset_rad_s2: f64, amplitude_rad: f64) -> [f64; 3] {
     const LEAST_INERTIA: f64 = 0.2;
     let has_sway = vehicle.coupling_per_s2 != 0.0;
     let sway_s = if has_sway { vehicle.sway_s } else { 0.0 };
     let damping = vehicle.damping_per_s - vehicle.coupling_per_s2 * sway_s;
-    let push = (vehicle.authority_per_s2 * amplitude_rad).abs();
+    let reaching = match amplitude_rad > 0.5 * vehicle.play_rad {
+        true => 1.0 - 0.5 * vehicle.play_rad / amplitude_rad,
+        false => 1.0,
+    };
+    let authority = reaching * vehicle.authority_per_s2;
+    let push = (authority * amplitude_rad).abs();
     // Half of what the root of the quadratic equation adds to the damping.
     let root = (damping * damping + 4.0 * vehicle.quadratic_per_rad * push).sqrt();
     let secant = match vehicle.quadratic_per_rad > 0.0 {
@@ -196,7 +203,7 @@ pub fn first_order_at(vehicle: &Vehicle, offset_rad_s2: f64, amplitude_rad: f64)
     }
     [
         -secant / inertia,
-        vehicle.authority_per_s2 / inertia,
+        authority / inertia,
         offset_rad_s2 / inertia,
     ]
 }

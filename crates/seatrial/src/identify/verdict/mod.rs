@@ -38,8 +38,9 @@ pub(super) fn judge(checked: &Checked) -> Verdict {
     weighing.validation(checked.validation, offset_drift(checked));
     weighing.jump_behind_low_r2(checked);
     if let (Some(refined), Some(apart)) = (&checked.chosen.refined, &checked.independent) {
-        let alone = checked.explained.alone().unwrap_or(refined);
-        weighing.trained(alone, apart, checked);
+        if let Some(alone) = checked.explained.alone(refined) {
+            weighing.trained(alone, apart, checked);
+        }
         // What is contradicted already needs no second cause.
         if weighing.rejections.is_empty() {
             weighing.reached(refined, checked);

@@ -74,6 +74,15 @@ impl Weighing {
                 ),
             );
         }
+        if let Explained::HigherOrder {
+            most_gain: None, ..
+        } = checked.explained
+        {
+            return self.reject(
+                ReasonCode::Unstable,
+                "on some of the vehicles that explain this record alike every heading gain overshoots by more than a fifth or never settles: at small rudder angles, or in a long turn, the vehicle may not stop turning by itself, or the rudder has play; record small rudder angles and long turns, or tune the autopilot with a rate gain".into(),
+            );
+        }
         if a22.half_width >= 1.0 {
             return self.reject(
                 ReasonCode::NotIdentifiable,
@@ -253,17 +262,6 @@ impl Weighing {
                 ),
             );
         }
-        if let Explained::HigherOrder {
-            gain_holds: false, ..
-        } = checked.explained
-            && model.a22_per_s < 0.0
-            && is_clearly_better(checked)
-        {
-            self.reject(
-                ReasonCode::Unstable,
-                "on the vehicle that explains the record best, a heading gain for this model overshoots by more than a quarter or never settles: at small rudder angles, or in a long turn, it may not stop turning by itself; record small rudder angles and long turns, or tune the autopilot with a rate gain".into(),
-            );
-        }
         if checked.log.hidden_edges > 0 {
             self.note(
                 ReasonCode::SamplesMissing,
@@ -295,7 +293,7 @@ impl Weighing {
                     if matches!(checked.chosen.source, ModelSource::BehindLag(_)) {
                         "a22, b2 and C0 are those behind the lag, which gains must allow for as a delay"
                     } else if matches!(checked.chosen.source, ModelSource::Beyond(_)) {
-                        "a22, b2 and C0 are those of the first-order vehicle with the same steady turn at the rudder of the record, and a22's interval reaches the damping of small rudder angles"
+                        "a22, b2 and C0 are those of the first-order vehicle with the same steady turn at the rudder of the record, and a22's interval reaches the damping for which the gain holds on the vehicle"
                     } else {
                         "the model is the first-order one whose simulation is nearest, and holds for rudder and headings like those of the record"
                     }
@@ -342,17 +340,6 @@ impl Weighing {
 
 fn holds_zero([low, high]: [f64; 2]) -> bool {
     low <= 0.0 && high >= 0.0
-}
-
-/// Does the model beyond first order predict the heading of validation data clearly better than the one that is handed over?
-fn is_clearly_better(checked: &Checked) -> bool {
-    const CLEARLY: f64 = 0.02;
-    let beyond = checked
-        .higher_order
-        .as_ref()
-        .and_then(|higher| higher.validation);
-    let scores = [beyond, checked.validation].map(|v| v.and_then(|v| v.r2_heading_offset_refit));
-    matches!(scores, [Some(beyond), Some(first)] if beyond > first + CLEARLY)
 }
 
 /// What the higher order is, in words.

@@ -134,7 +134,7 @@ impl Chain {
             beyond: None,
             nearest: true,
             alone: None,
-            gain_holds: true,
+            most_gain: Some(f64::INFINITY),
         };
         self
     }
