@@ -240,7 +240,8 @@ pub fn record(hull: &Hull, time_s: f64, random: &mut Pcg64) -> (Record, [Window;
     let command = |at_s: f64| {
         let stage = (at_s / stage_s).floor();
         let in_s = at_s - stage * stage_s - calm_s;
-        let sign = if stage < 1.0 { 1.0 } else { -1.0 };
+        // The validation as the paper's: 8.6 deg for 15, and to the other side.
+        let sign = if stage < 1.0 { 1.0 } else { -0.57 };
         match in_s {
             s if s < 0.0 || s >= 2.0 * half_s => 0.0,
             s if s < half_s => sign * AMPLITUDE_RAD,

@@ -145,7 +145,8 @@ fn codes(identification: &Identification) -> Vec<String> {
         .collect()
 }
 
-/// What the README states of the default settings on the KVLCC2 model: yaw rate of validation data, and accepted.
+/// The first-order model predicts the yaw rate of the other side. No heading gain holds on the hull that explains the zig-zag: this tanker is
+/// course-unstable, and says so.
 #[test]
 fn val_kvlcc2_predicts_the_zig_zag_to_the_other_side() {
     let Some(folder) = data(".") else {
@@ -164,7 +165,8 @@ fn val_kvlcc2_predicts_the_zig_zag_to_the_other_side() {
         &IdentifySettings::default(),
     )
     .unwrap();
-    assert!(found.verdict.accepted, "{:?}", found.verdict);
+    assert!(!found.verdict.accepted);
+    assert_eq!(codes(&found)[0], "unstable");
     // b2 is negative in these logs: noted, not refused.
     assert!(codes(&found).iter().any(|code| code == "sign_reversed"));
     let r2 = found.validation.unwrap().r2_yaw_rate.unwrap();

@@ -2,11 +2,12 @@
 
 use seatrial_core::YawModel;
 
-use super::intervals::{normal_intervals, widened};
+use super::intervals::normal_intervals;
 use super::robust::estimate::MODEL_ERROR;
 use crate::gain_allowance::{GainAllowance, sampled};
 use crate::identification::{EstimateMethod, HigherOrder, Refined, WIDEST_A22, WIDEST_B2};
 use crate::likelihood::filter::{Noise, heading_step};
+use crate::likelihood::hypothesis::Vehicle;
 use crate::likelihood::steering_model::first_order_at;
 use crate::likelihood::{Candidate, Contest, Disturbance, SteeringModel};
 use crate::propagation::NORMAL_95;
@@ -79,42 +80,51 @@ const COURSE_CHANGE_RAD: f64 = 0.698;
 const NEXT_GAIN: f64 = 0.85;
 const GAINS: i32 = 20;
 
-/// The largest proportional gain, not beyond the one for the nearest first-order vehicle, that holds on every hypothesis of at least a
-/// tenth of the weight. `None` where no gain does.
+/// By how much less may hold under the gain that is taken than under the one under which most do.
+const NEARLY: f64 = 0.05;
+
+/// The largest proportional gain, not beyond the one for the nearest first-order vehicle, that holds on nearly as many vehicles as any does,
+/// and the share of the weight of these vehicles. `None` where that vehicle has no gain.
 pub fn most_gain(
     contest: &Contest,
     nearest: &Refined,
     interval_s: f64,
     amplitude_rad: f64,
-) -> Option<f64> {
+) -> Option<[f64; 2]> {
     const LEAST_WEIGHT: f64 = 0.1;
     let vehicles: Vec<_> = (contest.candidates.iter())
         .filter(|c| c.weight >= LEAST_WEIGHT)
-        .flat_map(Candidate::vehicles)
+        .flat_map(|c| {
+            let vehicles = c.vehicles();
+            let share = c.weight / vehicles.len() as f64;
+            vehicles.into_iter().map(move |vehicle| (share, vehicle))
+        })
         .collect();
-    let holds = |gain: f64| {
-        vehicles.iter().all(|vehicle| {
+    let total: f64 = vehicles.iter().map(|(share, _)| share).sum();
+    let holding = |gain: f64| {
+        let holds = |vehicle: &Vehicle| {
             let [over, left] =
                 heading_step(vehicle, gain, COURSE_CHANGE_RAD, amplitude_rad, interval_s);
             // In its play the rudder does not act.
             let of_play = 0.5 * vehicle.play_rad / (gain * COURSE_CHANGE_RAD).abs();
             over < MOST_OVERSHOOT && left < MOST_LEFT.max(1.5 * of_play).min(0.5)
-        })
+        };
+        let weights = vehicles.iter().filter(|(_, vehicle)| holds(vehicle));
+        weights.map(|(share, _)| share).sum::<f64>() / total
     };
     let largest = designed(nearest, 0.0, interval_s)?;
-    (0..GAINS)
+    let gains: Vec<[f64; 2]> = (0..GAINS)
         .map(|k| largest * NEXT_GAIN.powi(k))
-        .find(|gain| holds(*gain))
+        .map(|gain| [gain, holding(gain)])
+        .collect();
+    let most = gains.iter().map(|[_, weight]| *weight).fold(0.0, f64::max);
+    gains
+        .into_iter()
+        .find(|[_, weight]| *weight > most - NEARLY)
 }
 
-/// The estimate with an interval of a22 whose less damped end asks for no larger gain; where no gain holds it reaches a vehicle that does
-/// not stop turning by itself.
-pub fn holding(refined: &Refined, most_gain: Option<f64>, interval_s: f64) -> Refined {
-    let Some(most_gain) = most_gain else {
-        let mut covariance = nalgebra::Matrix3::zeros();
-        covariance[(0, 0)] = (refined.model.a22_per_s / NORMAL_95).powi(2);
-        return widened(refined, &covariance);
-    };
+/// The estimate with an interval of a22 whose less damped end asks for no larger gain.
+pub fn holding(refined: &Refined, most_gain: f64, interval_s: f64) -> Refined {
     let asks_for_more = |damping_per_s: f64| {
         designed(refined, damping_per_s, interval_s)
             .is_some_and(|gain| gain.abs() > most_gain.abs())

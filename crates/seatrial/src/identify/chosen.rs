@@ -75,9 +75,10 @@ impl Chosen {
             None => (alone, None),
         };
         let refined = match explained {
-            Explained::HigherOrder { most_gain, .. } => {
-                holding(&refined, *most_gain, prepared.interval_s.unwrap_or(0.0))
-            }
+            Explained::HigherOrder {
+                most_gain: Some(most_gain),
+                ..
+            } => holding(&refined, *most_gain, prepared.interval_s.unwrap_or(0.0)),
             _ => refined,
         };
         Self {

@@ -80,6 +80,11 @@ pub struct FirstOrderFit {
     pub play_rad: Option<f64>,
 }
 
+/// Share of the vehicles that explain a record alike on which the heading gain must hold, where validation data prove them.
+const LEAST_HOLDING: f64 = 0.5;
+/// The same where they do not.
+const LEAST_UNPROVEN: f64 = 0.2;
+
 impl Explained {
     /// Estimates from the whole record and asks what a first-order vehicle leaves unexplained.
     pub(super) fn of(
@@ -162,14 +167,25 @@ impl Explained {
         let Some((refined, beyond)) = beyond_first_order(&contest, amplitude_rad) else {
             return Err(Box::new(found));
         };
-        if is_a_sea && !predicts_much_better(&beyond.model, &found, data) {
+        let is_proven = predicts_much_better(&beyond.model, &found, data);
+        if is_a_sea && !is_proven {
             return Err(Box::new(found));
         }
         let interval_s = prepared.interval_s.unwrap_or(0.0);
         let share = found.robust.share;
         let is_telling = is_telling(&refined);
         let first_order = if is_telling { &refined } else { &found.refined };
-        let most_gain = most_gain(&contest, first_order, interval_s, amplitude_rad);
+        let most_gain = most_gain(&contest, first_order, interval_s, amplitude_rad)
+            .filter(|[_, holding]| {
+                let is_doubtful = is_proven || data.is_none();
+                *holding
+                    >= if is_doubtful {
+                        LEAST_HOLDING
+                    } else {
+                        LEAST_UNPROVEN
+                    }
+            })
+            .map(|[gain, _]| gain);
         let nearest = !(is_telling && most_gain.is_some());
         Ok(Self::HigherOrder {
             alone: Some(Box::new(found.refined.clone())),
@@ -214,20 +230,20 @@ impl Explained {
         }
     }
 
-    /// The first-order estimate that one of validation data is compared with: by itself, where another model is handed over. `None` with
-    /// sway: such a vehicle turns less per degree at one rudder angle than at another, which no rudder is to blame for.
-    pub fn alone<'a>(&'a self, refined: &'a Refined) -> Option<&'a Refined> {
+    /// The first-order estimates that one of validation data is compared with: the one that is handed over and, where it is that of another
+    /// structure, the one by itself. None where the gear has a largest rate: it looks like another vehicle at another angle.
+    pub fn compared<'a>(&'a self, refined: &'a Refined) -> Vec<&'a Refined> {
         match self {
             Self::HigherOrder {
-                nearest: false,
-                alone,
-                beyond,
+                beyond: Some(beyond),
                 ..
-            } => {
-                let has_sway = beyond.as_ref().is_some_and(|beyond| beyond.structure.sway);
-                alone.as_deref().filter(|_| !has_sway)
-            }
-            _ => Some(refined),
+            } if beyond.structure.rate_limit => Vec::new(),
+            Self::HigherOrder {
+                nearest: false,
+                alone: Some(alone),
+                ..
+            } => vec![refined, alone],
+            _ => vec![refined],
         }
     }
 

@@ -154,7 +154,7 @@ pub fn heading_step(
             .abs()
             .sqrt()
             .max(f64::MIN_POSITIVE);
-    let steps = (LENGTH * slowest_s.max(of_loop_s) / interval_s).clamp(100.0, 20_000.0) as usize;
+    let steps = (LENGTH * slowest_s.max(of_loop_s) / interval_s).clamp(100.0, 6_000.0) as usize;
     let part_s = interval_s / PARTS as f64;
     let mut gear = Gear::new(vehicle, 0.0);
     let mut motion = Motion::new(vehicle);

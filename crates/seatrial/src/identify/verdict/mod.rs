@@ -38,8 +38,16 @@ pub(super) fn judge(checked: &Checked) -> Verdict {
     weighing.validation(checked.validation, offset_drift(checked));
     weighing.jump_behind_low_r2(checked);
     if let (Some(refined), Some(apart)) = (&checked.chosen.refined, &checked.independent) {
-        if let Some(alone) = checked.explained.alone(refined) {
-            weighing.trained(alone, apart, checked);
+        // A difference that one way to look at the record does not show is not proven.
+        let compared = checked.explained.compared(refined);
+        let is_contradicted = |estimate: &&&Refined| {
+            let mut alone = Weighing::default();
+            alone.trained(estimate, apart, checked);
+            !alone.rejections.is_empty()
+        };
+        let first = compared.iter().find(|estimate| !is_contradicted(estimate));
+        if let Some(estimate) = first.or(compared.first()) {
+            weighing.trained(estimate, apart, checked);
         }
         // What is contradicted already needs no second cause.
         if weighing.rejections.is_empty() {
