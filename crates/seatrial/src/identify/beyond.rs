@@ -69,7 +69,7 @@ pub fn is_telling(refined: &Refined) -> bool {
         && narrow(1, WIDEST[1])
 }
 
-/// Overshoot, and error that stays, of a heading step that no vehicle of the record may exceed under the gain of its model.
+/// Overshoot, and error and swing that stay, of a heading step that no vehicle of the record may exceed under the gain of its model.
 const MOST_OVERSHOOT: f64 = 0.2;
 const MOST_LEFT: f64 = 0.1;
 
@@ -103,11 +103,13 @@ pub fn most_gain(
     let total: f64 = vehicles.iter().map(|(share, _)| share).sum();
     let holding = |gain: f64| {
         let holds = |vehicle: &Vehicle| {
-            let [over, left] =
+            let [over, left, swing] =
                 heading_step(vehicle, gain, COURSE_CHANGE_RAD, amplitude_rad, interval_s);
             // In its play the rudder does not act.
             let of_play = 0.5 * vehicle.play_rad / (gain * COURSE_CHANGE_RAD).abs();
-            over < MOST_OVERSHOOT && left < MOST_LEFT.max(1.5 * of_play).min(0.5)
+            over < MOST_OVERSHOOT
+                && swing < MOST_LEFT
+                && left < MOST_LEFT.max(1.5 * of_play).min(0.5)
         };
         let weights = vehicles.iter().filter(|(_, vehicle)| holds(vehicle));
         weights.map(|(share, _)| share).sum::<f64>() / total

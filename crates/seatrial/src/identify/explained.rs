@@ -82,7 +82,7 @@ pub struct FirstOrderFit {
 
 /// Share of the vehicles that explain a record alike on which the heading gain must hold, where validation data prove them.
 const LEAST_HOLDING: f64 = 0.5;
-/// The same where they do not.
+/// Share of the vehicles on which the heading gain must hold where validation data do not prove them.
 const LEAST_UNPROVEN: f64 = 0.2;
 
 impl Explained {

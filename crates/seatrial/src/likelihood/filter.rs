@@ -137,7 +137,7 @@ pub fn simulate(leg: &Leg, vehicle: &Vehicle, start: &Start) -> Vec<State> {
     states
 }
 
-/// Overshoot of a heading step under proportional control as a share of the step, and the share by which it is still off at the end.
+/// Overshoot of a heading step under proportional control, how far it is still off at the end, and how far it swings there, shares of the step.
 ///
 /// The controller sees the heading every `interval_s` and turns the rudder within `limit_rad`; it runs for 30 time constants.
 pub fn heading_step(
@@ -146,7 +146,7 @@ pub fn heading_step(
     step_rad: f64,
     limit_rad: f64,
     interval_s: f64,
-) -> [f64; 2] {
+) -> [f64; 3] {
     const LENGTH: f64 = 30.0;
     let slowest_s = 1.0 / vehicle.damping_per_s.abs().max(f64::MIN_POSITIVE);
     let of_loop_s = 1.0
@@ -160,6 +160,7 @@ pub fn heading_step(
     let mut motion = Motion::new(vehicle);
     let mut x: State = [0.0; 4];
     let (mut most, mut off) = (0.0_f64, 0.0_f64);
+    let [mut lowest, mut highest] = [f64::INFINITY, f64::NEG_INFINITY];
     for k in 0..steps {
         let command = (gain * (step_rad - x[0])).clamp(-limit_rad, limit_rad);
         for _ in 0..PARTS {
@@ -169,9 +170,10 @@ pub fn heading_step(
         most = most.max(x[0] - step_rad);
         if 4 * k > 3 * steps {
             off = off.max((x[0] - step_rad).abs());
+            [lowest, highest] = [lowest.min(x[0]), highest.max(x[0])];
         }
     }
-    [most / step_rad, off / step_rad]
+    [most, off, highest - lowest].map(|rad| rad / step_rad)
 }
 
 /// exp(-h/T), computed anew only where the interval changes.
