@@ -6,7 +6,7 @@ use seatrial_core::schedule::{ScheduleError, ScheduleKey};
 use seatrial_core::{HeadingGain, SchedulePoint, SpeedSchedule, YawModel};
 use serde::{Deserialize, Serialize};
 
-use crate::identification::Identification;
+use crate::identification::{Identification, ReasonCode};
 
 /// What a gain must allow for so that the vehicle, not only its model, is damped as designed.
 ///
@@ -26,12 +26,18 @@ pub struct GainAllowance {
 }
 
 impl GainAllowance {
-    /// The allowance for an identified model. No allowance for damping where its interval holds 0 or is not known.
+    /// The allowance for an identified model. No allowance for damping where its interval holds 0 or is not known; all of the damping,
+    /// and so no gain, where the verdict says that the vehicle may be [unstable](ReasonCode::Unstable).
     pub fn of(identification: &Identification) -> Self {
         let refined = identification.refined.as_ref();
+        let may_be_unstable = identification.verdict.has(&ReasonCode::Unstable);
         Self {
             damping_per_s: refined.map_or(0.0, |refined| {
-                Self::damping_per_s(refined.model.a22_per_s, refined.interval_95.a22_per_s)
+                let a22_per_s = refined.model.a22_per_s;
+                match may_be_unstable {
+                    true => a22_per_s.abs(),
+                    false => Self::damping_per_s(a22_per_s, refined.interval_95.a22_per_s),
+                }
             }),
             timing: identification.loop_timing.unwrap_or_default(),
         }

@@ -145,8 +145,8 @@ fn codes(identification: &Identification) -> Vec<String> {
         .collect()
 }
 
-/// The first-order model predicts the yaw rate of the other side. No heading gain holds on the hull that explains the zig-zag: this tanker is
-/// course-unstable, and says so.
+/// What the README states of the default settings on the KVLCC2 model: yaw rate of validation data, and accepted. No heading gain holds on the
+/// hull that explains the zig-zag, which is said.
 #[test]
 fn val_kvlcc2_predicts_the_zig_zag_to_the_other_side() {
     let Some(folder) = data(".") else {
@@ -165,8 +165,10 @@ fn val_kvlcc2_predicts_the_zig_zag_to_the_other_side() {
         &IdentifySettings::default(),
     )
     .unwrap();
-    assert!(!found.verdict.accepted);
-    assert_eq!(codes(&found)[0], "unstable");
+    assert!(found.verdict.accepted, "{:?}", found.verdict);
+    assert!(codes(&found).iter().any(|code| code == "unstable"));
+    let gain = seatrial::GainAllowance::of(&found).design(&found.model(), 0.7);
+    assert!(gain.is_err(), "{gain:?}");
     // b2 is negative in these logs: noted, not refused.
     assert!(codes(&found).iter().any(|code| code == "sign_reversed"));
     let r2 = found.validation.unwrap().r2_yaw_rate.unwrap();

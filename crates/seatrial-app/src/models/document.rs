@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use seatrial::identification::{EstimateMethod, ValidRange};
+use seatrial::identification::{EstimateMethod, ReasonCode, ValidRange};
 use seatrial::propagation::covariance_of_intervals;
 use seatrial::{FullRudder, GainAllowance};
 use seatrial_core::heading_loop::LoopTiming;
@@ -56,6 +56,13 @@ struct StoredRun {
 #[derive(Deserialize)]
 struct StoredVerdict {
     accepted: bool,
+    #[serde(default)]
+    reasons: Vec<StoredReason>,
+}
+
+#[derive(Deserialize)]
+struct StoredReason {
+    code: String,
 }
 
 #[derive(Deserialize)]
@@ -272,9 +279,12 @@ impl StoredIdentification {
             },
             covariance: refined.and_then(StoredRefined::covariance),
             allowance: GainAllowance {
-                damping_per_s: damping.map_or(0.0, |interval| {
-                    GainAllowance::damping_per_s(model.a22_per_s, interval)
-                }),
+                damping_per_s: match self.may_be_unstable() {
+                    true => model.a22_per_s.abs(),
+                    false => damping.map_or(0.0, |interval| {
+                        GainAllowance::damping_per_s(model.a22_per_s, interval)
+                    }),
+                },
                 timing: self.loop_timing.unwrap_or_default(),
             },
             noise: refined.and_then(|refined| {
@@ -282,6 +292,15 @@ impl StoredIdentification {
             }),
             valid_range: self.valid_range,
             rudder_lag_s: self.rudder_lag_s(),
+        })
+    }
+
+    /// Does the verdict say that no gain may hold?
+    fn may_be_unstable(&self) -> bool {
+        let verdict = self.verdict.as_ref();
+        verdict.is_some_and(|verdict| {
+            let code = ReasonCode::Unstable.to_string();
+            verdict.reasons.iter().any(|reason| reason.code == code)
         })
     }
 

@@ -78,9 +78,9 @@ impl Weighing {
             most_gain: None, ..
         } = checked.explained
         {
-            return self.reject(
+            self.note(
                 ReasonCode::Unstable,
-                "on many of the vehicles that explain this record alike every heading gain overshoots by more than a fifth or never settles: at small rudder angles, or in a long turn, the vehicle may not stop turning by itself, or the rudder has play; record small rudder angles and long turns, or tune the autopilot with a rate gain".into(),
+                "there is no heading gain: on many of the vehicles that explain this record alike every one overshoots by more than a fifth or never settles, since at small rudder angles, or in a long turn, the vehicle may not stop turning by itself, or the rudder has play; record small rudder angles and long turns, or tune the autopilot with a rate gain".into(),
             );
         }
         if a22.half_width >= 1.0 {
