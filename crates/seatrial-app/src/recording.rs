@@ -98,7 +98,7 @@ impl Recording {
     /// Creates the file.
     ///
     /// # Errors
-    /// As [`write`].
+    /// As [`write()`].
     pub fn start(outputs: &Outputs, path: &Path, format: Format) -> Result<Self, OutputError> {
         built(format).map_err(not_saved(path))?;
         let file = outputs.grow(path)?;

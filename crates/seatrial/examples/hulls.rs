@@ -1,7 +1,7 @@
 //! Vehicles that are not of first order, each identified from one doublet each way: `cargo run -p seatrial --example hulls -- SEED COUNT`.
 //!
 //! Each is simulated by itself, with steps of 2 ms. Of each kind: how many are accepted, how often the steady yaw rate at the
-//! manoeuvre's rudder is inside its interval, how often the recommended gain overshoots a course change of 40 deg by more than a
+//! manoeuvre's rudder is inside its interval, how often there is a gain that overshoots a course change of 40 deg by more than a
 //! quarter or swings for ever on the vehicle itself, and what was said of sound parts.
 
 use std::collections::BTreeMap;
