@@ -26,20 +26,25 @@ pub struct GainAllowance {
 }
 
 impl GainAllowance {
-    /// The allowance for an identified model. No allowance for damping where its interval holds 0 or is not known; all of the damping,
-    /// and so no gain, where the verdict says that the vehicle may be [unstable](ReasonCode::Unstable).
+    /// The allowance for an identified model, by [`damping_of`](Self::damping_of).
     pub fn of(identification: &Identification) -> Self {
         let refined = identification.refined.as_ref();
         let may_be_unstable = identification.verdict.has(&ReasonCode::Unstable);
         Self {
             damping_per_s: refined.map_or(0.0, |refined| {
-                let a22_per_s = refined.model.a22_per_s;
-                match may_be_unstable {
-                    true => a22_per_s.abs(),
-                    false => Self::damping_per_s(a22_per_s, refined.interval_95.a22_per_s),
-                }
+                let interval = refined.interval_95.a22_per_s;
+                Self::damping_of(refined.model.a22_per_s, Some(interval), may_be_unstable)
             }),
             timing: identification.loop_timing.unwrap_or_default(),
+        }
+    }
+
+    /// The damping to allow for, 1/s, by a22 and its 95 % interval, 1/s, and a verdict: none where the interval holds 0 or is not known; all
+    /// of it, and so no gain, where the verdict says that the vehicle may be [unstable](ReasonCode::Unstable).
+    pub fn damping_of(a22_per_s: f64, interval: Option<[f64; 2]>, may_be_unstable: bool) -> f64 {
+        match may_be_unstable {
+            true => a22_per_s.abs(),
+            false => interval.map_or(0.0, |ends| Self::damping_per_s(a22_per_s, ends)),
         }
     }
 

@@ -279,12 +279,11 @@ impl StoredIdentification {
             },
             covariance: refined.and_then(StoredRefined::covariance),
             allowance: GainAllowance {
-                damping_per_s: match self.may_be_unstable() {
-                    true => model.a22_per_s.abs(),
-                    false => damping.map_or(0.0, |interval| {
-                        GainAllowance::damping_per_s(model.a22_per_s, interval)
-                    }),
-                },
+                damping_per_s: GainAllowance::damping_of(
+                    model.a22_per_s,
+                    damping,
+                    self.may_be_unstable(),
+                ),
                 timing: self.loop_timing.unwrap_or_default(),
             },
             noise: refined.and_then(|refined| {
