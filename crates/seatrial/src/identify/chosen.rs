@@ -183,12 +183,8 @@ fn predicts_worse(
     data: Option<ValidationData>,
 ) -> bool {
     let scores = || {
-        let data = data?;
-        let beyond = steering_validation::validate(model, data.record, data.window).ok()?;
-        let first = validation::validate(*first_order, data.record, data.window).ok()?;
-        beyond
-            .r2_heading_offset_refit
-            .zip(first.r2_heading_offset_refit)
+        let beyond = steering_validation::heading_r2(model, data?);
+        beyond.zip(validation::heading_r2(*first_order, data?))
     };
     scores().is_some_and(|(beyond, first)| beyond < first)
 }
@@ -202,11 +198,7 @@ fn better_predicting<'a>(
     online: YawModel<f64>,
     data: Option<ValidationData>,
 ) -> (Refined, Origin<'a>) {
-    let score = |model| {
-        let data = data?;
-        let found = validation::validate(model, data.record, data.window).ok()?;
-        found.r2_heading_offset_refit
-    };
+    let score = |model| validation::heading_r2(model, data?);
     let Some((of_nearest, of_online)) = score(nearest.model).zip(score(online)) else {
         return (nearest.clone(), Origin::Nearest);
     };

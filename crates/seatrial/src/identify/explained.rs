@@ -2,7 +2,6 @@
 
 use super::OrderSearch;
 use super::beyond::{beyond_first_order, is_a_sea, is_telling, most_gain};
-use super::error::IdentifyError;
 use super::excited_segment::most_excited;
 use super::misfit::is_large_share;
 use super::prepared::Prepared;
@@ -10,7 +9,7 @@ use super::residual_tests::ResidualTests;
 use super::steering_validation;
 use super::validation::{self, ValidationData};
 use super::whole_record::{WholeRecord, robust_estimate};
-use crate::identification::{HigherOrder, LagEffect, Refined, Validation};
+use crate::identification::{HigherOrder, LagEffect, Refined};
 use crate::likelihood::{SteeringModel, contest_of};
 
 /// Which kind of vehicle explains the record. The `share` of a misfit is that of the rudder's own effect.
@@ -175,16 +174,12 @@ impl Explained {
         let share = found.robust.share;
         let is_telling = is_telling(&refined);
         let first_order = if is_telling { &refined } else { &found.refined };
+        let least = match is_proven || data.is_none() {
+            true => LEAST_HOLDING,
+            false => LEAST_UNPROVEN,
+        };
         let most_gain = most_gain(&contest, first_order, interval_s, amplitude_rad)
-            .filter(|[_, holding]| {
-                let is_doubtful = is_proven || data.is_none();
-                *holding
-                    >= if is_doubtful {
-                        LEAST_HOLDING
-                    } else {
-                        LEAST_UNPROVEN
-                    }
-            })
+            .filter(|[_, holding]| *holding >= least)
             .map(|[gain, _]| gain);
         let nearest = !(is_telling && most_gain.is_some());
         Ok(Self::HigherOrder {
@@ -264,16 +259,13 @@ fn predicts_much_better(
     data: Option<ValidationData>,
 ) -> bool {
     const MUCH: f64 = 0.3;
-    let left = |validation: Result<Validation, IdentifyError>| {
-        Some(1.0 - validation.ok()?.r2_heading_offset_refit?)
-    };
-    let lagging = found.lagging();
-    data.is_some_and(|data| {
-        let of = |model| steering_validation::validate(model, data.record, data.window);
-        let first = match &lagging {
-            Some(lagging) => of(&lagging.model),
-            None => validation::validate(found.refined.model, data.record, data.window),
+    let left = || {
+        let data = data?;
+        let first = match found.lagging() {
+            Some(lagging) => steering_validation::heading_r2(&lagging.model, data),
+            None => validation::heading_r2(found.refined.model, data),
         };
-        matches!((left(of(model)), left(first)), (Some(beyond), Some(first)) if beyond < MUCH * first)
-    })
+        Some([steering_validation::heading_r2(model, data)?, first?].map(|r2| 1.0 - r2))
+    };
+    left().is_some_and(|[beyond, first]| beyond < MUCH * first)
 }

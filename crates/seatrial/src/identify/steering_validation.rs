@@ -10,6 +10,12 @@ use crate::identify::validation;
 use crate::likelihood::steering_model::{SteeringModel, SteeringState};
 use crate::record::{Record, Window};
 
+/// R^2 of the heading of validation data with the offset estimated again. `None` where they tell none.
+pub(super) fn heading_r2(model: &SteeringModel, data: validation::ValidationData) -> Option<f64> {
+    let found = validate(model, data.record, data.window).ok()?;
+    found.r2_heading_offset_refit
+}
+
 /// Simulates `model` over a window of a record and compares (35)-(37), as
 /// [`crate::identify::validation::validate`] does a first-order model.
 pub fn validate(

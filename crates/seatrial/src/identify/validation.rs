@@ -27,6 +27,12 @@ pub struct ValidationData<'a> {
     pub window: Window,
 }
 
+/// R^2 of the heading of validation data with the offset estimated again. `None` where they tell none.
+pub(super) fn heading_r2(model: YawModel<f64>, data: ValidationData) -> Option<f64> {
+    let found = validate(model, data.record, data.window).ok()?;
+    found.r2_heading_offset_refit
+}
+
 /// Simulates `model` over a window of a record and compares (35)-(37).
 pub fn validate(
     model: YawModel<f64>,
