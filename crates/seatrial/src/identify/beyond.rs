@@ -78,13 +78,13 @@ const COURSE_CHANGE_RAD: f64 = 0.698;
 
 /// Gains that are tried: from the one for the nearest first-order vehicle down, each this share of the one before.
 const NEXT_GAIN: f64 = 0.85;
-const GAINS: i32 = 20;
+const GAINS: usize = 20;
 
 /// By how much less may hold under the gain that is taken than under the one under which most do.
 const NEARLY: f64 = 0.05;
 
-/// The largest proportional gain, not beyond the one for the nearest first-order vehicle, that holds on nearly as many vehicles as any does,
-/// and the share of the weight of these vehicles. `None` where that vehicle has no gain.
+/// The largest proportional gain, not beyond the one for the nearest first-order vehicle, that holds on nearly as many vehicles as any
+/// does, and the share of the weight of these vehicles. `None` where that vehicle has no gain.
 pub fn most_gain(
     contest: &Contest,
     nearest: &Refined,
@@ -115,10 +115,12 @@ pub fn most_gain(
         weights.map(|(share, _)| share).sum::<f64>() / total
     };
     let largest = designed(nearest, 0.0, interval_s)?;
-    let gains: Vec<[f64; 2]> = (0..GAINS)
-        .map(|k| largest * NEXT_GAIN.powi(k))
-        .map(|gain| [gain, holding(gain)])
-        .collect();
+    let mut gains: Vec<[f64; 2]> = Vec::new();
+    // Nothing holds on more than all.
+    while gains.len() < GAINS && gains.last().is_none_or(|[_, weight]| *weight < 1.0) {
+        let gain = largest * NEXT_GAIN.powi(gains.len() as i32);
+        gains.push([gain, holding(gain)]);
+    }
     let most = gains.iter().map(|[_, weight]| *weight).fold(0.0, f64::max);
     gains
         .into_iter()

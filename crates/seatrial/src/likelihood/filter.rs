@@ -137,9 +137,11 @@ pub fn simulate(leg: &Leg, vehicle: &Vehicle, start: &Start) -> Vec<State> {
     states
 }
 
-/// Overshoot of a heading step under proportional control, how far it is still off at the end, and how far it swings there, shares of the step.
+/// Overshoot of a heading step under proportional control, how far it is still off at the end, and how far it swings there, shares of
+/// the step.
 ///
-/// The controller sees the heading every `interval_s` and turns the rudder within `limit_rad`; it runs for 30 time constants.
+/// The controller sees the heading every `interval_s` and turns the rudder within `limit_rad`; it runs for 30 time constants, but at most
+/// 6,000 intervals.
 pub fn heading_step(
     vehicle: &Vehicle,
     gain: f64,
