@@ -45,7 +45,7 @@ const PROGRAMS: [(&str, &[&str], [u64; 2]); 4] = [
     (
         "the trial",
         &["seatrial_trial_", "seatrial_plan"],
-        [46_000, 62_500],
+        [46_000, 58_200],
     ),
     ("everything", &["seatrial_"], [51_700, 72_900]),
 ];
