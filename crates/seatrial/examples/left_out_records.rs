@@ -1,7 +1,7 @@
 //! What a model of one log predicts of another: `cargo run -p seatrial --example left_out_records -- TRAIN VALIDATE [TRAIN VALIDATE ...]`.
 //!
-//! Of each pair the verdict, the model, and R^2 of heading and yaw rate on the second log with its own start and offset, of the model that is
-//! handed over and of the hypothesis that explains the first log best.
+//! Of each pair the verdict, the model, and R^2 of heading and yaw rate on the second log with its own start and offset, of the model
+//! that is handed over and of the hypothesis that explains the first log best.
 
 use std::error::Error;
 use std::path::Path;

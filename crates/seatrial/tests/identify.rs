@@ -145,8 +145,8 @@ fn codes(identification: &Identification) -> Vec<String> {
         .collect()
 }
 
-/// What the README states of the default settings on the KVLCC2 model: yaw rate of validation data, and accepted. No heading gain holds on the
-/// hull that explains the zig-zag, which is said.
+/// What the README states of the default settings on the KVLCC2 model: yaw rate of validation data, and accepted. No heading gain
+/// holds on the hull that explains the zig-zag, which is said.
 #[test]
 fn val_kvlcc2_predicts_the_zig_zag_to_the_other_side() {
     let Some(folder) = data(".") else {

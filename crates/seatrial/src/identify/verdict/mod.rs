@@ -40,7 +40,7 @@ pub(super) fn judge(checked: &Checked) -> Verdict {
     if let (Some(refined), Some(apart)) = (&checked.chosen.refined, &checked.independent) {
         // A difference that one way to look at the record does not show is not proven.
         let compared = checked.explained.compared(refined);
-        let is_contradicted = |estimate: &&&Refined| {
+        let is_contradicted = |estimate: &Refined| {
             let mut alone = Weighing::default();
             alone.trained(estimate, apart, checked);
             !alone.rejections.is_empty()
