@@ -14,6 +14,7 @@ use crate::identify::output_error::output_error;
 use crate::identify::refined::prediction_error;
 use crate::identify::simplex;
 use crate::identify::steering_validation;
+use crate::identify::whole_record::robust_estimate;
 use crate::identify::{
     IdentifyError, IdentifySettings, Training, ValidationData, identify, online, validation,
 };
@@ -126,10 +127,8 @@ enum NoModel {
     NoSamples,
     #[error("not converged after {iterations} iterations")]
     NotConverged { iterations: u32 },
-    #[error(
-        "first order is enough: the log evidence of the best model with more leads by {lead:.1}, where chance explains {LEAST_LEAD:.1}"
-    )]
-    FirstOrderIsEnough { lead: f64 },
+    #[error("first order is enough: it leaves no more than chance does, or too little to matter")]
+    FirstOrderIsEnough,
 }
 
 /// How far apart the methods are, as a fraction of the middle value.
@@ -315,13 +314,17 @@ fn by_simplex(samples: &[Sample<f64>]) -> Result<Found, NoModel> {
 
 /// The model of more than the first order, where the record supports one; a22, b2 and C0 are its own.
 fn by_higher_order(samples: &[Sample<f64>], data: ValidationData) -> Result<Found, NoModel> {
+    // As `identify` asks it.
+    if robust_estimate(samples).is_ok_and(|found| !found.asks_for_more(samples)) {
+        return Err(NoModel::FirstOrderIsEnough);
+    }
     let mut legs = Vec::new();
     let contest = contest_of(most_excited(samples), &mut legs).ok_or(NoModel::NoSamples)?;
     let heaviest = contest.heaviest();
     let (problem, fit) = (&heaviest.hypothesis.problem, heaviest.hypothesis.best());
     let lead = contest.lead_over_first_order();
     if lead < LEAST_LEAD || !problem.structure.exceeds_first_order() {
-        return Err(NoModel::FirstOrderIsEnough { lead });
+        return Err(NoModel::FirstOrderIsEnough);
     }
     let offset = problem.start_of(&fit.x, 0).offset_rad_s2;
     let full = SteeringModel::new(&problem.vehicle(&fit.x), offset);

@@ -9,7 +9,7 @@ use crate::identification::{EstimateMethod, HigherOrder, Refined, WIDEST_A22, WI
 use crate::likelihood::filter::{Noise, heading_step};
 use crate::likelihood::hypothesis::Vehicle;
 use crate::likelihood::steering_model::first_order_at;
-use crate::likelihood::{Candidate, Contest, Disturbance, SteeringModel};
+use crate::likelihood::{Candidate, Contest, SteeringModel};
 use crate::propagation::NORMAL_95;
 
 /// The first-order model that has the vehicle's steady turn at the record's rudder amplitude, and the heaviest hypothesis.
@@ -163,24 +163,22 @@ fn designed(refined: &Refined, damping_per_s: f64, interval_s: f64) -> Option<f6
     Some(gain.ok()?.proportional_gain)
 }
 
-/// A hull is believed where its log evidence leads that of a sea by so much. In the four simulated seas that were looked at no hull led by more
-/// than 3; a study that sets this number is still to be made.
+/// A hull is believed where its log evidence leads that of a sea by more than chance does in simulated seas, and by less where the first-order
+/// estimate is doubtful by itself.
 const MARGIN: f64 = 5.0;
+const MARGIN_IN_DOUBT: f64 = 3.0;
 
-/// Does a first-order vehicle in a sea, whose gear lags at most, explain the record as well as any other structure does without a sea? One
-/// that needs the sea, too, proves nothing.
-pub fn is_a_sea(contest: &Contest) -> bool {
+/// Does a first-order vehicle in a sea, whose gear lags at most, explain the record as well as any other structure does, in a sea or not?
+///
+/// In doubt its own draws must explain the sea.
+pub fn is_a_sea(contest: &Contest, in_doubt: bool) -> bool {
     let best = |is_of: &dyn Fn(&Candidate) -> bool| {
         let all = contest.candidates.iter().filter(|c| is_of(c));
         all.map(|c| c.hypothesis.log_evidence())
             .fold(f64::NEG_INFINITY, f64::max)
     };
-    let is_other = |c: &Candidate| {
-        let structure = c.hypothesis.problem.structure;
-        structure.has_own_hull() || structure.rate_limit || structure.play
-    };
-    let sea = best(&|c| {
-        c.hypothesis.disturbance == Disturbance::Sea && c.passes_as_a_sea() && !is_other(c)
-    });
-    sea > best(&|c| is_other(c) && c.hypothesis.disturbance != Disturbance::Sea) - MARGIN
+    let other = best(&|c| c.is_of_another_structure() && c.passes_as_a_sea());
+    let sea = best(&|c| c.is_of_first_order_in_a_sea() && (!in_doubt || c.passes_as_a_sea()));
+    let margin = if in_doubt { MARGIN_IN_DOUBT } else { MARGIN };
+    sea > other - margin
 }

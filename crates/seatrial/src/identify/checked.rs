@@ -9,16 +9,22 @@ use super::explained::Explained;
 use super::intervals::reaching_validation;
 use super::late_yaw_rate::{record_in_time, with_yaw_rate_in_time};
 use super::log_statistics::LogStatistics;
+use super::misfit::disturbance_share;
 use super::mishap::Mishaps;
 use super::prepared::Prepared;
 use super::steering_validation;
 use super::valid_range::valid_range;
 use super::validation::{self, ValidationData};
 use super::validation_estimate::validation_estimate_behind;
+use super::whole_record::LEAST_SHARE;
 use crate::identification::{EstimateMethod, HigherOrder, Refined, ValidRange, Validation};
+use crate::likelihood::leg::deviation;
 use crate::manoeuvre::Manoeuvre;
 use crate::plausibility::{self, Doubt};
 use crate::record::{duration_s, mean};
+
+/// R^2 of the yaw rate below which the model of a vehicle in a sea describes nothing.
+pub const LEAST_R2_IN_A_SEA: f64 = 0.5;
 
 /// The chosen model and what its own record and validation data say of it: all that a verdict weighs.
 pub struct Checked<'a> {
@@ -53,6 +59,8 @@ pub struct Checked<'a> {
 pub struct Independent {
     /// Their length over that of the training.
     pub length: f64,
+    /// Variance of their rudder over that of the training.
+    pub swing: f64,
     /// Mean speeds of the training and of these data, m/s, where both were logged.
     pub surge_speeds_m_s: Option<[f64; 2]>,
     /// The largest jump of the heading from where the measured yaw rate takes it.
@@ -116,6 +124,31 @@ impl<'a> Checked<'a> {
                 .map(|manoeuvre| manoeuvre.amplitude_rad),
             independent,
         })
+    }
+
+    /// Is the vehicle known to be turned by a sea as well as by its rudder? Its heading then wanders from any simulation.
+    pub fn is_in_a_sea(&self) -> bool {
+        self.chosen.refined.as_ref().is_some_and(|refined| {
+            refined.method != EstimateMethod::OutputError
+                && disturbance_share(refined, self.log.rudder_amplitude_rad) > LEAST_SHARE
+        })
+    }
+
+    /// Does a sea explain a low R^2 of validation data? Then the model leaves of their yaw rate about what it leaves of the training's.
+    ///
+    /// ```text
+    /// (1 - R^2) var(delta) < 4 (1 - R^2_train) var(delta_train)
+    /// ```
+    pub fn is_of_a_sea(&self) -> bool {
+        const MOST_TIMES: f64 = 4.0;
+        let (Some(validation), Some(apart)) = (&self.validation, &self.independent) else {
+            return false;
+        };
+        let left = |r2: Option<f64>| r2.map_or(f64::INFINITY, |r2| 1.0 - r2);
+        let of_validation = left(validation.r2_yaw_rate);
+        self.is_in_a_sea()
+            && of_validation < 1.0 - LEAST_R2_IN_A_SEA
+            && of_validation * apart.swing < MOST_TIMES * left(self.training_fit.r2_yaw_rate)
     }
 
     /// Over what the chosen model was seen, in training and validation.
@@ -189,6 +222,11 @@ fn doubts(prepared: &Prepared, chosen: &Chosen, data: Option<ValidationData>) ->
     doubts
 }
 
+fn rudder_variance(samples: &[Sample<f64>]) -> f64 {
+    let rudder_rad: Vec<f64> = samples.iter().map(|sample| sample.rudder_rad).collect();
+    deviation(&rudder_rad).powi(2)
+}
+
 impl Independent {
     fn of(
         data: ValidationData,
@@ -205,6 +243,7 @@ impl Independent {
         };
         Self {
             length: duration_s(&samples) / duration_s(prepared.samples()),
+            swing: rudder_variance(&samples) / rudder_variance(prepared.samples()),
             surge_speeds_m_s: mean_speed_m_s(prepared.samples())
                 .zip(mean_speed_m_s(&samples))
                 .map(Into::into),

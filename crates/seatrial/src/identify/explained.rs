@@ -3,11 +3,11 @@
 use super::OrderSearch;
 use super::beyond::{beyond_first_order, is_a_sea, is_telling, most_gain};
 use super::excited_segment::most_excited;
-use super::misfit::is_large_share;
+use super::misfit::{disturbance_share, is_large_share};
 use super::prepared::Prepared;
 use super::residual_tests::ResidualTests;
 use super::steering_validation;
-use super::validation::{self, ValidationData};
+use super::validation::ValidationData;
 use super::whole_record::{WholeRecord, robust_estimate};
 use crate::identification::{HigherOrder, LagEffect, Refined};
 use crate::likelihood::{SteeringModel, contest_of};
@@ -104,7 +104,7 @@ impl Explained {
                 refined: found.refined,
             };
         }
-        let found = match order == OrderSearch::Done && found.asks_for_more() {
+        let found = match order == OrderSearch::Done && found.asks_for_more(samples) {
             true => match Self::by_contest(prepared, found, data) {
                 Ok(explained) => return explained,
                 Err(found) => *found,
@@ -157,19 +157,26 @@ impl Explained {
         let Some(contest) = contest_of(most_excited(samples), &mut legs) else {
             return Err(Box::new(found));
         };
-        let is_a_sea = is_a_sea(&contest);
-        let contest = match is_a_sea {
-            true => contest.calm(),
-            false => contest,
+        let is_a_sea = is_a_sea(&contest, found.is_nearest());
+        let (contest, sea) = match is_a_sea {
+            true => (contest.clone().calm(), Some(contest.in_a_sea())),
+            false => (contest, None),
         };
         let amplitude_rad = prepared.log.rudder_amplitude_rad;
-        let Some((refined, beyond)) = beyond_first_order(&contest, amplitude_rad) else {
+        let hull = beyond_first_order(&contest, amplitude_rad);
+        let sea = sea.and_then(|sea| beyond_first_order(&sea, amplitude_rad));
+        let first_order = match &sea {
+            Some((_, sea)) => sea.model,
+            None => found.steering_model(),
+        };
+        let is_proven = (hull.as_ref())
+            .is_some_and(|(_, hull)| predicts_much_better(&hull.model, &first_order, data));
+        if is_a_sea && !is_proven {
+            return Self::in_a_sea(sea, found, amplitude_rad);
+        }
+        let Some((refined, beyond)) = hull else {
             return Err(Box::new(found));
         };
-        let is_proven = predicts_much_better(&beyond.model, &found, data);
-        if is_a_sea && !is_proven {
-            return Err(Box::new(found));
-        }
         let interval_s = prepared.interval_s.unwrap_or(0.0);
         let share = found.robust.share;
         let is_telling = is_telling(&refined);
@@ -190,6 +197,35 @@ impl Explained {
             nearest,
             most_gain,
         })
+    }
+
+    /// A first-order vehicle in a sea: as the contest sees it where the robust estimate takes the sea for a hull.
+    fn in_a_sea(
+        sea: Option<(Refined, HigherOrder)>,
+        found: WholeRecord,
+        amplitude_rad: f64,
+    ) -> Result<Self, Box<WholeRecord>> {
+        let (true, Some((refined, lagging))) = (found.is_nearest(), sea) else {
+            return Err(Box::new(found));
+        };
+        let share = disturbance_share(&refined, amplitude_rad);
+        if lagging.structure.lag {
+            return Ok(Self::BehindLag {
+                refined,
+                share: found.robust.share,
+                lagging: Box::new(lagging),
+                play_rad: None,
+            });
+        }
+        let fit = FirstOrderFit {
+            residual: found.residual,
+            lag_effect: None,
+            delay_s: lagging.model.rudder_lag_s,
+            covariance_given_delay: refined.covariance,
+            play_rad: None,
+            refined,
+        };
+        Ok(Self::Disturbed { fit, share })
     }
 
     /// Misfit of a first-order model, a share of the rudder's effect, where the vehicle is not of first order.
@@ -252,20 +288,22 @@ impl Explained {
     }
 }
 
-/// Does this model leave less than a third of what the first-order one leaves of the heading of validation data, in mean square?
+/// Does this model leave less than a third of what the other one leaves of the heading of validation data, in mean square, and no more of the
+/// yaw rate? A sea wanders into the heading, less into the yaw rate.
 fn predicts_much_better(
     model: &SteeringModel,
-    found: &WholeRecord,
+    other: &SteeringModel,
     data: Option<ValidationData>,
 ) -> bool {
     const MUCH: f64 = 0.3;
-    let left = || {
+    let left = |model| {
         let data = data?;
-        let first = match found.lagging() {
-            Some(lagging) => steering_validation::heading_r2(&lagging.model, data),
-            None => validation::heading_r2(found.refined.model, data),
-        };
-        Some([steering_validation::heading_r2(model, data)?, first?].map(|r2| 1.0 - r2))
+        let found = steering_validation::validate(model, data.record, data.window).ok()?;
+        Some([found.r2_heading_offset_refit?, found.r2_yaw_rate?].map(|r2| 1.0 - r2))
     };
-    left().is_some_and(|[beyond, first]| beyond < MUCH * first)
+    let (Some([heading, rate]), Some([other_heading, other_rate])) = (left(model), left(other))
+    else {
+        return false;
+    };
+    heading < MUCH * other_heading && rate <= other_rate
 }

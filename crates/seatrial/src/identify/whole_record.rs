@@ -25,7 +25,11 @@ const LEAST_SAMPLES: usize = 20;
 
 /// From a disturbance of this share of the rudder's effect on other structures are tried: sound records without a sea have at most 0.001, those
 /// whose first-order model misses the steady turn by more than a tenth 0.03 and more.
-const LEAST_SHARE: f64 = 0.03;
+pub const LEAST_SHARE: f64 = 0.03;
+
+/// Noise of the heading so many times that between neighbouring samples, and beyond half a degree, is motion that the model does not explain.
+const MANY_TIMES: f64 = 20.0;
+const LEAST_NOISE_RAD: f64 = 0.0087;
 
 /// Headings that repeat in more than this share of the rows are rounded or held, and their step tells their resolution.
 const COARSE_SHARE: f64 = 0.1;
@@ -86,23 +90,34 @@ impl WholeRecord {
     }
 
     /// Is what a first-order vehicle misses more than chance explains, so that other structures are to be tried?
-    pub fn asks_for_more(&self) -> bool {
-        self.is_nearest() || self.robust.share > LEAST_SHARE
+    pub fn asks_for_more(&self, samples: &[Sample<f64>]) -> bool {
+        self.is_nearest() || self.robust.share > LEAST_SHARE || self.calls_motion_noise(samples)
+    }
+
+    /// Is what it takes for noise of the heading many times what differs from one sample to the next?
+    fn calls_motion_noise(&self, samples: &[Sample<f64>]) -> bool {
+        let heading_rad = RecordSeries::new(samples, 1).heading_rad;
+        let square: f64 = heading_rad
+            .windows(4)
+            .map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2))
+            .sum();
+        // The third difference of white noise has 20 times its variance.
+        let white_rad = (square / (20.0 * heading_rad.len() as f64)).sqrt();
+        self.refined.heading_noise_rad > (MANY_TIMES * white_rad).max(LEAST_NOISE_RAD)
+    }
+
+    /// The first-order vehicle, behind its rudder where that lags.
+    pub fn steering_model(&self) -> SteeringModel {
+        let lag_s = self.robust.lag.map_or(0.0, |lag| lag.delay_s);
+        SteeringModel::first_order(&self.refined.model, lag_s)
     }
 
     /// The first-order vehicle behind its lagging rudder, where the record asks for one.
     pub fn lagging(&self) -> Option<HigherOrder> {
         let lag = self.robust.lag?;
-        let model = &self.refined.model;
         Some(HigherOrder {
             structure: Structure::LAG,
-            model: SteeringModel {
-                a22_per_s: model.a22_per_s,
-                b2_per_s2: model.b2_per_s2,
-                c0_rad_per_s2: model.c0_rad_per_s2,
-                rudder_lag_s: lag.delay_s,
-                ..SteeringModel::default()
-            },
+            model: self.steering_model(),
             lag_interval_s: Some(lag.interval_s),
             hypotheses: Vec::new(),
             validation: None,

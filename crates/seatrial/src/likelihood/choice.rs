@@ -20,8 +20,8 @@ const NEGLIGIBLY_WORSE: f64 = 0.02;
 /// Draws of the Bayesian bootstrap over blocks.
 const BOOTSTRAP: usize = 400;
 
-/// Most comparisons of a record, so that a contest stays a matter of a second.
-const MOST_COMPARISONS: usize = 200;
+/// Comparisons of a long record, so that a contest stays a matter of a second; up to twice as many samples are compared one by one.
+const COMPARISONS: usize = 200;
 
 /// A hypothesis as documents show it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,7 +44,7 @@ pub struct Weighed {
 pub fn contest_of<'a>(samples: &[Sample<f64>], legs: &'a mut Vec<Leg>) -> Option<Contest<'a>> {
     const LEAST_COMPARISONS: usize = 20;
     legs.clear();
-    legs.push(Leg::new(samples, samples.len().div_ceil(MOST_COMPARISONS)));
+    legs.push(Leg::new(samples, samples.len() / COMPARISONS));
     let interval_s = duration_s(samples) / (samples.len().max(2) - 1) as f64;
     if legs.iter().map(Leg::len).sum::<usize>() < LEAST_COMPARISONS {
         return None;
@@ -87,6 +87,17 @@ impl Candidate<'_> {
         self.sea_test.is_none_or(|test| test.is_a_sea())
     }
 
+    /// Is it a first-order vehicle, whose gear lags at most, in a sea?
+    pub fn is_of_first_order_in_a_sea(&self) -> bool {
+        self.hypothesis.disturbance == Disturbance::Sea && !self.is_of_another_structure()
+    }
+
+    /// Is its hull, or its gear but for a lag, not that of first order?
+    pub fn is_of_another_structure(&self) -> bool {
+        let structure = self.hypothesis.problem.structure;
+        structure.has_own_hull() || structure.rate_limit || structure.play
+    }
+
     fn predicts_well(&self) -> bool {
         let [behind, error] = self.behind;
         behind <= WORSE * error || behind < NEGLIGIBLY_WORSE
@@ -123,6 +134,16 @@ impl<'a> Contest<'a> {
         self
     }
 
+    /// The contest of first-order vehicles in a sea alone, weighed by evidence: what a sea does to a free run tells none of them from another.
+    #[must_use]
+    pub fn in_a_sea(mut self) -> Self {
+        self.candidates
+            .retain(|c| c.is_of_first_order_in_a_sea() && c.passes_as_a_sea());
+        let weights = by_evidence(&self.candidates, |_| true);
+        self.take(&weights);
+        self
+    }
+
     /// A sea that is left is weighed by evidence; else each hypothesis by how often it would predict best.
     fn weigh(&mut self) {
         let best = (self.candidates.iter())
@@ -141,6 +162,10 @@ impl<'a> Contest<'a> {
             true => by_evidence(&self.candidates, is_in),
             false => by_prediction(&self.candidates, is_in),
         };
+        self.take(&weights);
+    }
+
+    fn take(&mut self, weights: &[f64]) {
         let total: f64 = weights.iter().sum();
         for (candidate, weight) in self.candidates.iter_mut().zip(weights) {
             candidate.weight = weight / total.max(f64::MIN_POSITIVE);

@@ -298,11 +298,13 @@ impl<'a> Search<'_, 'a> {
         starts
     }
 
-    /// Damping and rate or play of the gear by a first look at both: a gear that never arrives looks like a slow vehicle, and play has corners.
+    /// Damping and rate or play of the gear by a first look at both, without a shift: a gear that never arrives looks like a slow vehicle or a late
+    /// record, and play has corners.
     fn gear_start(&self, x: &DVector<f64>) -> Option<DVector<f64>> {
         let parameters = &self.problem.parameters;
         let is_of_a_gear = |p: &Parameter| matches!(p, Parameter::RateLimit | Parameter::Play);
         let limit = parameters.iter().position(is_of_a_gear)?;
+        let shift = parameters.iter().position(|p| *p == Parameter::Shift)?;
         let looks = (0..FIRST_DAMPINGS)
             .flat_map(|damping| (-3..=3).map(move |size| [damping as i32, size]));
         looks
@@ -310,6 +312,7 @@ impl<'a> Search<'_, 'a> {
                 let mut x = x.clone();
                 x[0] = libm::exp2(f64::from(damping) - 2.0);
                 x[limit] = 0.5 * f64::from(size);
+                x[shift] = 0.0;
                 self.problem.linear_cost(&x, &Noise::None)
             })
             .min_by(|a, b| a.0.total_cmp(&b.0))

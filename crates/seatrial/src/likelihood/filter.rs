@@ -62,7 +62,7 @@ pub struct Gains {
 
 /// The innovations of comparisons `from..to` of a leg, rad, each over its deviation.
 ///
-/// `commands` are those of [`Leg::commands`] of the whole leg; the gear starts at rest at the leg's beginning.
+/// `commands` are those of [`Leg::commands_of`] the vehicle over the whole leg; the gear starts at rest at the leg's beginning.
 pub fn innovations(
     leg: &Leg,
     [from, to]: [usize; 2],
@@ -73,10 +73,11 @@ pub fn innovations(
 ) -> Vec<f64> {
     let mut errors = Vec::with_capacity(to - from);
     let mut gear = Gear::new(vehicle, commands.first().copied().unwrap_or(0.0));
-    let part_s = |i: usize| (leg.time_s[i + 1] - leg.time_s[i]) / PARTS as f64;
+    let parts = parts_of(commands, leg);
+    let part_s = |i: usize| (leg.time_s[i + 1] - leg.time_s[i]) / parts as f64;
     if gear.remembers() {
         for i in 0..from {
-            for command in &commands[PARTS * i..PARTS * (i + 1)] {
+            for command in &commands[parts * i..parts * (i + 1)] {
                 gear.advance(*command, part_s(i));
             }
         }
@@ -99,7 +100,7 @@ pub fn innovations(
             break;
         }
         let part_s = part_s(i);
-        for command in &commands[PARTS * i..PARTS * (i + 1)] {
+        for command in &commands[parts * i..parts * (i + 1)] {
             let act = gear.advance(*command, part_s);
             motion.advance(
                 &mut x,
@@ -108,23 +109,29 @@ pub fn innovations(
             );
         }
         if x[3] != 0.0 {
-            x[3] *= decay.over(part_s * PARTS as f64);
+            x[3] *= decay.over(part_s * parts as f64);
         }
     }
     errors
 }
 
+/// Commands of each interval between comparisons.
+fn parts_of(commands: &[f64], leg: &Leg) -> usize {
+    (commands.len() / leg.len().saturating_sub(1).max(1)).max(1)
+}
+
 /// Heading, yaw rate and sway at each comparison of a leg of a free-running vehicle; the fourth is 0.
 pub fn simulate(leg: &Leg, vehicle: &Vehicle, start: &Start) -> Vec<State> {
-    let commands = leg.commands(vehicle.shift_s);
+    let commands = leg.commands_of(vehicle);
     let mut gear = Gear::new(vehicle, commands.first().copied().unwrap_or(0.0));
     let mut motion = Motion::new(vehicle);
     let mut x = [start.heading_rad, start.yaw_rate_rad_s, start.sway_rad, 0.0];
     let mut states = Vec::with_capacity(leg.len());
     states.extend((!leg.is_empty()).then_some(x));
-    for (pair, parts) in leg.time_s.windows(2).zip(commands.chunks_exact(PARTS)) {
-        let part_s = (pair[1] - pair[0]) / PARTS as f64;
-        for command in parts {
+    let parts = parts_of(&commands, leg);
+    for (pair, during) in leg.time_s.windows(2).zip(commands.chunks_exact(parts)) {
+        let part_s = (pair[1] - pair[0]) / parts as f64;
+        for command in during {
             let act = gear.advance(*command, part_s);
             motion.advance(
                 &mut x,

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::leg::{Leg, deviation};
+use super::leg::{Leg, PARTS, deviation};
 
 /// What acts on yaw beside linear damping and a rudder that is where its record says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -246,6 +246,13 @@ pub struct Vehicle {
     pub sway_s: f64,
 }
 
+impl Vehicle {
+    /// Has the gear neither a largest rate nor play?
+    pub fn has_a_linear_gear(&self) -> bool {
+        self.rate_limit_rad_s.is_infinite() && self.play_rad == 0.0
+    }
+}
+
 /// Sizes of a record by which parameters are scaled, so that priors hold for a torpedo and a tanker alike.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
@@ -273,7 +280,7 @@ impl Scale {
         let mut rudder_rad: f64 = 0.0;
         let mut strokes = 0;
         for leg in legs {
-            let command = leg.commands(0.0);
+            let command = leg.commands(0.0, PARTS);
             let mean = command.iter().sum::<f64>() / command.len().max(1) as f64;
             rudder_rad = rudder_rad.max(deviation(&command));
             strokes += command

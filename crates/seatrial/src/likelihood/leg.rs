@@ -2,10 +2,12 @@
 
 use seatrial_core::Sample;
 
+use super::hypothesis::Vehicle;
 use crate::record_series::RecordSeries;
 
-/// Parts of an interval over which the rudder is a mean.
+/// Parts of an interval over which the rudder is a mean, and at most where the gear is not linear and where a stroke begins matters.
 pub const PARTS: usize = 3;
+const MOST_PARTS: usize = 12;
 
 /// Headings at their times, and the integral of the command.
 #[derive(Clone, Debug)]
@@ -20,6 +22,8 @@ pub struct Leg {
     integral: Vec<f64>,
     /// The first and the last command, rad.
     ends_rad: [f64; 2],
+    /// Samples of a comparison.
+    block: usize,
 }
 
 impl Leg {
@@ -49,6 +53,7 @@ impl Leg {
             .collect();
         let rudder = |sample: Option<&f64>| sample.copied().unwrap_or(0.0);
         Self {
+            block,
             heading_rad: means(&series.heading_rad),
             integral,
             ends_rad: [
@@ -78,9 +83,18 @@ impl Leg {
         }
     }
 
-    /// Mean command over [`PARTS`] parts of each interval between comparisons, rad, where it acts `shift_s` later than recorded.
-    pub fn commands(&self, shift_s: f64) -> Vec<f64> {
-        let mut commands = Vec::with_capacity(PARTS * self.len());
+    /// Mean command over parts of each interval between comparisons, rad, for this vehicle's gear.
+    pub fn commands_of(&self, vehicle: &Vehicle) -> Vec<f64> {
+        let parts = match vehicle.has_a_linear_gear() {
+            true => PARTS,
+            false => self.block.clamp(PARTS, MOST_PARTS),
+        };
+        self.commands(vehicle.shift_s, parts)
+    }
+
+    /// Mean command over so many parts of each interval between comparisons, rad, where it acts `shift_s` later than recorded.
+    pub fn commands(&self, shift_s: f64, parts: usize) -> Vec<f64> {
+        let mut commands = Vec::with_capacity(parts * self.len());
         let mut at = 0;
         let mut upto = |time_s: f64| {
             while at + 1 < self.change_s.len() && self.change_s[at + 1] <= time_s {
@@ -93,8 +107,8 @@ impl Leg {
         };
         let mut before = upto(first - shift_s);
         for pair in self.time_s.windows(2) {
-            let part_s = (pair[1] - pair[0]) / PARTS as f64;
-            for part in 1..=PARTS {
+            let part_s = (pair[1] - pair[0]) / parts as f64;
+            for part in 1..=parts {
                 let now = upto(pair[0] + part as f64 * part_s - shift_s);
                 commands.push((now - before) / part_s);
                 before = now;

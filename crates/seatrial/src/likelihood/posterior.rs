@@ -27,7 +27,7 @@ impl Contest<'_> {
     /// ```
     ///
     /// A covariance is replaced by that of the jackknife over the blocks where this is clearly wider: the model is then wrong by more than
-    /// its noise.
+    /// its noise. Not that of a first-order vehicle in a sea that its own draws explain: there a block without the rudder says nothing.
     pub fn moments(&self, quantity: &dyn Fn(&Vehicle, f64) -> [f64; 3]) -> Option<Moments> {
         let mut parts: Vec<(f64, Moments)> = Vec::new();
         for candidate in self.candidates.iter().filter(|c| c.weight >= NEGLIGIBLE) {
@@ -96,7 +96,11 @@ impl Candidate<'_> {
                 ))
             })
             .collect();
-        if let Some(times) = self.jackknife(&nodes, &of) {
+        let is_explained = self.is_of_first_order_in_a_sea() && self.passes_as_a_sea();
+        let times = (!is_explained)
+            .then(|| self.jackknife(&nodes, &of))
+            .flatten();
+        if let Some(times) = times {
             for (_, moments) in &mut nodes {
                 let wider = Matrix3::from_diagonal(&times);
                 moments.covariance = wider * moments.covariance * wider;

@@ -1,6 +1,6 @@
 //! The steering model beyond first order: damping that grows with the turn, sway, and a gear that is late, lags or has a largest rate.
 
-use seatrial_core::Sample;
+use seatrial_core::{Sample, YawModel};
 use serde::{Deserialize, Serialize};
 
 use super::filter::{Start, simulate};
@@ -80,6 +80,17 @@ pub struct SecondOrderNomoto {
 }
 
 impl SteeringModel {
+    /// Of first order behind a rudder that lags by so much, s.
+    pub fn first_order(model: &YawModel<f64>, rudder_lag_s: f64) -> Self {
+        Self {
+            a22_per_s: model.a22_per_s,
+            b2_per_s2: model.b2_per_s2,
+            c0_rad_per_s2: model.c0_rad_per_s2,
+            rudder_lag_s,
+            ..Self::default()
+        }
+    }
+
     /// With this offset, rad/s^2.
     pub fn new(vehicle: &Vehicle, offset_rad_s2: f64) -> Self {
         let has_sway = vehicle.coupling_per_s2 != 0.0;

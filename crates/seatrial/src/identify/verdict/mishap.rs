@@ -24,7 +24,8 @@ impl Weighing {
         let found = &checked.mishaps;
         let jump = found.jump.map(|(jump, place)| heading_jump(jump, place));
         let jam = || {
-            let (jam, place) = found.jam?;
+            // What a sea does looks like a stuck rudder, too.
+            let (jam, place) = found.jam.filter(|_| !checked.is_in_a_sea())?;
             Some(rudder_jam(
                 jam,
                 place,

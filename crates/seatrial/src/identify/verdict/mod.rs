@@ -35,7 +35,11 @@ pub(super) fn judge(checked: &Checked) -> Verdict {
         None => {}
     }
     weighing.model(checked);
-    weighing.validation(checked.validation, offset_drift(checked));
+    weighing.validation(
+        checked.validation,
+        offset_drift(checked),
+        checked.is_of_a_sea(),
+    );
     weighing.jump_behind_low_r2(checked);
     if let (Some(refined), Some(apart)) = (&checked.chosen.refined, &checked.independent) {
         // A difference that one way to look at the record does not show is not proven.
@@ -78,7 +82,7 @@ pub fn judge_validation(
     beyond: Vec<String>,
 ) -> Verdict {
     let mut weighing = Weighing::default();
-    weighing.validation(Some(validation), None);
+    weighing.validation(Some(validation), None, false);
     if let Some(other) = other {
         weighing.given(model, other);
     }
@@ -152,6 +156,10 @@ impl Weighing {
 
     fn has(&self, code: &ReasonCode) -> bool {
         self.rejections.iter().any(|reason| reason.code == *code)
+    }
+
+    fn is_noted(&self, code: &ReasonCode) -> bool {
+        self.notes.iter().any(|reason| reason.code == *code)
     }
 
     /// What in the log may not mean what it says.

@@ -1,6 +1,6 @@
 //! Are the parameters known well enough, and does the model describe its own record?
 
-use seatrial_core::{GoodnessOfFit, YawModel};
+use seatrial_core::YawModel;
 
 use super::record::coarse_step_rad;
 use super::{MOST_TIMES, Share, Weighing};
@@ -8,7 +8,7 @@ use crate::figures::{degrees, percent, r2_text, three_figures};
 use crate::identification::{
     HigherOrder, LagEffect, Reason, ReasonCode, Refined, WIDEST_A22, WIDEST_B2,
 };
-use crate::identify::checked::Checked;
+use crate::identify::checked::{Checked, LEAST_R2_IN_A_SEA};
 use crate::identify::chosen::ModelSource;
 use crate::identify::explained::Explained;
 use crate::identify::residual_tests::ResidualTests;
@@ -279,7 +279,7 @@ impl Weighing {
                 "b2 is negative: a positive rudder angle turns towards decreasing heading in this log; keep this sign, or negate the rudder channel".into(),
             );
         }
-        self.training_fit(&checked.training_fit);
+        self.training_fit(checked);
     }
 
     fn misfit(&mut self, checked: &Checked) {
@@ -320,9 +320,13 @@ impl Weighing {
         }
     }
 
-    fn training_fit(&mut self, fit: &GoodnessOfFit<f64>) {
+    fn training_fit(&mut self, checked: &Checked) {
+        let fit = &checked.training_fit;
         let heading = fit.r2_heading_offset_refit;
         let yaw_rate = fit.r2_yaw_rate;
+        if checked.is_in_a_sea() && yaw_rate > Some(LEAST_R2_IN_A_SEA) {
+            return;
+        }
         // A heading that cannot be simulated is not described; a yaw rate may be unknown.
         if heading.unwrap_or(0.0) < LEAST_TRAINING_R2
             || yaw_rate.is_some_and(|r2| r2 < LEAST_TRAINING_R2)

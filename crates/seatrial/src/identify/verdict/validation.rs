@@ -51,11 +51,13 @@ impl OffsetDrift {
 }
 
 impl Weighing {
-    /// `drift` is that of the offset from training to validation data, where both give one with its interval.
+    /// `drift` is that of the offset from training to validation data, where both give one with its interval; `is_of_a_sea` tells that a sea
+    /// explains a low R^2.
     pub(super) fn validation(
         &mut self,
         validation: Option<Validation>,
         drift: Option<OffsetDrift>,
+        is_of_a_sea: bool,
     ) {
         let Some(validation) = validation else {
             return self.not_validated();
@@ -67,6 +69,15 @@ impl Weighing {
             if drift.is_none_or(|drift| drift.is_certain()) {
                 self.offset_drifted(validation, drift);
             }
+        } else if is_of_a_sea && self.is_noted(&ReasonCode::Disturbed) {
+        } else if is_of_a_sea {
+            self.note(
+                ReasonCode::Disturbed,
+                format!(
+                    "R^2 on validation data is {} for heading with the offset estimated again and {} for yaw rate: the sea of the training explains that",
+                    r2_text(validation.r2_heading_offset_refit), r2_text(validation.r2_yaw_rate)
+                ),
+            );
         } else {
             self.reject(
                 ReasonCode::LowR2,
@@ -264,6 +275,7 @@ mod tests {
         let explained = |speeds, b2| {
             let apart = Independent {
                 length: 1.0,
+                swing: 1.0,
                 surge_speeds_m_s: speeds,
                 largest_jump: None,
                 estimate: None,
