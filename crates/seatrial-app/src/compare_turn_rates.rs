@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use seatrial::amplitude::{Bounded, OverAmplitude, SeenModel, yaw_rate_amplitude_rad_s};
+use seatrial::amplitude::{
+    Bounded, OverAmplitude, SeenModel, seen_amplitude_rad_s, yaw_rate_amplitude_rad_s,
+};
 use seatrial::identification::{Outcome, Verdict};
 use seatrial::{Identification, Sample, Window};
 use seatrial_core::{Nomoto, RudderUnit};
@@ -135,10 +137,11 @@ impl LogModel {
     ) -> Self {
         let record = &found.logs.log.record;
         let parts: Vec<&[Sample<f64>]> = windows.iter().map(|w| record.window(*w)).collect();
-        let amplitude =
-            identification.and_then(|found| yaw_rate_amplitude_rad_s(found.model(), &parts));
         let refined = identification.and_then(|found| found.refined.as_ref());
         let range = identification.and_then(|found| found.valid_range);
+        let rudder_amplitude = range.map(|range| 0.5 * (range.rudder[1] - range.rudder[0]));
+        let amplitude = (refined.zip(rudder_amplitude))
+            .and_then(|(refined, rudder)| seen_amplitude_rad_s(refined, rudder, &parts));
         let seen = refined
             .zip(amplitude)
             .map(|(refined, amplitude)| SeenModel::of(refined, amplitude));
@@ -147,7 +150,7 @@ impl LogModel {
             thrust: None,
             surge_speed_m_s: speed_on_the_straight(&parts),
             yaw_rate_amplitude_rad_s: amplitude,
-            rudder_amplitude: range.map(|range| 0.5 * (range.rudder[1] - range.rudder[0])),
+            rudder_amplitude,
             rudder_unit: record.rudder_unit,
             nomoto: identification.and_then(|found| found.nomoto),
             a22_per_s: refined.map(|refined| Bounded {

@@ -69,6 +69,18 @@ fn cli_turn_is_table_iv_to_port() {
     assert!(table.contains("Nomoto") && table.contains("starboard") && table.contains("9.20"));
 }
 
+/// No gain steers every vehicle that explains the log of the slower speed.
+#[test]
+fn cli_a_schedule_file_carries_that_a_model_has_no_gain() {
+    let directory = tempfile::tempdir().unwrap();
+    let may_be_unstable = format!("{SCHEDULE}may_be_unstable = true\n");
+    let path = write(directory.path(), "schedule.toml", &may_be_unstable);
+    let (document, _) = json(&["gains", "--schedule", &path]);
+    let gain = |point: usize| document.pointer(&format!("/points/{point}/proportional_gain"));
+    assert_eq!(gain(0), Some(&serde_json::Value::Null), "{document:#}");
+    assert!(gain(1).is_some_and(|gain| gain["value"].is_number()));
+}
+
 #[test]
 fn cli_turn_refuses_an_unstable_vehicle_as_a_value() {
     let (document, code) = json(&["turn", "--a22", "0.1", "--b2", "1"]);

@@ -216,7 +216,15 @@ fn in_a_sea(random: &mut Pcg64) -> (Hull, f64) {
     (hull, time_s)
 }
 
-const KINDS: [Kind; 10] = [
+fn lagging_in_a_sea(random: &mut Pcg64) -> (Hull, f64) {
+    let (mut hull, time_s) = plain(random);
+    hull.gear[1] = between(random, 0.1, 0.2);
+    hull.sea_rad_s2 = between(random, 0.01, 0.02);
+    hull.noise_rad = between(random, 0.01, 0.1f64).to_radians();
+    (hull, time_s)
+}
+
+const KINDS: [Kind; 11] = [
     ("first order", plain),
     ("in a sea", in_a_sea),
     ("lag to 0.3 s", lagging_gear),
@@ -227,6 +235,7 @@ const KINDS: [Kind; 10] = [
     ("quadratic damping", rov),
     ("stable sway", stable_ship),
     ("unstable sway", unstable_ship),
+    ("lag in a sea", lagging_in_a_sea),
 ];
 
 const AMPLITUDE_RAD: f64 = 0.26;

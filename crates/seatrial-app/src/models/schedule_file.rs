@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use seatrial::GainAllowance;
+use seatrial::identification::ReasonCode;
 use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::{RudderUnit, SchedulePoint, YawModel};
 use serde::{Deserialize, Serialize};
@@ -25,7 +26,7 @@ it is not the rudder limit):
   b2_per_s2 = 0.60
   c0_rad_per_s2 = 0.0072
 `seatrial identify LOG --schedule FILE` adds what a gain allows for: a22_interval_95_per_s, covariance of [a22, b2, C0], \
-delay_s and sample_interval_s. Without them a gain allows for nothing.";
+delay_s, sample_interval_s and may_be_unstable, which gives no gain. Without them a gain allows for nothing.";
 
 /// A schedule file.
 #[derive(Deserialize, Serialize)]
@@ -61,6 +62,9 @@ struct ScheduleFilePoint {
     /// Interval of a sampled controller, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     sample_interval_s: Option<f64>,
+    /// Of the vehicles that explain the log some are not steered by any gain of this model.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    may_be_unstable: bool,
 }
 
 impl ScheduleFilePoint {
@@ -80,15 +84,19 @@ impl ScheduleFilePoint {
             covariance: refined.map(|refined| refined.covariance),
             delay_s: timing.map(|timing| timing.delay_s),
             sample_interval_s: timing.and_then(|timing| timing.sample_interval_s),
+            may_be_unstable: identification.verdict.has(&ReasonCode::Unstable),
         })
     }
 
     fn into_model(self) -> ModelPoint {
-        let damping = |interval| GainAllowance::damping_per_s(self.a22_per_s, interval);
         ModelPoint {
             covariance: self.covariance,
             allowance: GainAllowance {
-                damping_per_s: self.a22_interval_95_per_s.map_or(0.0, damping),
+                damping_per_s: GainAllowance::damping_of(
+                    self.a22_per_s,
+                    self.a22_interval_95_per_s,
+                    self.may_be_unstable,
+                ),
                 timing: LoopTiming {
                     delay_s: self.delay_s.unwrap_or(0.0),
                     sample_interval_s: self.sample_interval_s,

@@ -44,7 +44,7 @@ use core::f64::consts::PI;
 use seatrial_core::{Sample, YawModel};
 use serde::Serialize;
 
-use crate::identification::Refined;
+use crate::identification::{EstimateMethod, Refined};
 use crate::identify::validation::derived_yaw_rate;
 
 /// The largest amplitude is at least so many times the least where they tell a_rr.
@@ -136,6 +136,24 @@ pub struct OverAmplitude {
     /// Half the width of a 95 % interval in standard deviations.
     #[serde(skip)]
     deviations: f64,
+}
+
+/// The amplitude at which a refined model was seen over the parts of a record, rad/s.
+///
+/// A model of [weighed hypotheses](EstimateMethod::WeighedHypotheses) has the vehicle's steady turn at an angle of the rudder, and its
+/// damping is that of this turn: a22 = a22_0 + a_rr |r|, so that A = 3 pi/8 |r|. Any other is seen at [`yaw_rate_amplitude_rad_s`].
+pub fn seen_amplitude_rad_s(
+    refined: &Refined,
+    rudder_amplitude: f64,
+    parts: &[&[Sample<f64>]],
+) -> Option<f64> {
+    let model = refined.model;
+    match refined.method {
+        EstimateMethod::WeighedHypotheses => {
+            Some(3.0 * PI / 8.0 * (model.b2_per_s2 / model.a22_per_s * rudder_amplitude).abs())
+        }
+        _ => yaw_rate_amplitude_rad_s(model, parts),
+    }
 }
 
 /// The amplitude of the yaw rate over the parts of a record, rad/s: that of the sine with the same quadratic damping. The yaw rate is the

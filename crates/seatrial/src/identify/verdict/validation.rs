@@ -174,7 +174,9 @@ impl Weighing {
                     self.weakly_validated(
                         times,
                         "a rudder that stops at 70 % of the training's angle",
-                        times > BLIND && checked.explained.structural_misfit().is_none(),
+                        times > BLIND
+                            && checked.explained.structural_misfit().is_none()
+                            && !checked.is_in_a_sea(),
                     );
                 }
             }
