@@ -85,8 +85,25 @@ impl Bytes {
         &self.buffer[self.unread.clone()]
     }
 
+    /// Adds the next `count` bytes, or as many as there are; `false` where there are fewer.
+    #[cfg(feature = "containers")]
+    pub(crate) fn take(&mut self, count: usize, taken: &mut Vec<u8>) -> Result<bool, Fault> {
+        let mut left = count;
+        while left > 0 {
+            let seen = self.peek(left.min(BUFFER))?;
+            let some = seen.len().min(left);
+            if some == 0 {
+                return Ok(false);
+            }
+            taken.extend_from_slice(&seen[..some]);
+            self.skip(some);
+            left -= some;
+        }
+        Ok(true)
+    }
+
     /// Bytes of the file.
-    #[cfg(feature = "mcap-reader")]
+    #[cfg(any(feature = "mcap-reader", feature = "containers"))]
     pub(crate) fn length(&self) -> Result<u64, Fault> {
         self.file.length().map_err(Fault::read)
     }

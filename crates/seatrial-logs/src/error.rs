@@ -67,11 +67,19 @@ pub enum Fault {
         "is a cache file of a Slocum glider, which names the sensors of logs and holds no samples: give the log itself (.dbd, .sbd or .mbd)"
     )]
     SlocumCache,
-    /// A recording of ROS 1.
+    /// A recording of an early ROS 1.
+    #[error("is a bag of ROS 1 before version 2.0: convert it with `rosbag fix FILE.bag NEW.bag`")]
+    OldBag,
+    /// Positions are joined by UTC, and the log has none.
     #[error(
-        "is a bag of ROS 1; bags of ROS 2 are read: convert it (pip install rosbags; rosbags-convert --src FILE.bag --dst FOLDER) and give the .db3 file in FOLDER"
+        "its times have no date, and positions of a track are joined by UTC: name a column with date and time with --time NAME"
     )]
-    Ros1Bag,
+    NoDate,
+    /// Arrays in HDF5.
+    #[error(
+        "is a MATLAB file of version 7.3, which is HDF5: in MATLAB write it as version 7 with `s = load('FILE.mat'); save('NEW.mat', '-struct', 's', '-v7')`"
+    )]
+    Matlab73,
     /// No bytes, or nothing but blank and comment lines.
     #[error(
         "is empty; expected a header line with column names and one line per sample: was the logger running?"
@@ -109,7 +117,7 @@ pub enum Fault {
     )]
     OtherEncoding,
     /// A workbook of a spreadsheet.
-    #[error("is a workbook of a spreadsheet (.xlsx or .ods); save its sheet as “CSV UTF-8”")]
+    #[error("is a workbook of a spreadsheet (.ods); save it as .xlsx, or its sheet as “CSV UTF-8”")]
     Workbook,
     /// The file is neither text nor of a known format.
     #[error(

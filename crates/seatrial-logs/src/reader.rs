@@ -38,6 +38,18 @@ pub struct LogReader {
     rate_rad_s: Option<f64>,
     counts: Counts,
     is_finished: bool,
+    #[cfg(feature = "containers")]
+    positions: Option<Positions>,
+}
+
+/// The positions of another file.
+#[cfg(feature = "containers")]
+struct Positions {
+    track: crate::track::Track,
+    /// Second 0 of the log.
+    start_unix_s: f64,
+    /// Samples with a position.
+    found: u64,
 }
 
 /// Opens a log of any known format; `-` is standard input.
@@ -48,9 +60,13 @@ pub fn open(path: &Path, choice: &ChannelChoice) -> Result<LogReader, ReadError>
 /// [`open`] of a path that may be one of a file in memory.
 pub fn open_held(path: &Path, held: &Held, choice: &ChannelChoice) -> Result<LogReader, ReadError> {
     let log = path.display().to_string();
-    table(path, held, &choice.formats)
+    let reader = table(path, held, &choice.formats)
         .and_then(|table| LogReader::new(log.clone(), table, choice))
-        .map_err(|fault| ReadError { log, fault })
+        .map_err(|fault| ReadError { log, fault })?;
+    match &choice.positions {
+        None => Ok(reader),
+        Some(track) => reader.with_positions(track, held),
+    }
 }
 
 impl LogReader {
@@ -121,6 +137,50 @@ impl LogReader {
             rate_rad_s: None,
             counts: Counts::default(),
             is_finished: false,
+            #[cfg(feature = "containers")]
+            positions: None,
+        })
+    }
+
+    /// Takes the positions of a track.
+    #[cfg(feature = "containers")]
+    fn with_positions(mut self, path: &Path, held: &Held) -> Result<Self, ReadError> {
+        let named = path.display().to_string();
+        let of_track = |fault| ReadError {
+            log: named.clone(),
+            fault,
+        };
+        let opening = |source| Fault::Io {
+            doing: "opened",
+            source,
+        };
+        let file = held.open(path).map_err(opening).map_err(of_track)?;
+        let track = crate::track::Track::read(file).map_err(of_track)?;
+        let Some(start_unix_s) = self.clock.start_unix_s() else {
+            return Err(ReadError {
+                log: self.log,
+                fault: Fault::NoDate,
+            });
+        };
+        self.description
+            .warnings
+            .push(format!("north and east are those of {named}, by time"));
+        self.positions = Some(Positions {
+            track,
+            start_unix_s,
+            found: 0,
+        });
+        Ok(self)
+    }
+
+    #[cfg(not(feature = "containers"))]
+    fn with_positions(self, _path: &Path, _held: &Held) -> Result<Self, ReadError> {
+        Err(ReadError {
+            log: self.log,
+            fault: Fault::NotBuilt {
+                format: "a track",
+                feature: "--features containers",
+            },
         })
     }
 
@@ -153,6 +213,17 @@ impl LogReader {
     /// What was left out on the way. Call it after the last sample.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.table.warnings();
+        #[cfg(feature = "containers")]
+        if self
+            .positions
+            .as_ref()
+            .is_some_and(|positions| positions.found == 0)
+        {
+            warnings.push(
+                "no sample is within the times of the track: are both in UTC, and of one day?"
+                    .into(),
+            );
+        }
         let Counts {
             rows,
             missing,
@@ -238,7 +309,7 @@ impl LogReader {
     }
 
     /// The row's sample, `None` where time, heading or rudder is missing.
-    fn sample(&self, place: Place) -> Result<Option<Sample<f64>>, Fault> {
+    fn sample(&mut self, place: Place) -> Result<Option<Sample<f64>>, Fault> {
         let mut sample = Sample::default();
         for (channel, cell) in self.description.channels.iter().zip(&self.cells) {
             let quantity = channel.quantity;
@@ -279,6 +350,12 @@ impl LogReader {
                 (None, None) if quantity.is_required() => return Ok(None),
                 _ => set(&mut sample, quantity, finite),
             }
+        }
+        #[cfg(feature = "containers")]
+        if let Some(positions) = &mut self.positions {
+            let place = positions.track.at(positions.start_unix_s + sample.time_s);
+            positions.found += u64::from(place.is_some());
+            (sample.north_m, sample.east_m) = place.map(|[north, east]| (north, east)).unzip();
         }
         Ok(Some(sample))
     }
