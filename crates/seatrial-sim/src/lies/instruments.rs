@@ -35,9 +35,18 @@ pub fn write(setup: &Setup, voyage: &Voyage, seed: u64) -> LyingLog {
             .collect()
     });
     let stamped = clock::stamps(setup, &times_s, middle_s, &mut chance);
+    let reach = setup.gyro.and_then(|gyro| gyro.computed);
+    let rates = reach.map_or(rates, |reach| {
+        Some(computed_rates(setup, &headings, &stamped, reach))
+    });
     let mut csv = header(setup);
     for &(row, stamp) in &stamped {
-        let decimals = if setup.clock.per_second == 0.0 { 0 } else { 4 };
+        let decimals = match setup.clock.per_second {
+            0.0 => 0,
+            // Of days.
+            per_second if per_second < 1e-3 => 9,
+            _ => 4,
+        };
         let _ = write!(
             csv,
             "{stamp:.decimals$},{:.6},{:.6}",
@@ -68,10 +77,35 @@ pub fn write(setup: &Setup, voyage: &Voyage, seed: u64) -> LyingLog {
         validation_s: by_the_clock(voyage.validation_s),
         truth: LogTruth {
             a22_per_s: hull.a22_per_s,
-            b2_per_s2: hull.b2_per_s2 * setup.rudder.sense,
+            b2_per_s2: hull.b2_per_s2
+                * setup.rudder.sense
+                * if setup.heading.mirrored { -1.0 } else { 1.0 },
             full_rudder_rad: setup.full_rudder_rad,
         },
     }
+}
+
+/// Mean slopes of the file's headings by its times, as a program computes them, in the file's unit.
+fn computed_rates(
+    setup: &Setup,
+    headings: &[f64],
+    stamped: &[(usize, f64)],
+    reach: usize,
+) -> Vec<f64> {
+    let turn = TAU * setup.columns.heading.per_si;
+    let last = headings.len() - 1;
+    let slope = |row: usize| {
+        let (before, after) = (row.saturating_sub(1), (row + 1).min(last));
+        let change = headings[after] - headings[before];
+        let passed = stamped[after].1 - stamped[before].1;
+        (change - turn * (change / turn).round()) / passed
+    };
+    let mean = |row: usize| {
+        let rows = row.saturating_sub(reach)..=(row + reach).min(last);
+        let count = rows.clone().count() as f64;
+        rows.map(slope).sum::<f64>() / count
+    };
+    (0..=last).map(mean).collect()
 }
 
 fn header(setup: &Setup) -> String {
@@ -151,6 +185,11 @@ fn headings(
 fn in_the_file(setup: &Setup, heading_rad: f64) -> f64 {
     let channel = &setup.heading;
     let column = &setup.columns.heading;
+    let heading_rad = if channel.mirrored {
+        -heading_rad
+    } else {
+        heading_rad
+    };
     let wrapped_rad = match channel.modulo_rad {
         Some(modulo_rad) => heading_rad.rem_euclid(modulo_rad),
         None if channel.wraps_badly => {
@@ -163,8 +202,8 @@ fn in_the_file(setup: &Setup, heading_rad: f64) -> f64 {
                 wrapped
             }
         }
-        None if setup.columns.heading.name.ends_with("deg") => heading_rad.rem_euclid(TAU),
-        None => Real::wrapped(heading_rad),
+        None if setup.columns.heading.name.ends_with("rad") => Real::wrapped(heading_rad),
+        None => heading_rad.rem_euclid(TAU),
     };
     let number = wrapped_rad * column.per_si + column.offset;
     match channel.resolution {
@@ -202,6 +241,10 @@ fn rudders(setup: &Setup, voyage: &Voyage, times_s: &[f64]) -> Vec<f64> {
             };
             let place = (time_s / voyage.step_s + 1e-6) as usize;
             let moment = voyage.moments[place.min(voyage.moments.len() - 1)];
+            if channel.half_sum {
+                let sum = 0.2 + 0.01 * libm::sin(0.3 * row as f64 / setup.time_constant_s());
+                return sum * column.per_si + column.offset;
+            }
             let angle_rad = if channel.measured {
                 moment.fin_rad
             } else {
