@@ -219,7 +219,7 @@ impl OneSpeed {
         let text = match &over_amplitude {
             Some(together) => together.text(),
             None if !has_one_unit => "The rudders are in different units: say what full rudder is, so that all are angles.".into(),
-            None if !has_one_side => "Their rudders, or their headings, count to different sides: turn the column of one with a scale of -1 in a [channels] file.".into(),
+            None if !has_one_side => "Their rudders, or their headings, count to different sides: turn the column of one with reversed = true in a [channels] file.".into(),
             None if seen.len() < 2 => format!(
                 "Nothing to compare: {} of {} models may be used, and two are needed.",
                 seen.len(),

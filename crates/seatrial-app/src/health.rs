@@ -109,7 +109,7 @@ fn differ(was: &ComparedModels, now: &ComparedModels) -> Option<(&'static str, &
     let is_reversed = side(was)? != side(now)?;
     is_reversed.then_some((
         "its rudder, or its heading, counts to the other side than that of the reference",
-        "Turn one of the two columns: a scale of -1 in a [channels] file.",
+        "Turn one of the two columns: reversed = true in a [channels] file.",
     ))
 }
 

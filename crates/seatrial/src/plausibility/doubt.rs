@@ -18,6 +18,11 @@ pub enum Doubt {
         /// Did the user choose the unit?
         is_given: bool,
     },
+    /// The heading has no unit and is in whole numbers that a byte holds.
+    HeadingCounts {
+        /// The largest number in the column.
+        largest: f64,
+    },
     /// The rudder is in degrees by its column, and in radians by its numbers, or the other way round.
     RudderUnit {
         /// Is the column said to hold degrees?
@@ -136,7 +141,9 @@ impl Doubt {
     /// Its name for programs.
     pub fn code(&self) -> ReasonCode {
         match self {
-            Self::HeadingUnit { .. } => ReasonCode::HeadingUnitDoubtful,
+            Self::HeadingUnit { .. } | Self::HeadingCounts { .. } => {
+                ReasonCode::HeadingUnitDoubtful
+            }
             Self::RudderUnit { .. } | Self::RudderAgainstName | Self::RudderBeyondFull { .. } => {
                 ReasonCode::RudderUnitDoubtful
             }
@@ -191,6 +198,10 @@ impl Doubt {
                 three_figures(*largest)
             ),
             Self::HeadingUnit { said_degrees, largest, wraps, .. } => heading_text(*said_degrees, *largest, *wraps),
+            Self::HeadingCounts { largest } => format!(
+                "the heading has no unit and is in whole numbers up to {}, as whole degrees are and the 256 counts of a byte, and neither a turn through north nor a yaw rate shows which: say --unit heading=deg or --unit heading=turn/256",
+                three_figures(*largest)
+            ),
             Self::RudderUnit { said_degrees: true, largest } if *largest > 1.0 => format!(
                 "the column taken for the rudder reaches {} deg, which no rudder does: name another with --rudder",
                 three_figures(*largest)
@@ -306,6 +317,11 @@ impl Doubt {
             Self::HeadingUnit { said_degrees: true, wraps: false, is_given: true, .. } => Reason {
                 text: "The heading turns little for so much rudder, as one in radians would that is called degrees.".into(),
                 action: "Make sure that it is in degrees.".into(),
+                ..reason
+            },
+            Self::HeadingCounts { .. } => Reason {
+                text: "The heading has no unit: its whole numbers may be degrees or counts of a byte.".into(),
+                action: "Say its unit with --unit heading=deg or --unit heading=turn/256.".into(),
                 ..reason
             },
             Self::RudderAgainstName => Reason {

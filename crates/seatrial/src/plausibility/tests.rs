@@ -302,6 +302,27 @@ fn exact_a_yaw_rate_computed_from_the_heading_proves_nothing() {
     assert!(!gyro.units.yaw_rate_is_derived);
 }
 
+/// Whole numbers below 256 are degrees or counts of a byte; a yaw rate, a wrap at 360 or a larger number tells.
+#[test]
+fn exact_whole_headings_without_a_unit_may_be_counts() {
+    let whole = |from_deg: f64, origin| {
+        let mut units = stated_degrees();
+        units.heading.origin = origin;
+        let mut record = without_rate(record(units));
+        for sample in &mut record.samples {
+            let turned = Real::wrapped(sample.heading_rad).to_degrees();
+            sample.heading_rad = (turned + from_deg).round().rem_euclid(360.0).to_radians();
+        }
+        record
+    };
+    let doubtful = [ReasonCode::HeadingUnitDoubtful];
+    assert_eq!(codes(&whole(100.0, Origin::Assumed)), doubtful);
+    assert!(unit_doubts(&whole(100.0, Origin::Assumed))[0].refuses());
+    assert_eq!(codes(&whole(100.0, Origin::Stated)), []);
+    assert_eq!(codes(&whole(0.0, Origin::Assumed)), []);
+    assert_eq!(codes(&whole(280.0, Origin::Assumed)), []);
+}
+
 /// Counts without a unit are no milliseconds because they look like it.
 #[test]
 fn exact_an_assumed_unit_of_time_is_refused_without_a_witness() {

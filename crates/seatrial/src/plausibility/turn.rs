@@ -14,6 +14,9 @@ const LEAST_CORRELATION: f64 = 0.7;
 /// Ratios in which a compass that deviates and a gyro of a wrong scale are left to the compass's own test.
 const SOUND: [f64; 2] = [0.5, 2.0];
 
+/// And for a time that counts rows, which the yaw rate must prove: less than that compass and gyro err by.
+const SOUND_FOR_ROWS: [f64; 2] = [0.8, 1.25];
+
 /// Change of heading over the integral of the yaw rate, over spans of some rows:
 ///
 /// ```text
@@ -29,12 +32,13 @@ pub(super) fn doubt(record: &Record) -> Option<Doubt> {
         return None;
     }
     let ratio = SPANS.iter().find_map(|rows| ratio(record, *rows))?;
-    let agrees = (SOUND[0]..=SOUND[1]).contains(&ratio);
-    (!agrees).then(|| {
+    let is_index = counts(record) && !record.units.time_is_a_date;
+    let [least, most] = if is_index { SOUND_FOR_ROWS } else { SOUND };
+    (!(least..=most).contains(&ratio)).then(|| {
         Doubt::RateMismatch(RateMismatch {
             ratio,
             interval_s: record.median_interval_s().unwrap_or(f64::NAN),
-            is_index: counts(record),
+            is_index,
         })
     })
 }

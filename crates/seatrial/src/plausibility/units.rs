@@ -10,6 +10,9 @@ use crate::stated_units::{ColumnUnit, Origin};
 const TURN_RAD: f64 = 6.3;
 /// More turns than a heading in radians unwraps to in a trial, rad.
 const MANY_TURNS_RAD: f64 = 40.0;
+/// A byte counts a turn in so many parts, and whole numbers are those within this of one: degrees go through radians.
+const BYTE: f64 = 256.0;
+const WHOLE: f64 = 1e-9;
 /// A step by this share of a turn is a wrap.
 const WRAP: f64 = 0.8;
 /// A sluggish vehicle changes its heading by at least this share of the rudder's range; a heading in radians beside a
@@ -88,9 +91,16 @@ fn heading(record: &Record) -> Option<Doubt> {
     } else {
         360.0
     };
-    let wraps = headings
-        .windows(2)
-        .any(|pair| (WRAP * turn..=1.001 * turn).contains(&(pair[1] - pair[0]).abs()));
+    let wraps = wraps_at(&headings, turn);
+    if said_degrees && unit.origin == Origin::Assumed && !wraps_at(&headings, 360.0) {
+        let has_rate = record.samples.iter().any(|s| s.yaw_rate_rad_s.is_some());
+        let are_whole = headings
+            .iter()
+            .all(|heading| (heading - heading.round()).abs() < WHOLE);
+        if !has_rate && are_whole && (0.0..BYTE).contains(&largest) {
+            return Some(Doubt::HeadingCounts { largest });
+        }
+    }
     let is_doubtful = match (said_degrees, unit.origin) {
         (true, _) => largest <= TURN_RAD && (wraps || turns_too_little(record, &headings)),
         (false, Origin::Given) => wraps || begins_turned(record, &headings),
@@ -102,6 +112,13 @@ fn heading(record: &Record) -> Option<Doubt> {
         wraps,
         is_given: unit.origin == Origin::Given,
     })
+}
+
+/// Is a step of a turn between two numbers?
+fn wraps_at(headings: &[f64], turn: f64) -> bool {
+    headings
+        .windows(2)
+        .any(|pair| (WRAP * turn..=1.001 * turn).contains(&(pair[1] - pair[0]).abs()))
 }
 
 /// Does the heading begin more than a turn from north, with no yaw rate to show that it is in radians all the same?

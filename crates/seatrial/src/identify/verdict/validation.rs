@@ -189,7 +189,7 @@ impl Weighing {
         let measured = format!("the validation data by themselves give {found}");
         let reason = Reason {
             text: "The rudder or the heading of the validation data counts to the other side than the model's.".into(),
-            action: "Turn one of the two columns: a scale of -1 in a [channels] file.".into(),
+            action: "Turn one of the two columns: reversed = true in a [channels] file.".into(),
             ..Reason::new(ReasonCode::Contradicted, measured)
         };
         // What explains a low R^2 comes before it.
