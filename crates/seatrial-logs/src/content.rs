@@ -83,7 +83,10 @@ fn check_is_log(start: &[u8]) -> Result<(), Fault> {
         return Err(Fault::SlocumCache);
     }
     if start.starts_with(b"#ROSBAG V") && !start.starts_with(ROS1) {
-        return Err(Fault::OldBag);
+        return Err(Fault::NothingToRead {
+            format: "bag of ROS 1",
+            what: "expected version 2.0, to which `rosbag fix FILE.bag NEW.bag` converts it".into(),
+        });
     }
     Ok(())
 }

@@ -67,9 +67,6 @@ pub enum Fault {
         "is a cache file of a Slocum glider, which names the sensors of logs and holds no samples: give the log itself (.dbd, .sbd or .mbd)"
     )]
     SlocumCache,
-    /// A recording of an early ROS 1.
-    #[error("is a bag of ROS 1 before version 2.0: convert it with `rosbag fix FILE.bag NEW.bag`")]
-    OldBag,
     /// Positions are joined by UTC, and the log has none.
     #[error(
         "its times have no date, and positions of a track are joined by UTC: name a column with date and time with --time NAME"
@@ -112,9 +109,7 @@ pub enum Fault {
     #[error("the text is in UTF-16, as Excel's “Unicode text”; save it as “CSV UTF-8”")]
     Utf16,
     /// Text in an encoding that is not read.
-    #[error(
-        "the text is not in UTF-8 but in another encoding, such as Shift-JIS; save it as “CSV UTF-8”, or convert it: iconv -f SHIFT_JIS -t UTF-8 FILE > NEW.csv"
-    )]
+    #[error("the text is in an encoding that is not read: save it as “CSV UTF-8”")]
     OtherEncoding,
     /// A workbook of a spreadsheet.
     #[error("is a workbook of a spreadsheet (.ods); save it as .xlsx, or its sheet as “CSV UTF-8”")]

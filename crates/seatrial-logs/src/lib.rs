@@ -58,7 +58,6 @@ mod slocum;
 mod sqlite;
 mod table;
 mod tlog;
-#[cfg(feature = "containers")]
 mod track;
 mod ulog;
 mod unit;

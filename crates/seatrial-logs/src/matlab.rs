@@ -160,10 +160,7 @@ impl Arrays {
         if depth == DEEPEST || width == 0 {
             return None;
         }
-        let names: Vec<String> = names
-            .chunks(width)
-            .map(|name| crate::bytes::text_of(name))
-            .collect();
+        let names: Vec<String> = names.chunks(width).map(crate::bytes::text_of).collect();
         for place in 1..=count {
             for field in &names {
                 let (_, matrix) = self.element(&mut rest)?;

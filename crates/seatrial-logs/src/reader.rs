@@ -6,15 +6,16 @@ use std::path::Path;
 use seatrial_core::{RudderUnit, Sample};
 
 use crate::choice::ChannelChoice;
-use crate::clock::{Clock, ClockFound};
+use crate::clock::Clock;
 use crate::content::table;
-use crate::description::{Channel, Counts, LogDescription, UnitSource};
+use crate::description::{Channel, Counts, LogDescription};
 use crate::error::{Fault, Place, ReadError, clipped};
 use crate::input::Held;
-use crate::look_ahead::{Row, cells, first_rows, leave_out_text, look_ahead};
+use crate::look_ahead::{Inferred, InferredUnits, Row, inferred_units, leave_out_text, look_ahead};
 use crate::loose::{from_long, from_sparse, is_sparse};
-use crate::matching::{Match, Matches, match_columns};
+use crate::matching::{Match, match_columns};
 use crate::table::{Cell, Table};
+use crate::track::Positions;
 use crate::unit::{Conversion, Dimension, NEUTRAL_PULSE_US};
 use crate::view::{wanted_rows, with_computed};
 use crate::{Quantity, Unit};
@@ -38,18 +39,7 @@ pub struct LogReader {
     rate_rad_s: Option<f64>,
     counts: Counts,
     is_finished: bool,
-    #[cfg(feature = "containers")]
     positions: Option<Positions>,
-}
-
-/// The positions of another file.
-#[cfg(feature = "containers")]
-struct Positions {
-    track: crate::track::Track,
-    /// Second 0 of the log.
-    start_unix_s: f64,
-    /// Samples with a position.
-    found: u64,
 }
 
 /// Opens a log of any known format; `-` is standard input.
@@ -60,13 +50,17 @@ pub fn open(path: &Path, choice: &ChannelChoice) -> Result<LogReader, ReadError>
 /// [`open`] of a path that may be one of a file in memory.
 pub fn open_held(path: &Path, held: &Held, choice: &ChannelChoice) -> Result<LogReader, ReadError> {
     let log = path.display().to_string();
-    let reader = table(path, held, &choice.formats)
+    let mut reader = table(path, held, &choice.formats)
         .and_then(|table| LogReader::new(log.clone(), table, choice))
         .map_err(|fault| ReadError { log, fault })?;
-    match &choice.positions {
-        None => Ok(reader),
-        Some(track) => reader.with_positions(track, held),
+    if let Some(track) = &choice.positions {
+        let positions = Positions::open(track, held, reader.clock.start_unix_s());
+        reader.positions = Some(positions.map_err(|fault| ReadError {
+            log: track.display().to_string(),
+            fault,
+        })?);
     }
+    Ok(reader)
 }
 
 impl LogReader {
@@ -126,10 +120,7 @@ impl LogReader {
             },
             table,
             clock: time.clock,
-            time_scale: choice
-                .corrections
-                .get(&Quantity::Time)
-                .map_or(1.0, |correction| correction.scale),
+            time_scale: time_scale(&choice),
             drop_invalid: choice.drop_invalid,
             look_ahead: rows,
             cells: Vec::new(),
@@ -137,50 +128,7 @@ impl LogReader {
             rate_rad_s: None,
             counts: Counts::default(),
             is_finished: false,
-            #[cfg(feature = "containers")]
             positions: None,
-        })
-    }
-
-    /// Takes the positions of a track.
-    #[cfg(feature = "containers")]
-    fn with_positions(mut self, path: &Path, held: &Held) -> Result<Self, ReadError> {
-        let named = path.display().to_string();
-        let of_track = |fault| ReadError {
-            log: named.clone(),
-            fault,
-        };
-        let opening = |source| Fault::Io {
-            doing: "opened",
-            source,
-        };
-        let file = held.open(path).map_err(opening).map_err(of_track)?;
-        let track = crate::track::Track::read(file).map_err(of_track)?;
-        let Some(start_unix_s) = self.clock.start_unix_s() else {
-            return Err(ReadError {
-                log: self.log,
-                fault: Fault::NoDate,
-            });
-        };
-        self.description
-            .warnings
-            .push(format!("north and east are those of {named}, by time"));
-        self.positions = Some(Positions {
-            track,
-            start_unix_s,
-            found: 0,
-        });
-        Ok(self)
-    }
-
-    #[cfg(not(feature = "containers"))]
-    fn with_positions(self, _path: &Path, _held: &Held) -> Result<Self, ReadError> {
-        Err(ReadError {
-            log: self.log,
-            fault: Fault::NotBuilt {
-                format: "a track",
-                feature: "--features containers",
-            },
         })
     }
 
@@ -213,17 +161,7 @@ impl LogReader {
     /// What was left out on the way. Call it after the last sample.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.table.warnings();
-        #[cfg(feature = "containers")]
-        if self
-            .positions
-            .as_ref()
-            .is_some_and(|positions| positions.found == 0)
-        {
-            warnings.push(
-                "no sample is within the times of the track: are both in UTC, and of one day?"
-                    .into(),
-            );
-        }
+        warnings.extend(self.positions.as_ref().map(Positions::warning));
         let Counts {
             rows,
             missing,
@@ -351,11 +289,8 @@ impl LogReader {
                 _ => set(&mut sample, quantity, finite),
             }
         }
-        #[cfg(feature = "containers")]
         if let Some(positions) = &mut self.positions {
-            let place = positions.track.at(positions.start_unix_s + sample.time_s);
-            positions.found += u64::from(place.is_some());
-            (sample.north_m, sample.east_m) = place.map(|[north, east]| (north, east)).unzip();
+            positions.place(&mut sample);
         }
         Ok(Some(sample))
     }
@@ -433,49 +368,10 @@ impl Iterator for LogReader {
     }
 }
 
-/// A unit taken from the values, whether they state it, and why.
-type Inferred = (Unit, UnitSource, Option<String>);
-
-/// The units that the values of the first rows tell.
-struct InferredUnits {
-    units: BTreeMap<Quantity, Inferred>,
-    time: ClockFound,
-    /// What people should know of the match and of these units.
-    warnings: Vec<String>,
-}
-
-fn inferred_units(
-    found: &mut Matches,
-    rows: &VecDeque<Row>,
-    columns: &[String],
-) -> Result<InferredUnits, Fault> {
-    let stated = found.stated_units();
-    let time_cells = found
-        .matches
-        .iter()
-        .position(|m| m.quantity == Quantity::Time)
-        .map_or(Vec::new(), |position| cells(rows, position));
-    let time = Clock::find(&time_cells, stated.get(&Quantity::Time).copied());
-    let names = found
-        .matches
-        .iter()
-        .map(|m| (m.quantity, columns[m.column].clone()))
-        .collect();
-    let inferred = first_rows(found, rows, &time, &time_cells).infer(&stated, &names)?;
-
-    let mut warnings = std::mem::take(&mut found.warnings);
-    warnings.extend(inferred.warnings);
-    warnings.extend(time.doubt());
-    let assumed =
-        |(quantity, (unit, because))| (quantity, (unit, UnitSource::Assumed, Some(because)));
-    let mut units: BTreeMap<Quantity, Inferred> = inferred.units.into_iter().map(assumed).collect();
-    let of_time = (time.unit, time.source(), time.because.clone());
-    units.insert(Quantity::Time, of_time);
-    Ok(InferredUnits {
-        units,
-        time,
-        warnings,
-    })
+/// Seconds for a second of the column.
+fn time_scale(choice: &ChannelChoice) -> f64 {
+    let correction = choice.corrections.get(&Quantity::Time);
+    correction.map_or(1.0, |correction| correction.scale)
 }
 
 /// How a matched column is read.

@@ -7,7 +7,7 @@
 //! A chunk's data are records, packed or not: connections, which say what a topic's messages consist of, and messages.
 
 use std::collections::BTreeMap;
-use std::io::{Read, Take};
+use std::io::{self, Read, Take};
 
 use bzip2::read::MultiBzDecoder;
 use lz4_flex::frame::FrameDecoder;
@@ -253,22 +253,22 @@ impl Bag {
 }
 
 /// What a chunk's bytes stand for.
-fn unpacked(packer: &str, data: Vec<u8>) -> Result<Vec<u8>, String> {
+fn unpacked(packer: &str, data: Vec<u8>) -> io::Result<Vec<u8>> {
     match packer {
         "none" => Ok(data),
         "bz2" => read_all(MultiBzDecoder::new(&data[..]).take(LONGEST_CHUNK as u64)),
         "lz4" => read_all(FrameDecoder::new(&data[..]).take(LONGEST_CHUNK as u64)),
-        other => Err(format!(
+        other => Err(io::Error::other(format!(
             "chunks packed by `{}` are not read",
             clipped(other)
-        )),
+        ))),
     }
 }
 
-fn read_all(mut unpacked: Take<impl Read>) -> Result<Vec<u8>, String> {
+fn read_all(mut unpacked: Take<impl Read>) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    let read = unpacked.read_to_end(&mut bytes);
-    read.map(|_| bytes).map_err(|error| error.to_string())
+    unpacked.read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 impl Messages for Bag {

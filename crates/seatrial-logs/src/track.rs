@@ -1,16 +1,22 @@
 //! Positions of a track in GPX or KML, which a log takes by their times.
 
 use std::io::{BufRead, BufReader};
+use std::path::Path;
 
+#[cfg(feature = "containers")]
 use quick_xml::Reader;
+#[cfg(feature = "containers")]
 use quick_xml::events::{BytesStart, Event};
+use seatrial_core::Sample;
 
+#[cfg(feature = "containers")]
 use crate::clock::instant;
 use crate::computed::metres;
 use crate::error::{Fault, clipped};
-use crate::input::Input;
+use crate::input::{Held, Input};
 
 /// Points that are kept.
+#[cfg(feature = "containers")]
 const MOST_POINTS: usize = 1 << 21;
 /// Between points that are further apart no position is known, s.
 const LONGEST_GAP_S: f64 = 30.0;
@@ -19,14 +25,6 @@ const LONGEST_GAP_S: f64 = 30.0;
 pub(crate) struct Track {
     /// Seconds since 1970, metres north and east of the first point.
     points: Vec<[f64; 3]>,
-}
-
-/// What was read of points so far.
-#[derive(Default)]
-struct Points {
-    times_s: Vec<f64>,
-    /// Latitude and longitude, deg.
-    places: Vec<[f64; 2]>,
 }
 
 fn damaged(what: impl ToString) -> Fault {
@@ -80,6 +78,67 @@ impl Track {
     }
 }
 
+/// The positions of another file, for the samples of a log.
+pub(crate) struct Positions {
+    track: Track,
+    named: String,
+    /// Second 0 of the log.
+    start_unix_s: f64,
+    /// Samples with a position.
+    found: u64,
+}
+
+impl Positions {
+    /// Those of a track for a log that begins then.
+    pub fn open(path: &Path, held: &Held, start_unix_s: Option<f64>) -> Result<Self, Fault> {
+        let file = held.open(path).map_err(|source| Fault::Io {
+            doing: "opened",
+            source,
+        })?;
+        Ok(Self {
+            track: Track::read(file)?,
+            named: path.display().to_string(),
+            start_unix_s: start_unix_s.ok_or(Fault::NoDate)?,
+            found: 0,
+        })
+    }
+
+    /// Gives a sample its position, or none.
+    pub fn place(&mut self, sample: &mut Sample<f64>) {
+        let place = self.track.at(self.start_unix_s + sample.time_s);
+        self.found += u64::from(place.is_some());
+        (sample.north_m, sample.east_m) = place.map(|[north, east]| (north, east)).unzip();
+    }
+
+    /// Where positions come from. Asked after the last sample.
+    pub fn warning(&self) -> String {
+        let named = clipped(&self.named);
+        match self.found {
+            0 => format!(
+                "no sample is within the times of {named}: are both in UTC, and of one day?"
+            ),
+            found => format!("north and east of {found} samples are those of {named}, by time"),
+        }
+    }
+}
+
+/// What was read of points so far.
+#[derive(Default)]
+struct Points {
+    times_s: Vec<f64>,
+    /// Latitude and longitude, deg.
+    places: Vec<[f64; 2]>,
+}
+
+#[cfg(not(feature = "containers"))]
+fn points(_file: impl BufRead) -> Result<Points, Fault> {
+    Err(Fault::NotBuilt {
+        format: "a track",
+        feature: "--features containers",
+    })
+}
+
+#[cfg(feature = "containers")]
 fn points(file: impl BufRead) -> Result<Points, Fault> {
     let mut reader = Reader::from_reader(file);
     let (mut points, mut buffer) = (Points::default(), Vec::new());
@@ -119,11 +178,13 @@ fn points(file: impl BufRead) -> Result<Points, Fault> {
     }
 }
 
+#[cfg(feature = "containers")]
 fn unix_s(text: &str) -> Option<f64> {
     Some(instant(text)?.as_duration().as_secs_f64())
 }
 
 /// Longitude and latitude, and a height or none.
+#[cfg(feature = "containers")]
 fn coordinates(text: &str, between: char) -> Option<[f64; 2]> {
     let mut numbers = text.split(between).map(|number| number.trim().parse().ok());
     let (longitude, latitude) = (numbers.next()??, numbers.next()??);
@@ -131,6 +192,7 @@ fn coordinates(text: &str, between: char) -> Option<[f64; 2]> {
 }
 
 /// The attributes of a point.
+#[cfg(feature = "containers")]
 fn place(start: &BytesStart) -> Option<[f64; 2]> {
     let number = |name: &str| -> Option<f64> {
         let attribute = start.try_get_attribute(name).ok()??;
@@ -139,7 +201,7 @@ fn place(start: &BytesStart) -> Option<[f64; 2]> {
     Some([number("lat")?, number("lon")?])
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "containers"))]
 mod tests {
     use super::*;
 

@@ -196,6 +196,32 @@ fn io_a_heading_says_its_unit_where_it_wraps() {
     assert!(matches!(refused, Err(Fault::ImplausibleValues { .. })));
 }
 
+#[test]
+fn io_coordinates_and_degrees_a_minute_are_understood() {
+    let names = "DATE/TIME(UTC),Latitude,Longitude,Heading,Rudder,Rate of Turn";
+    let text = log(names, |t, turns, rudder| {
+        // The heading turns by 0.15 * 0.2 * cos(0.2 t) turns a second, 60 times that a minute.
+        let rate = 648.0 * (0.2 * t).cos();
+        let (latitude, longitude) = (50.0 + 1e-5 * t, -20.0 + 2e-5 * t);
+        let heading = 360.0 * turns;
+        format!(
+            "2026-03-04 00:00:{t:04.1},{latitude:.7},{longitude:.7},{heading:.2},{rudder:.2},{rate:.3}"
+        )
+    });
+    let (samples, reader) = of_text(&text, &ChannelChoice::default()).unwrap();
+    assert_eq!(unit(&reader, Quantity::YawRate), Unit::DegreePerMinute);
+    let last = samples[399];
+    // 39.9 s of a hundred-thousandth of a degree; the cosine of 50 deg is 0.6428.
+    assert!(
+        (last.north_m.unwrap() - 39.9 * 1.1112).abs() < 0.02,
+        "{last:?}"
+    );
+    assert!(
+        (last.east_m.unwrap() - 39.9 * 2.2224 * 0.6428).abs() < 0.02,
+        "{last:?}"
+    );
+}
+
 /// How a recorder writes a time in s.
 type Written = Box<dyn Fn(f64) -> String>;
 
@@ -475,7 +501,7 @@ fn io_positions_of_a_track_are_joined_by_time() {
     assert!(
         warnings
             .iter()
-            .any(|text| text.contains("times of the track")),
+            .any(|text| text.contains("no sample is within")),
         "{warnings:?}"
     );
     let text = log("time_s,heading_deg,rudder_deg", |t, turns, rudder| {

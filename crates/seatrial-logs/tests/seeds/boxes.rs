@@ -1,4 +1,4 @@
-//! Logs in the containers of ROS 1, Excel and MATLAB.
+//! Logs in the containers of ROS 1, Signal K, Excel and MATLAB.
 
 use std::io::{Cursor, Write};
 
@@ -94,8 +94,21 @@ fn packed(packing: &str, chunk: &[u8]) -> Vec<u8> {
     }
 }
 
-/// A title, names, and rows.
-pub fn xlsx() -> Vec<u8> {
+/// A rudder and a heading in deltas.
+pub fn signal_k() -> Vec<u8> {
+    let delta = |k: u32, path: &str, value: f64| {
+        format!(
+            "{{\"context\":\"vessels.self\",\"updates\":[{{\"timestamp\":\"2026-06-08T01:51:24.{k}00Z\",\"$source\":\"n2k.15\",\"values\":[{{\"path\":\"{path}\",\"value\":{value}}}]}}]}}\n"
+        )
+    };
+    let rows = (0..ROWS).map(|k| {
+        delta(k, "steering.rudderAngle", 0.1)
+            + &delta(k, "navigation.headingTrue", heading_rad(k).into())
+    });
+    rows.collect::<String>().into_bytes()
+}
+
+fn sheet() -> String {
     let mut sheet = String::from(
         "<worksheet xmlns=\"http://schemas.openxmlformats.org/spreadsheetml/2006/main\"><sheetData><row r=\"1\"><c r=\"A1\" t=\"s\"><v>0</v></c></row><row r=\"2\">",
     );
@@ -112,6 +125,12 @@ pub fn xlsx() -> Vec<u8> {
         sheet += "</row>";
     }
     sheet += "</sheetData></worksheet>";
+    sheet
+}
+
+/// A title, names, and rows.
+pub fn xlsx() -> Vec<u8> {
+    let sheet = sheet();
     let texts = [
         "Sea trial, \"fast\"",
         "time (s)",

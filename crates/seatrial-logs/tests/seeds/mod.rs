@@ -62,7 +62,7 @@ pub fn of(format: &str) -> Vec<Vec<u8>> {
         .into(),
         "rosbag2" => vec![rosbag()],
         "rosbag1" => ["none", "bz2", "lz4"].map(boxes::rosbag1).into(),
-        "signal_k" => vec![signal_k()],
+        "signal_k" => vec![boxes::signal_k()],
         "xlsx" => vec![boxes::xlsx()],
         "mat" => [false, true].map(boxes::mat).into(),
         "parquet" => [
@@ -266,19 +266,6 @@ pub fn expedition() -> Vec<u8> {
 }
 
 /// One value a row.
-pub fn signal_k() -> Vec<u8> {
-    let delta = |k: u32, path: &str, value: f64| {
-        format!(
-            "{{\"context\":\"vessels.self\",\"updates\":[{{\"timestamp\":\"2026-06-08T01:51:24.{k}00Z\",\"$source\":\"n2k.15\",\"values\":[{{\"path\":\"{path}\",\"value\":{value}}}]}}]}}\n"
-        )
-    };
-    let rows = (0..ROWS).map(|k| {
-        delta(k, "steering.rudderAngle", 0.1)
-            + &delta(k, "navigation.headingTrue", heading_rad(k).into())
-    });
-    rows.collect::<String>().into_bytes()
-}
-
 pub fn long() -> Vec<u8> {
     let mut log = String::from("Series;Time;Value\n");
     for k in 0..ROWS {

@@ -7,7 +7,7 @@ use seatrial_core::Real;
 
 use super::clock;
 use super::draw::Draw;
-use super::setup::Setup;
+use super::setup::{GyroChannel, Setup};
 use super::voyage::Voyage;
 use super::{LogTruth, LyingLog};
 
@@ -23,17 +23,9 @@ pub fn write(setup: &Setup, voyage: &Voyage, seed: u64) -> LyingLog {
     let middle_s = voyage.training_s[0] + 4.0 * setup.time_constant_s();
     let headings = headings(setup, voyage, &times_s, middle_s, &mut chance);
     let rudders = rudders(setup, voyage, &times_s);
-    let rates: Option<Vec<f64>> = setup.gyro.map(|gyro| {
-        let column = setup.columns.yaw_rate.per_si;
-        times_s
-            .iter()
-            .map(|&t| {
-                let true_rad_s = voyage.at((t - gyro.late_s).max(0.0)).yaw_rate_rad_s;
-                let rate = true_rad_s + gyro.noise_rad_s * chance.normal();
-                gyro.factor * column * rate
-            })
-            .collect()
-    });
+    let rates = setup
+        .gyro
+        .map(|gyro| gyro_rates(setup, &gyro, voyage, &times_s, &mut chance));
     let stamped = clock::stamps(setup, &times_s, middle_s, &mut chance);
     let reach = setup.gyro.and_then(|gyro| gyro.computed);
     let rates = reach.map_or(rates, |reach| {
@@ -41,12 +33,7 @@ pub fn write(setup: &Setup, voyage: &Voyage, seed: u64) -> LyingLog {
     });
     let mut csv = header(setup);
     for &(row, stamp) in &stamped {
-        let decimals = match setup.clock.per_second {
-            0.0 => 0,
-            // Of days.
-            per_second if per_second < 1e-3 => 9,
-            _ => 4,
-        };
+        let decimals = setup.clock.decimals();
         let _ = write!(
             csv,
             "{stamp:.decimals$},{:.6},{:.6}",
@@ -83,6 +70,22 @@ pub fn write(setup: &Setup, voyage: &Voyage, seed: u64) -> LyingLog {
             full_rudder_rad: setup.full_rudder_rad,
         },
     }
+}
+
+/// What a gyro reads, in the file's unit.
+fn gyro_rates(
+    setup: &Setup,
+    gyro: &GyroChannel,
+    voyage: &Voyage,
+    times_s: &[f64],
+    chance: &mut Draw,
+) -> Vec<f64> {
+    let read = |&t: &f64| {
+        let true_rad_s = voyage.at((t - gyro.late_s).max(0.0)).yaw_rate_rad_s;
+        let rate = true_rad_s + gyro.noise_rad_s * chance.normal();
+        gyro.factor * setup.columns.yaw_rate.per_si * rate
+    };
+    times_s.iter().map(read).collect()
 }
 
 /// Mean slopes of the file's headings by its times, as a program computes them, in the file's unit.

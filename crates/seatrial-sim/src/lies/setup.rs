@@ -140,6 +140,18 @@ pub struct ClockChannel {
     pub missing: f64,
 }
 
+impl ClockChannel {
+    /// Decimals of the numbers in the file.
+    pub fn decimals(&self) -> usize {
+        match self.per_second {
+            0.0 => 0,
+            // Of days.
+            per_second if per_second < 1e-3 => 9,
+            _ => 4,
+        }
+    }
+}
+
 /// A unit as the file has it: the column's name, and numbers in it for one SI unit.
 #[derive(Clone, Copy, Debug)]
 pub struct Column {
