@@ -147,7 +147,8 @@ fn blamed(code: &ReasonCode) -> &'static [&'static str] {
         | ReasonCode::RudderPlay => &["rudder"],
         // Of the log as it is: which of the two channels does not follow.
         ReasonCode::NotIdentifiable | ReasonCode::SignReversed => &["rudder", "heading"],
-        ReasonCode::YawRateReversed | ReasonCode::YawRateLate => &["yaw_rate"],
+        ReasonCode::YawRateReversed => &["heading", "yaw_rate"],
+        ReasonCode::YawRateLate => &["yaw_rate"],
         ReasonCode::YawRateContradicts => &["time", "heading", "yaw_rate"],
         _ => &[],
     }

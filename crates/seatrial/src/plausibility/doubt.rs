@@ -18,7 +18,7 @@ pub enum Doubt {
         /// Did the user choose the unit?
         is_given: bool,
     },
-    /// The heading has no unit and is in whole numbers that a byte holds.
+    /// The heading has no unit and is in whole numbers, as counts are.
     HeadingCounts {
         /// The largest number in the column.
         largest: f64,
@@ -199,7 +199,7 @@ impl Doubt {
             ),
             Self::HeadingUnit { said_degrees, largest, wraps, .. } => heading_text(*said_degrees, *largest, *wraps),
             Self::HeadingCounts { largest } => format!(
-                "the heading has no unit and is in whole numbers up to {}, as whole degrees are and the 256 counts of a byte, and neither a turn through north nor a yaw rate shows which: say --unit heading=deg or --unit heading=turn/256",
+                "the heading has no unit and is in whole numbers up to {}, as whole degrees are and tenths of them, mils and counts of a turn, and neither a turn through north nor a yaw rate shows which: say --unit heading=deg, or --unit heading=ddeg, mil or turn/256",
                 three_figures(*largest)
             ),
             Self::RudderUnit { said_degrees: true, largest } if *largest > 1.0 => format!(
@@ -320,8 +320,8 @@ impl Doubt {
                 ..reason
             },
             Self::HeadingCounts { .. } => Reason {
-                text: "The heading has no unit: its whole numbers may be degrees or counts of a byte.".into(),
-                action: "Say its unit with --unit heading=deg or --unit heading=turn/256.".into(),
+                text: "The heading has no unit: its whole numbers may be degrees, tenths of them, or counts.".into(),
+                action: "Say its unit with --unit heading=deg, or --unit heading=ddeg, mil or turn/256.".into(),
                 ..reason
             },
             Self::RudderAgainstName => Reason {
@@ -438,7 +438,7 @@ impl RateMismatch {
 
     fn text(&self) -> String {
         if self.is_reversed() {
-            return "the yaw rate has the opposite sense of the heading: it was not used; negate it with a [channels] file, or leave it out with --yaw-rate none".into();
+            return "the yaw rate has the opposite sense of the heading: one of the two counts to the other side, and the yaw rate was not used; turn the wrong one with `reversed` in a [channels] file, or leave the yaw rate out with --yaw-rate none".into();
         }
         let explanations = self.explanations();
         let because = if self.is_index {

@@ -10,8 +10,7 @@ use crate::stated_units::{ColumnUnit, Origin};
 const TURN_RAD: f64 = 6.3;
 /// More turns than a heading in radians unwraps to in a trial, rad.
 const MANY_TURNS_RAD: f64 = 40.0;
-/// A byte counts a turn in so many parts, and whole numbers are those within this of one: degrees go through radians.
-const BYTE: f64 = 256.0;
+/// Whole numbers are within this of one: degrees go through radians.
 const WHOLE: f64 = 1e-9;
 /// A step by this share of a turn is a wrap.
 const WRAP: f64 = 0.8;
@@ -97,7 +96,7 @@ fn heading(record: &Record) -> Option<Doubt> {
         let are_whole = headings
             .iter()
             .all(|heading| (heading - heading.round()).abs() < WHOLE);
-        if !has_rate && are_whole && (0.0..BYTE).contains(&largest) {
+        if !has_rate && are_whole {
             return Some(Doubt::HeadingCounts { largest });
         }
     }
@@ -202,7 +201,8 @@ fn time(record: &Record) -> Option<Doubt> {
         return Some(Doubt::TimeUnit { interval_s });
     }
     let has_rate = record.samples.iter().any(|s| s.yaw_rate_rad_s.is_some());
-    if !has_rate && unit.origin == Origin::Assumed && unit.per_si != 1.0 {
+    let is_open = !has_rate && unit.origin == Origin::Assumed;
+    if is_open && unit.per_si != 1.0 {
         return Some(Doubt::TimeAssumed { interval_s });
     }
     let is_index = !has_rate
@@ -210,9 +210,13 @@ fn time(record: &Record) -> Option<Doubt> {
         && counts_by(record, unit.per_si.recip());
     // A column that says seconds is believed, unless a program that made another column of the heading counted rows, too.
     let is_said = unit.origin == Origin::Stated && !record.units.yaw_rate_is_derived;
-    (is_index && (is_taken_for_seconds || !unit.is_open())).then_some(Doubt::TimeIsIndex {
-        is_given: !unit.is_open() || is_said,
-    })
+    if is_index && (is_taken_for_seconds || !unit.is_open()) {
+        return Some(Doubt::TimeIsIndex {
+            is_given: !unit.is_open() || is_said,
+        });
+    }
+    // Whole numbers from 0 may be counts of a clock; a time of day begins elsewhere.
+    (is_open && is_whole && first.time_s == 0.0).then_some(Doubt::TimeAssumed { interval_s })
 }
 
 /// The fastest turn that no outlier makes.
