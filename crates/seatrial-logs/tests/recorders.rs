@@ -521,4 +521,6 @@ fn io_what_is_not_read_says_how_it_is_converted() {
     };
     assert!(refused(b"MATLAB 7.3 MAT-file, Platform: GLNXA64").contains("'-v7'"));
     assert!(refused(b"#ROSBAG V1.2\n").contains("rosbag fix"));
+    let empty = refused(b"#ROSBAG V2.0\nE\0\0\0");
+    assert!(empty.contains("expected topics with messages"), "{empty}");
 }
