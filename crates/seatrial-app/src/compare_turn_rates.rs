@@ -215,10 +215,14 @@ impl OneSpeed {
         let seen: Vec<SeenModel> = usable().filter_map(|model| model.seen).collect();
         let unit = usable().next().map(|model| model.rudder_unit);
         let has_one_unit = usable().all(|model| Some(model.rudder_unit) == unit);
-        let over_amplitude = OverAmplitude::of(&seen).filter(|_| has_one_unit);
+        let has_one_side = seen
+            .iter()
+            .all(|model| model.b2_per_s2 * seen[0].b2_per_s2 > 0.0);
+        let over_amplitude = OverAmplitude::of(&seen).filter(|_| has_one_unit && has_one_side);
         let text = match &over_amplitude {
             Some(together) => together.text(),
             None if !has_one_unit => "The rudders are in different units: say what full rudder is, so that all are angles.".into(),
+            None if !has_one_side => "Their rudders, or their headings, count to different sides: turn the column of one with reversed = true in a [channels] file.".into(),
             None if seen.len() < 2 => format!(
                 "Nothing to compare: {} of {} models may be used, and two are needed.",
                 seen.len(),

@@ -77,23 +77,26 @@ pub fn change(
     now: &ComparedModels,
     settings: &HealthSettings,
 ) -> Change {
-    let why_not = now.without_model.clone().or_else(|| differ(was, now));
-    match why_not {
-        Some(why) => Change::cannot_tell(settings, format!("{}: {why}", now.origin)),
-        None => compare(reference, &now.models, settings),
+    let cannot_tell = |why: &str, action: &str| {
+        Change::cannot_tell(settings, format!("{}: {why}", now.origin), action)
+    };
+    match (&now.without_model, differ(was, now)) {
+        (Some(why), _) => cannot_tell(why, ""),
+        (None, Some((why, action))) => cannot_tell(why, action),
+        (None, None) => compare(reference, &now.models, settings),
     }
 }
 
+/// Why a rudder that is an angle is not compared with a share of full rudder, and what settles it.
+pub(crate) const OTHER_UNIT: (&str, &str) = (
+    "one rudder is an angle and the other a share of full",
+    "Give the angle of full rudder for both with --rudder-range-deg DEG.",
+);
+
 /// Why the rudders of two sets of models are not in one unit, or do not count to one side.
-fn differ(was: &ComparedModels, now: &ComparedModels) -> Option<String> {
-    let unit = |models: &ComparedModels| {
-        let log = models.log.as_ref();
-        log.map_or(RudderUnit::Rad, |log| log.rudder_unit)
-    };
-    if unit(was) != unit(now) {
-        return Some(
-            "one rudder is an angle and the other a share of full: give the angle of full rudder with --rudder-range-deg DEG for both".into(),
-        );
+fn differ(was: &ComparedModels, now: &ComparedModels) -> Option<(&'static str, &'static str)> {
+    if was.rudder_unit != now.rudder_unit {
+        return Some(OTHER_UNIT);
     }
     let side = |models: &ComparedModels| {
         let mut signs = models
@@ -104,14 +107,16 @@ fn differ(was: &ComparedModels, now: &ComparedModels) -> Option<String> {
         signs.all(|sign| sign == first).then_some(first)
     };
     let is_reversed = side(was)? != side(now)?;
-    is_reversed.then(|| {
-        "its rudder, or its heading, counts to the other side than that of the reference: turn the column with a [channels] file".into()
-    })
+    is_reversed.then_some((
+        "its rudder, or its heading, counts to the other side than that of the reference",
+        "Turn one of the two columns: reversed = true in a [channels] file.",
+    ))
 }
 
 /// Mission logs that are watched, in order of time.
 pub struct Missions {
     watch: Watch,
+    rudder_unit: RudderUnit,
     started: Option<(String, String)>,
     logs: Vec<Source>,
 }
@@ -123,13 +128,18 @@ impl Missions {
             .map_err(|error| Error::Input(format!("{}: {error}", models.origin)))?;
         Ok(Self {
             watch,
+            rudder_unit: models.rudder_unit,
             started: None,
             logs: Vec::new(),
         })
     }
 
-    /// Takes the next log, or a window of it. One that began before the last is refused.
+    /// Takes the next log, or a window of it. One that began before the last is refused, or whose rudder is in another unit.
     pub fn read(&mut self, name: &str, log: &OpenedLog, window: Window) -> Result<(), Error> {
+        if log.rudder_unit() != self.rudder_unit {
+            let (why, action) = OTHER_UNIT;
+            return Err(Error::Setting(format!("{name}: {why}. {action}")));
+        }
         if let Some(start) = &log.description.start_utc {
             if let Some((earlier, earlier_start)) = &self.started
                 && start < earlier_start

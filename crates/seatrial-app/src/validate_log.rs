@@ -10,6 +10,7 @@ use seatrial_core::YawModel;
 use serde::Serialize;
 
 use crate::Error;
+use crate::health::OTHER_UNIT;
 use crate::identify_log::no_model;
 use crate::logs::{Observer, OpenedLog, ReadSettings, Source, open_inside};
 use crate::models::Models;
@@ -80,6 +81,13 @@ fn chosen(given: &Given, log: &OpenedLog, window: Window) -> Result<Chosen, Erro
         Given::Numbers(_) => Err(Error::Setting(
             "the model: a22, b2 and C0 must be finite numbers".into(),
         )),
+        Given::Models(models) if models.rudder_unit != log.rudder_unit() => {
+            let (why, action) = OTHER_UNIT;
+            Err(Error::Setting(format!(
+                "{}: {why}. {action}",
+                models.origin
+            )))
+        }
         Given::Models(models) => {
             let point = models.of_record(&log.record.usable(window))?;
             let taken = (models.points.len() > 1).then(|| point.name());

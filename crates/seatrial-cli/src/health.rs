@@ -176,7 +176,11 @@ fn comparison_page(
     let mut text = format!("{headline}\n");
     let cause = sentence(&change.verdict.reasons[0].text);
     text += &labelled("Cause      ", &cause, width);
-    text += &labelled("Do         ", what_to_do(change.finding), width);
+    let action = match change.verdict.reasons[0].action.as_str() {
+        "" => what_to_do(change.finding),
+        action => action,
+    };
+    text += &labelled("Do         ", action, width);
     if let (Finding::Changed, Some(number)) = (change.finding, now.campaign) {
         text += &command("Next       ", &next::gains_of_trial(number, logbook), width);
     }

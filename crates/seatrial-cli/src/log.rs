@@ -77,6 +77,9 @@ pub struct ChannelArgs {
     /// Reads only the rows in which a column has a value, as in `BOAT=1`: one vehicle of several in a file; repeatable.
     #[arg(long = "where", value_name = "COLUMN=VALUE", value_parser = column_and_value)]
     pub rows_where: Vec<(String, String)>,
+    /// Track in GPX or KML with the positions, joined by UTC.
+    #[arg(long, value_name = "FILE")]
+    pub positions: Option<PathBuf>,
     /// Pulse width of the neutral rudder [default: 1500].
     #[arg(long, value_name = "US")]
     pub rudder_trim: Option<f64>,
@@ -189,6 +192,7 @@ impl ChannelArgs {
         choice.rudder_trim = self.rudder_trim;
         choice.full_rudder_rad = self.rudder_range_deg.map(f64::to_radians);
         choice.rows_where = self.rows_where.clone();
+        choice.positions = self.positions.clone();
         choice.drop_invalid = self.drop_invalid;
         Ok(choice)
     }

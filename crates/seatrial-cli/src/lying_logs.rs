@@ -71,6 +71,19 @@ fn text(document: &LyingLogs) -> String {
             share(total.wrong, total.logs)
         );
     }
+    if let Some(wiring) = document.wiring {
+        let _ = writeln!(
+            text,
+            "{:<12} {} logs: {} right, {} wrong, {} refused with the column named ({:.1} % right or named), another column blamed in {}",
+            "wired wrong",
+            wiring.logs,
+            wiring.right,
+            wiring.wrong,
+            wiring.named,
+            share(wiring.right + wiring.named, wiring.logs),
+            wiring.accused
+        );
+    }
     let _ = writeln!(
         text,
         "\n{:<28} {:>8} {:>6} {:>8}  refused because; noted",

@@ -199,6 +199,55 @@ fn cli_health_of_a_still_rudder_cannot_tell() {
     assert!(message.contains("no model to compare with"), "{message}");
 }
 
+/// Rudders of two units or of two sides are not compared: what settles it is said.
+#[test]
+fn cli_models_of_another_rudder_are_not_compared() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    sim_log(folder, "starfish", "3", "angle.csv");
+    let log = std::fs::read_to_string(folder.join("angle.csv")).unwrap();
+    let (names, rows) = log.split_once('\n').unwrap();
+    let at = names.split(',').position(|name| name.contains("rudder"));
+    let at = at.unwrap();
+    let changed = |name: &str, factor: f64| {
+        let with = |line: &str, cell: String| {
+            let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+            cells[at] = cell;
+            cells.join(",")
+        };
+        let rows = rows.lines().map(|line| {
+            let rudder: f64 = line.split(',').nth(at).unwrap().parse().unwrap();
+            with(line, format!("{:.6}", factor * rudder))
+        });
+        let lines: Vec<String> = std::iter::once(with(names, name.into()))
+            .chain(rows)
+            .collect();
+        lines.join("\n")
+    };
+    let own = names.split(',').nth(at).unwrap();
+    std::fs::write(folder.join("turned.csv"), changed(own, -1.0)).unwrap();
+    std::fs::write(folder.join("share.csv"), changed("rudder (%)", 200.0)).unwrap();
+    for (other, cause, action) in [
+        ("share.csv", "share of full", "--rudder-range-deg"),
+        ("turned.csv", "to the other side", "reversed = true"),
+    ] {
+        let (said, code) = health(folder, &["angle.csv", other]);
+        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(said.starts_with("CANNOT TELL"), "{said}");
+        assert!(said.contains(cause) && said.contains(action), "{said}");
+        assert!(!said.contains("more rudder or more speeds"), "{said}");
+        assert_eq!(code, Some(4));
+    }
+    let model = run_in(folder, &["identify", "angle.csv", "--json"]);
+    std::fs::write(folder.join("model.json"), model.stdout).unwrap();
+    let validate = |log: &str| run_in(folder, &["validate", log, "--model", "model.json"]);
+    let refused = validate("share.csv");
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("--rudder-range-deg"));
+    let turned = text(&validate("turned.csv").stdout);
+    assert!(turned.contains("to the other side"), "{turned}");
+}
+
 #[test]
 fn cli_health_names_bad_input() {
     let folder = with_weak_vehicle();

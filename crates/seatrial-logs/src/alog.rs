@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::bytes::{Bytes, Damage};
+use crate::bytes::Bytes;
 use crate::error::Fault;
 use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
@@ -34,7 +34,6 @@ pub(crate) struct Alog {
     bytes: Bytes,
     kinds: Vec<Kind>,
     kind_of: BTreeMap<String, usize>,
-    damage: Damage,
 }
 
 /// Time, variable and value; the third cell is who wrote it.
@@ -53,12 +52,10 @@ impl Alog {
             bytes: Bytes::new(file)?,
             kinds: Vec::new(),
             kind_of: BTreeMap::new(),
-            damage: Damage::default(),
         };
         let mut message = Message::default();
         while log.next_number(None, &mut message)? {}
-        log.bytes.go_to(0)?;
-        log.damage = Damage::default();
+        log.bytes.begin_again()?;
         Ok(log)
     }
 
@@ -81,7 +78,7 @@ impl Alog {
             // A number that was cut off looks whole.
             let found = entry(&line).filter(|_| !self.bytes.is_line_cut());
             let Some((time_s, name, value)) = found else {
-                self.damage.not_a_line(&self.bytes, position, length);
+                self.bytes.not_a_line(position, length);
                 continue;
             };
             let Ok(value) = value.parse::<f64>() else {
@@ -140,15 +137,11 @@ impl Messages for Alog {
         self.next_number(Some(wanted), message)
     }
 
-    fn bytes(&mut self) -> &mut Bytes {
+    fn bytes(&self) -> &Bytes {
+        &self.bytes
+    }
+
+    fn bytes_mut(&mut self) -> &mut Bytes {
         &mut self.bytes
-    }
-
-    fn position(&self) -> u64 {
-        self.bytes.position()
-    }
-
-    fn warnings(&self) -> Vec<String> {
-        self.damage.warnings()
     }
 }

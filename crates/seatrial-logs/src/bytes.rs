@@ -20,6 +20,8 @@ pub struct Bytes {
     position: u64,
     at_end: bool,
     is_line_ended: bool,
+    /// What of them is no message.
+    pub damage: Damage,
 }
 
 impl Bytes {
@@ -32,6 +34,7 @@ impl Bytes {
             position: 0,
             at_end: false,
             is_line_ended: true,
+            damage: Damage::default(),
         };
         bytes.go_to(0)?;
         Ok(bytes)
@@ -49,6 +52,12 @@ impl Bytes {
         self.position = position;
         self.at_end = false;
         Ok(())
+    }
+
+    /// Goes on at the first byte, as if nothing had been read.
+    pub(crate) fn begin_again(&mut self) -> Result<(), Fault> {
+        self.damage = Damage::default();
+        self.go_to(0)
     }
 
     /// The next `count` bytes and what else the buffer holds; fewer only at the end of the file, or where the buffer of 256 KiB holds no more.
@@ -76,8 +85,25 @@ impl Bytes {
         &self.buffer[self.unread.clone()]
     }
 
+    /// Adds the next `count` bytes, or as many as there are; `false` where there are fewer.
+    #[cfg(feature = "containers")]
+    pub(crate) fn take(&mut self, count: usize, taken: &mut Vec<u8>) -> Result<bool, Fault> {
+        let mut left = count;
+        while left > 0 {
+            let seen = self.peek(left.min(BUFFER))?;
+            let some = seen.len().min(left);
+            if some == 0 {
+                return Ok(false);
+            }
+            taken.extend_from_slice(&seen[..some]);
+            self.skip(some);
+            left -= some;
+        }
+        Ok(true)
+    }
+
     /// Bytes of the file.
-    #[cfg(feature = "mcap-reader")]
+    #[cfg(any(feature = "mcap-reader", feature = "containers"))]
     pub(crate) fn length(&self) -> Result<u64, Fault> {
         self.file.length().map_err(Fault::read)
     }
@@ -106,6 +132,14 @@ impl Bytes {
     /// Is the line that was read last the file's last, and without an end?
     pub fn is_line_cut(&self) -> bool {
         !self.is_line_ended && self.at_end && self.unread.is_empty()
+    }
+
+    /// Notes that the line that was read last, of this position and length, is none: cut off where it is the last.
+    pub fn not_a_line(&mut self, position: u64, length: usize) {
+        match self.is_line_cut() {
+            true => self.damage.cut_at = Some(position),
+            false => self.damage.skipped(position, length),
+        }
     }
 
     /// Passes over bytes that were seen.
@@ -154,14 +188,6 @@ impl Damage {
         }
         self.bytes += count as u64;
         self.previous_end = Some(position + count as u64);
-    }
-
-    /// A line that is none: cut off where it is the last.
-    pub fn not_a_line(&mut self, bytes: &Bytes, position: u64, length: usize) {
-        match bytes.is_line_cut() {
-            true => self.cut_at = Some(position),
-            false => self.skipped(position, length),
-        }
     }
 
     /// For people.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::path::PathBuf;
 
 use crate::formats::Formats;
 use crate::{Quantity, Unit};
@@ -41,6 +42,8 @@ pub struct ChannelChoice {
     pub full_rudder_rad: Option<f64>,
     /// Columns and the text that they have in the rows that are read: one vehicle of several in a file.
     pub rows_where: Vec<(String, String)>,
+    /// A file of GPX or KML whose track has the positions: by its times, north and east of its first point.
+    pub positions: Option<PathBuf>,
     /// Leave rows with text, NaN, a wrong number of cells or reversed time out instead of refusing the log.
     pub drop_invalid: bool,
     /// Formats that the program brings; they are asked before the built-in ones.

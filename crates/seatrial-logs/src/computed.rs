@@ -200,7 +200,10 @@ impl<'a> Names<'a> {
             };
             self.words.iter().position(is_wanted)
         };
-        let sources = [of(&["date", "datum"])?, of(&["time", "zeit", "uhrzeit"])?];
+        let sources = [
+            of(&["date", "datum"])?,
+            of(&["time", "clock", "zeit", "uhrzeit"])?,
+        ];
         let name = self.list(&sources);
         Some(self.of(Quantity::Time, name, &sources, Rule::DateAndTime))
     }
@@ -319,17 +322,28 @@ impl Computed {
             (Rule::North { first }, [latitude, _]) => {
                 let latitude = degrees(*latitude);
                 let first = *first.get_or_insert(latitude);
-                Some((latitude - first) * 60.0 * NAUTICAL_MILE_M)
+                Some(metres([latitude, 0.0], [first, 0.0])[0])
             }
             (Rule::East { first }, [latitude, longitude]) => {
                 let (latitude, longitude) = (degrees(*latitude), degrees(*longitude));
-                let [first_latitude, first] = *first.get_or_insert([latitude, longitude]);
-                let turned = (longitude - first + 540.0).rem_euclid(360.0) - 180.0;
-                Some(turned * 60.0 * NAUTICAL_MILE_M * libm::cos(first_latitude.to_radians()))
+                let first = *first.get_or_insert([latitude, longitude]);
+                Some(metres([latitude, longitude], first)[1])
             }
             _ => None,
         }
     }
+}
+
+/// Metres north and east of another place, both latitude and longitude, deg.
+pub(crate) fn metres(
+    [latitude, longitude]: [f64; 2],
+    [first, first_longitude]: [f64; 2],
+) -> [f64; 2] {
+    let turned = (longitude - first_longitude + 540.0).rem_euclid(360.0) - 180.0;
+    [
+        (latitude - first) * 60.0 * NAUTICAL_MILE_M,
+        turned * 60.0 * NAUTICAL_MILE_M * libm::cos(first.to_radians()),
+    ]
 }
 
 /// Degrees of a latitude or longitude, which autopilots log in 1e-7 deg.

@@ -3,6 +3,8 @@
 use std::io::{self, Cursor, Read, Seek};
 use std::path::Path;
 
+#[cfg(feature = "containers")]
+use crate::as_text::AsText;
 use crate::bytes::{Bytes, ZSTD};
 use crate::csv::Text;
 use crate::description::Format;
@@ -34,6 +36,11 @@ macro_rules! built {
     }};
 }
 
+/// What MATLAB's files and bags of ROS 1 begin with; MATLAB's since version 7.3 are HDF5.
+const MATLAB: &[u8] = b"MATLAB 5.0 MAT-file";
+const MATLAB_73: &[u8] = b"MATLAB 7.3 MAT-file";
+const ROS1: &[u8] = b"#ROSBAG V2.0\n";
+
 /// What packs files, the bytes it begins them with, and the command that unpacks to standard output.
 const PACKERS: [(&str, &[u8], &str); 5] = [
     ("gzip", b"\x1f\x8b\x08", "gzip -dc"),
@@ -44,17 +51,27 @@ const PACKERS: [(&str, &[u8], &str); 5] = [
 ];
 
 /// What the packed workbooks of spreadsheets hold near their beginning.
-const WORKBOOKS: [&[u8]; 3] = [
-    b"[Content_Types].xml",
-    b"xl/",
-    b"application/vnd.oasis.opendocument.spreadsheet",
-];
+const WORKBOOK: [&[u8]; 2] = [b"[Content_Types].xml", b"xl/"];
+const OPEN_DOCUMENT: &[u8] = b"application/vnd.oasis.opendocument.spreadsheet";
+
+fn holds(start: &[u8], name: &[u8]) -> bool {
+    start.windows(name.len()).any(|part| part == name)
+}
+
+fn is_workbook(start: &[u8]) -> bool {
+    start.starts_with(b"PK") && WORKBOOK.iter().any(|name| holds(start, name))
+}
 
 /// Refuses what holds a log, or belongs to one, and is none itself.
 fn check_is_log(start: &[u8]) -> Result<(), Fault> {
-    let holds = |name: &&[u8]| start.windows(name.len()).any(|part| part == *name);
-    if start.starts_with(b"PK") && WORKBOOKS.iter().any(holds) {
+    if is_workbook(start) {
+        return Ok(());
+    }
+    if start.starts_with(b"PK") && holds(start, OPEN_DOCUMENT) {
         return Err(Fault::Workbook);
+    }
+    if start.starts_with(MATLAB_73) {
+        return Err(Fault::Matlab73);
     }
     if let Some((packer, _, unpack)) = PACKERS
         .iter()
@@ -65,8 +82,11 @@ fn check_is_log(start: &[u8]) -> Result<(), Fault> {
     if start.starts_with(b"s: T ") || start.starts_with(b"s: F ") {
         return Err(Fault::SlocumCache);
     }
-    if start.starts_with(b"#ROSBAG V") {
-        return Err(Fault::Ros1Bag);
+    if start.starts_with(b"#ROSBAG V") && !start.starts_with(ROS1) {
+        return Err(Fault::NothingToRead {
+            format: "bag of ROS 1",
+            what: "expected version 2.0, to which `rosbag fix FILE.bag NEW.bag` converts it".into(),
+        });
     }
     Ok(())
 }
@@ -93,8 +113,16 @@ fn format(start: &[u8]) -> Format {
         Format::Nmea0183
     } else if crate::expedition::is_start(start) {
         Format::Expedition
+    } else if crate::signal_k::is_start(start) {
+        Format::SignalK
     } else if start.starts_with(b"%%") {
         Format::Alog
+    } else if start.starts_with(ROS1) {
+        Format::Rosbag1
+    } else if start.starts_with(MATLAB) {
+        Format::Matlab
+    } else if is_workbook(start) {
+        Format::Workbook
     } else {
         Format::Csv
     }
@@ -118,24 +146,21 @@ pub fn is_log(path: &Path) -> bool {
         return false;
     };
     if check_is_log(&start).is_err() {
-        let is_zip = start.starts_with(b"PK");
-        return !is_zip
-            || WORKBOOKS[..2]
-                .iter()
-                .all(|name| start.windows(name.len()).any(|p| p == *name));
+        return !start.starts_with(b"PK");
     }
     match format(&start) {
-        Format::Csv | Format::Parquet => columns(path).is_ok_and(|columns| {
-            let has = |quantity| {
-                let mut columns = columns.iter();
-                columns.any(|name| ColumnName::new(name).fit(quantity).is_some())
-            };
-            // A table of results has a verdict, as that of many logs has.
-            let is_of_results = columns.iter().any(|name| name == "verdict");
-            has(Quantity::Heading)
-                && (has(Quantity::Rudder) || has(Quantity::Time))
-                && !is_of_results
-        }),
+        Format::Csv | Format::Parquet | Format::Workbook | Format::Matlab => columns(path)
+            .is_ok_and(|columns| {
+                let has = |quantity| {
+                    let mut columns = columns.iter();
+                    columns.any(|name| ColumnName::new(name).fit(quantity).is_some())
+                };
+                // A table of results has a verdict, as that of many logs has.
+                let is_of_results = columns.iter().any(|name| name == "verdict");
+                has(Quantity::Heading)
+                    && (has(Quantity::Rudder) || has(Quantity::Time))
+                    && !is_of_results
+            }),
         _ => true,
     }
 }
@@ -178,7 +203,7 @@ pub(crate) fn open_stream(
     let mut input = Cursor::new(start.clone()).chain(input);
     if formats.of(&start, path).is_none() {
         check_is_log(&start)?;
-        if format(&start) == Format::Csv {
+        if format(&start) == Format::Csv && std::str::from_utf8(&start).is_ok() {
             return Ok(Box::new(Text::open(input)?));
         }
     }
@@ -241,9 +266,42 @@ fn built_in(
         Format::Canboat => joined(format, crate::nmea2000::open(file)),
         Format::Nmea0183 => joined(format, crate::nmea0183::Sentences::open(file)),
         Format::Expedition => joined(format, crate::expedition::Pairs::open(file)),
+        Format::SignalK => joined(format, crate::signal_k::Deltas::open(file)),
         Format::Alog => joined(format, crate::alog::Alog::open(file)),
-        Format::Csv | Format::Other(_) => Ok(Box::new(Text::open(file)?)),
+        Format::Rosbag1 => built!(
+            "containers",
+            "containers",
+            "a bag of ROS 1",
+            Joined::new(format, crate::ros1::Bag::open(file)?)
+        ),
+        Format::Workbook => built!("containers", "containers", "a workbook", {
+            let mut file = file;
+            let (text, warnings) = crate::workbook::text(&mut file)?;
+            AsText::new(format, file, Cursor::new(text), warnings)?
+        }),
+        Format::Matlab => built!("containers", "containers", "a MATLAB file", {
+            let mut file = file;
+            let rows = crate::matlab::text(&mut file)?;
+            AsText::new(format, file, rows, Vec::new())?
+        }),
+        Format::Csv | Format::Other(_) => text(file),
     }
+}
+
+/// Delimited text, in whatever encoding.
+fn text(file: Input) -> Result<Box<dyn Table>, Fault> {
+    #[cfg(feature = "containers")]
+    {
+        let mut file = file;
+        let start = start(&mut file)?;
+        file.rewind().map_err(Fault::read)?;
+        if let Some(encoding) = crate::as_text::encoding(&start) {
+            return Ok(Box::new(AsText::encoded(file, encoding)?));
+        }
+        Ok(Box::new(Text::open(file)?))
+    }
+    #[cfg(not(feature = "containers"))]
+    Ok(Box::new(Text::open(file)?))
 }
 
 fn joined(

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::bytes::{Bytes, Damage, text_of};
+use crate::bytes::{Bytes, text_of};
 use crate::error::{Fault, clipped};
 use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
@@ -42,7 +42,6 @@ pub(crate) struct DataFlash {
     aircraft: Option<&'static str>,
     firmware: Option<String>,
     last_time_s: f64,
-    damage: Damage,
 }
 
 /// How the messages of a type are laid out.
@@ -198,7 +197,6 @@ impl DataFlash {
             aircraft: None,
             firmware: None,
             last_time_s: 0.0,
-            damage: Damage::default(),
         };
         log.layouts[usize::from(FORMAT)] = Some(Layout {
             name: "FMT".into(),
@@ -226,8 +224,7 @@ impl DataFlash {
             log.outputs = (1..=OUTPUTS).map(|n| position(format!("C{n}"))).collect();
             kind.fields.push(STEERING.into());
         }
-        log.bytes.go_to(0)?;
-        log.damage = Damage::default();
+        log.bytes.begin_again()?;
         Ok(log)
     }
 
@@ -248,21 +245,21 @@ impl DataFlash {
                     return Ok(Some(number));
                 }
                 // Nothing behind it is complete either: messages are shorter than what was asked for.
-                self.damage.cut_at = Some(position);
+                self.bytes.damage.cut_at = Some(position);
                 let rest = self.bytes.peek(length)?.len();
                 self.bytes.skip(rest);
                 return Ok(None);
             }
             let is_cut = seen.len() < HEADER && MARK.starts_with(&seen[..seen.len().min(2)]);
             if is_cut {
-                self.damage.cut_at = Some(position);
                 let rest = seen.len();
+                self.bytes.damage.cut_at = Some(position);
                 self.bytes.skip(rest);
                 return Ok(None);
             }
             let next = seen[1..].iter().position(|byte| *byte == MARK[0]);
             let count = next.map_or(seen.len(), |next| next + 1);
-            self.damage.skipped(position, count);
+            self.bytes.damage.skipped(position, count);
             self.bytes.skip(count);
         }
     }
@@ -453,16 +450,12 @@ impl Messages for DataFlash {
         Ok(false)
     }
 
-    fn bytes(&mut self) -> &mut Bytes {
+    fn bytes(&self) -> &Bytes {
+        &self.bytes
+    }
+
+    fn bytes_mut(&mut self) -> &mut Bytes {
         &mut self.bytes
-    }
-
-    fn position(&self) -> u64 {
-        self.bytes.position()
-    }
-
-    fn warnings(&self) -> Vec<String> {
-        self.damage.warnings()
     }
 }
 

@@ -34,12 +34,24 @@ pub enum Format {
     Nmea0183,
     /// MOOS.
     Alog,
+    /// Deltas of Signal K.
+    #[serde(rename = "signal_k")]
+    SignalK,
     /// Expedition's pairs of channel and value.
     Expedition,
     /// MCAP with ROS 2 messages.
     Mcap,
     /// rosbag2 in SQLite.
     Rosbag,
+    /// ROS 1.
+    #[serde(rename = "rosbag1")]
+    Rosbag1,
+    /// A workbook of Excel.
+    #[serde(rename = "xlsx")]
+    Workbook,
+    /// MATLAB, version 5 to 7.
+    #[serde(rename = "mat")]
+    Matlab,
     /// One that the program brought ([`LogFormat`](crate::formats::LogFormat)), by its name.
     #[serde(untagged)]
     Other(String),

@@ -67,11 +67,16 @@ pub enum Fault {
         "is a cache file of a Slocum glider, which names the sensors of logs and holds no samples: give the log itself (.dbd, .sbd or .mbd)"
     )]
     SlocumCache,
-    /// A recording of ROS 1.
+    /// Positions are joined by UTC, and the log has none.
     #[error(
-        "is a bag of ROS 1; bags of ROS 2 are read: convert it (pip install rosbags; rosbags-convert --src FILE.bag --dst FOLDER) and give the .db3 file in FOLDER"
+        "its times have no date, and positions of a track are joined by UTC: name a column with date and time with --time NAME"
     )]
-    Ros1Bag,
+    NoDate,
+    /// Arrays in HDF5.
+    #[error(
+        "is a MATLAB file of version 7.3, which is HDF5: in MATLAB write it as version 7 with `s = load('FILE.mat'); save('NEW.mat', '-struct', 's', '-v7')`"
+    )]
+    Matlab73,
     /// No bytes, or nothing but blank and comment lines.
     #[error(
         "is empty; expected a header line with column names and one line per sample: was the logger running?"
@@ -104,12 +109,10 @@ pub enum Fault {
     #[error("the text is in UTF-16, as Excel's “Unicode text”; save it as “CSV UTF-8”")]
     Utf16,
     /// Text in an encoding that is not read.
-    #[error(
-        "the text is not in UTF-8 but in another encoding, such as Shift-JIS; save it as “CSV UTF-8”, or convert it: iconv -f SHIFT_JIS -t UTF-8 FILE > NEW.csv"
-    )]
+    #[error("the text is in an encoding that is not read: save it as “CSV UTF-8”")]
     OtherEncoding,
     /// A workbook of a spreadsheet.
-    #[error("is a workbook of a spreadsheet (.xlsx or .ods); save its sheet as “CSV UTF-8”")]
+    #[error("is a workbook of a spreadsheet (.ods); save it as .xlsx, or its sheet as “CSV UTF-8”")]
     Workbook,
     /// The file is neither text nor of a known format.
     #[error(

@@ -9,7 +9,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use crate::bytes::{Bytes, Damage};
+use crate::bytes::Bytes;
 use crate::clock::days_unix_s;
 use crate::error::Fault;
 use crate::input::Input;
@@ -28,7 +28,6 @@ pub(crate) struct Pairs {
     /// Kind by boat and channel.
     kind_of: BTreeMap<(u32, u32), usize>,
     ready: VecDeque<(usize, f64, f64)>,
-    damage: Damage,
 }
 
 /// Does a file begin with names and numbers of channels?
@@ -85,19 +84,17 @@ impl Pairs {
             head.push(String::from_utf8_lossy(line).into_owned());
         }
         let names = names(&mut head.iter().map(String::as_str)).unwrap_or_default();
-        bytes.go_to(0)?;
+        bytes.begin_again()?;
         let mut log = Self {
             bytes,
             names,
             kinds: Vec::new(),
             kind_of: BTreeMap::new(),
             ready: VecDeque::new(),
-            damage: Damage::default(),
         };
         let mut message = Message::default();
         while log.next_value(None, &mut message)? {}
-        log.bytes.go_to(0)?;
-        log.damage = Damage::default();
+        log.bytes.begin_again()?;
         Ok(log)
     }
 
@@ -128,7 +125,7 @@ impl Pairs {
             // A number that was cut off looks whole.
             let Some((boat, time_s, pairs)) = row(&line).filter(|_| !self.bytes.is_line_cut())
             else {
-                self.damage.not_a_line(&self.bytes, position, length);
+                self.bytes.not_a_line(position, length);
                 continue;
             };
             for (channel, value) in pairs {
@@ -168,15 +165,11 @@ impl Messages for Pairs {
         self.next_value(Some(wanted), message)
     }
 
-    fn bytes(&mut self) -> &mut Bytes {
+    fn bytes(&self) -> &Bytes {
+        &self.bytes
+    }
+
+    fn bytes_mut(&mut self) -> &mut Bytes {
         &mut self.bytes
-    }
-
-    fn position(&self) -> u64 {
-        self.bytes.position()
-    }
-
-    fn warnings(&self) -> Vec<String> {
-        self.damage.warnings()
     }
 }

@@ -55,16 +55,12 @@
 //!         Ok(false)
 //!     }
 //!
-//!     fn bytes(&mut self) -> &mut Bytes {
+//!     fn bytes(&self) -> &Bytes {
+//!         &self.bytes
+//!     }
+//!
+//!     fn bytes_mut(&mut self) -> &mut Bytes {
 //!         &mut self.bytes
-//!     }
-//!
-//!     fn position(&self) -> u64 {
-//!         self.bytes.position()
-//!     }
-//!
-//!     fn warnings(&self) -> Vec<String> {
-//!         Vec::new()
 //!     }
 //! }
 //!

@@ -39,6 +39,8 @@ const TURNS: [Unit; 12] = [
 ];
 /// The unit of the largest turn.
 const LARGEST_TURN: Unit = Unit::Count16;
+/// Fewer headings contradict no unit that is stated.
+const LEAST_HEADINGS: usize = 20;
 /// A step by this share of a turn is a wrap.
 const WRAP: f64 = 0.8;
 /// The unit of the yaw rate settles that of the heading where it agrees by this factor.
@@ -159,7 +161,8 @@ impl FirstRows {
         let is_other = |unit: &Unit| {
             !matches!(unit, Unit::Radian | Unit::Degree) && stated.is_some_and(|of| of != unit)
         };
-        match self.wraps().filter(is_other) {
+        let wraps = self.wraps().filter(is_other);
+        match wraps.filter(|unit| self.is_of_a_compass(*unit)) {
             Some(_) => Err(self.unit_unknown(Quantity::Heading, columns)),
             None => Ok(()),
         }
@@ -243,6 +246,17 @@ impl FirstRows {
             |unit: &Unit| high - low <= 1.0001 * of_turn(*unit) && (are_whole || !is_count(*unit));
         let unit = TURNS.into_iter().chain([LARGEST_TURN]).find(holds)?;
         self.wraps_at(of_turn(unit)).then_some(unit)
+    }
+
+    /// Are there rows enough, and between them small steps and whole turns alone?
+    fn is_of_a_compass(&self, unit: Unit) -> bool {
+        let turn = std::f64::consts::TAU / unit.factor();
+        let headings = self.of(Quantity::Heading).unwrap_or_default();
+        let is_small_or_whole = |pair: &[f64]| {
+            let step = (pair[1] - pair[0]).abs();
+            !((1.0 - WRAP) * turn..WRAP * turn).contains(&step)
+        };
+        headings.len() >= LEAST_HEADINGS && headings.windows(2).all(is_small_or_whole)
     }
 
     /// The unit in which the heading changes as a yaw rate of a stated unit says.

@@ -117,7 +117,8 @@ impl Input {
     #[cfg(any(
         feature = "mcap-reader",
         feature = "parquet-reader",
-        feature = "bag-reader"
+        feature = "bag-reader",
+        feature = "containers"
     ))]
     pub fn length(&self) -> io::Result<u64> {
         match self {
@@ -156,7 +157,11 @@ impl Input {
     }
 
     /// Another handle of the file. Handles of one file of the file system share their place.
-    #[cfg(any(feature = "parquet-reader", feature = "without-c"))]
+    #[cfg(any(
+        feature = "parquet-reader",
+        feature = "without-c",
+        feature = "containers"
+    ))]
     pub fn another(&self) -> io::Result<Self> {
         match self {
             Self::File(file) => file.try_clone().map(Self::File),

@@ -65,21 +65,28 @@ pub trait Messages: Send {
     fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault>;
 
     /// The bytes of the file.
-    fn bytes(&mut self) -> &mut Bytes;
+    fn bytes(&self) -> &Bytes;
+
+    /// The bytes of the file, to read them.
+    fn bytes_mut(&mut self) -> &mut Bytes;
 
     /// SHA-256 of the whole file in hexadecimal, after the last message.
     ///
     /// # Errors
     /// The operating system refuses.
     fn sha256(&mut self) -> Result<String, Fault> {
-        self.bytes().sha256()
+        self.bytes_mut().sha256()
     }
 
     /// Bytes consumed.
-    fn position(&self) -> u64;
+    fn position(&self) -> u64 {
+        self.bytes().position()
+    }
 
     /// What was left out, after the last message.
-    fn warnings(&self) -> Vec<String>;
+    fn warnings(&self) -> Vec<String> {
+        self.bytes().damage.warnings()
+    }
 
     /// Was a part left out because it is damaged: by its checksum, or because it does not unpack? Asked after the last message.
     fn is_damaged(&self) -> bool {
@@ -128,8 +135,12 @@ impl Messages for Box<dyn Messages> {
         (**self).next(wanted, message)
     }
 
-    fn bytes(&mut self) -> &mut Bytes {
+    fn bytes(&self) -> &Bytes {
         (**self).bytes()
+    }
+
+    fn bytes_mut(&mut self) -> &mut Bytes {
+        (**self).bytes_mut()
     }
 
     fn sha256(&mut self) -> Result<String, Fault> {

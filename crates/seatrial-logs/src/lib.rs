@@ -9,6 +9,8 @@
 #[cfg(all(test, feature = "mcap", feature = "rosbag2"))]
 mod agreement;
 mod alog;
+#[cfg(feature = "containers")]
+mod as_text;
 mod bytes;
 mod choice;
 mod clock;
@@ -27,6 +29,8 @@ mod languages;
 mod look_ahead;
 mod loose;
 mod matching;
+#[cfg(feature = "containers")]
+mod matlab;
 #[cfg(feature = "mcap-reader")]
 mod mcap;
 mod name;
@@ -37,16 +41,24 @@ mod number;
 mod parquet;
 mod quantity;
 mod reader;
-#[cfg(any(feature = "mcap-reader", feature = "bag-reader"))]
+#[cfg(feature = "containers")]
+mod ros1;
+#[cfg(any(
+    feature = "mcap-reader",
+    feature = "bag-reader",
+    feature = "containers"
+))]
 mod ros2;
 #[cfg(feature = "bag-reader")]
 mod rosbag;
 mod runs;
+mod signal_k;
 mod slocum;
 #[cfg(all(feature = "without-c", any(test, not(feature = "rosbag2"))))]
 mod sqlite;
 mod table;
 mod tlog;
+mod track;
 mod ulog;
 mod unit;
 #[cfg(all(
@@ -56,6 +68,8 @@ mod unit;
 mod unpack;
 mod view;
 mod words;
+#[cfg(feature = "containers")]
+mod workbook;
 mod write;
 
 pub use choice::{ChannelChoice, Correction};

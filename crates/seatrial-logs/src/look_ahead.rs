@@ -1,12 +1,14 @@
 //! The first rows of a log, on which units are inferred before the first sample is given.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
-use crate::clock::ClockFound;
+use crate::clock::{Clock, ClockFound};
+use crate::description::UnitSource;
 use crate::error::{Fault, Place, clipped};
 use crate::infer::FirstRows;
 use crate::matching::{Match, Matches};
 use crate::table::{Cell, Table};
+use crate::{Quantity, Unit};
 
 /// Rows on which units are inferred before the first sample is given.
 const LOOK_AHEAD_ROWS: usize = 20_000;
@@ -67,14 +69,14 @@ pub(crate) fn leave_out_text(
 }
 
 /// The cells of the look-ahead at this position of its rows.
-pub(crate) fn cells(rows: &VecDeque<Row>, position: usize) -> Vec<Cell> {
+fn cells(rows: &VecDeque<Row>, position: usize) -> Vec<Cell> {
     rows.iter()
         .filter_map(|row| Some(row.as_ref().ok()?.1[position].clone()))
         .collect()
 }
 
 /// What units are inferred from.
-pub(crate) fn first_rows(
+fn first_rows(
     found: &Matches,
     rows: &VecDeque<Row>,
     time: &ClockFound,
@@ -98,4 +100,49 @@ fn numbers(cells: &[Cell]) -> Vec<f64> {
             _ => f64::NAN,
         })
         .collect()
+}
+
+/// A unit taken from the values, whether they state it, and why.
+pub(crate) type Inferred = (Unit, UnitSource, Option<String>);
+
+/// The units that the values of the first rows tell.
+pub(crate) struct InferredUnits {
+    pub units: BTreeMap<Quantity, Inferred>,
+    pub time: ClockFound,
+    /// What people should know of the match and of these units.
+    pub warnings: Vec<String>,
+}
+
+pub(crate) fn inferred_units(
+    found: &mut Matches,
+    rows: &VecDeque<Row>,
+    columns: &[String],
+) -> Result<InferredUnits, Fault> {
+    let stated = found.stated_units();
+    let time_cells = found
+        .matches
+        .iter()
+        .position(|m| m.quantity == Quantity::Time)
+        .map_or(Vec::new(), |position| cells(rows, position));
+    let time = Clock::find(&time_cells, stated.get(&Quantity::Time).copied());
+    let names = found
+        .matches
+        .iter()
+        .map(|m| (m.quantity, columns[m.column].clone()))
+        .collect();
+    let inferred = first_rows(found, rows, &time, &time_cells).infer(&stated, &names)?;
+
+    let mut warnings = std::mem::take(&mut found.warnings);
+    warnings.extend(inferred.warnings);
+    warnings.extend(time.doubt());
+    let assumed =
+        |(quantity, (unit, because))| (quantity, (unit, UnitSource::Assumed, Some(because)));
+    let mut units: BTreeMap<Quantity, Inferred> = inferred.units.into_iter().map(assumed).collect();
+    let of_time = (time.unit, time.source(), time.because.clone());
+    units.insert(Quantity::Time, of_time);
+    Ok(InferredUnits {
+        units,
+        time,
+        warnings,
+    })
 }

@@ -359,7 +359,11 @@ impl Messages for Loose {
         Ok(true)
     }
 
-    fn bytes(&mut self) -> &mut Bytes {
+    fn bytes(&self) -> &Bytes {
+        &self.bytes
+    }
+
+    fn bytes_mut(&mut self) -> &mut Bytes {
         &mut self.bytes
     }
 

@@ -8,7 +8,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use mcap::McapError;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-use crate::bytes::{Bytes, Damage};
+use crate::bytes::Bytes;
 use crate::error::{Fault, clipped};
 use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
@@ -43,7 +43,6 @@ pub(crate) struct Mcap {
     /// Bytes of the records given so far.
     unpacked: u64,
     is_at_end: bool,
-    damage: Damage,
     what: Option<String>,
     /// A record of the file, outside chunks, begins here, not behind what has been read.
     boundary: u64,
@@ -61,7 +60,6 @@ impl Mcap {
             topics: Topics::default(),
             unpacked: 0,
             is_at_end: false,
-            damage: Damage::default(),
             what: None,
             boundary: MAGIC.len() as u64,
             is_streaming: false,
@@ -87,10 +85,9 @@ impl Mcap {
                 ),
             });
         }
-        log.bytes.go_to(0)?;
+        log.bytes.begin_again()?;
         log.unpacked = 0;
         log.is_at_end = false;
-        log.damage = Damage::default();
         log.what = None;
         log.boundary = MAGIC.len() as u64;
         log.is_streaming = false;
@@ -163,7 +160,7 @@ impl Mcap {
     }
 
     fn first_pass(&mut self) -> Result<Directory, Fault> {
-        self.bytes.go_to(0)?;
+        self.bytes.begin_again()?;
         let mut directory = Directory::default();
         while self.next_record(|record| directory.take(record))? {}
         self.reader = new_reader(LinearReaderOptions::default());
@@ -235,7 +232,7 @@ impl Mcap {
     /// The file is cut off, unless its end is there: then a record is longer than was written.
     fn is_cut(&mut self) -> Result<(), Fault> {
         let length = self.bytes.length()?;
-        self.damage.cut_at = Some(self.boundary);
+        self.bytes.damage.cut_at = Some(self.boundary);
         self.bytes
             .go_to(length.saturating_sub(MAGIC.len() as u64))?;
         if self.bytes.peek(MAGIC.len())? == MAGIC && length > MAGIC.len() as u64 {
@@ -267,7 +264,9 @@ impl Mcap {
         let is_first = self.what.is_none();
         self.what
             .get_or_insert_with(|| format!("the part at byte {from} is left out: {what}"));
-        self.damage.skipped(from, end.saturating_sub(from) as usize);
+        self.bytes
+            .damage
+            .skipped(from, end.saturating_sub(from) as usize);
         if end >= self.bytes.length()? || (!is_first && end <= from) {
             self.is_at_end = true;
             return Ok(());
@@ -374,16 +373,16 @@ impl Messages for Mcap {
         found
     }
 
-    fn bytes(&mut self) -> &mut Bytes {
+    fn bytes(&self) -> &Bytes {
+        &self.bytes
+    }
+
+    fn bytes_mut(&mut self) -> &mut Bytes {
         &mut self.bytes
     }
 
-    fn position(&self) -> u64 {
-        self.bytes.position()
-    }
-
     fn warnings(&self) -> Vec<String> {
-        let mut warnings = self.damage.warnings();
+        let mut warnings = self.bytes.damage.warnings();
         warnings.extend(
             self.what
                 .iter()
@@ -397,6 +396,6 @@ impl Messages for Mcap {
     }
 
     fn is_damaged(&self) -> bool {
-        self.what.is_some() || self.damage.bytes > 0 || self.is_summary_damaged
+        self.what.is_some() || self.bytes.damage.bytes > 0 || self.is_summary_damaged
     }
 }

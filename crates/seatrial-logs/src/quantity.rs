@@ -108,6 +108,7 @@ impl Quantity {
                     "secs",
                     "sec",
                     "millis",
+                    "datenum",
                     "micros",
                 ],
                 &["epoch", "unixtime", "utc", "datetime", "date", "clock"],

@@ -6,15 +6,16 @@ use std::path::Path;
 use seatrial_core::{RudderUnit, Sample};
 
 use crate::choice::ChannelChoice;
-use crate::clock::{Clock, ClockFound};
+use crate::clock::Clock;
 use crate::content::table;
-use crate::description::{Channel, Counts, LogDescription, UnitSource};
+use crate::description::{Channel, Counts, LogDescription};
 use crate::error::{Fault, Place, ReadError, clipped};
 use crate::input::Held;
-use crate::look_ahead::{Row, cells, first_rows, leave_out_text, look_ahead};
+use crate::look_ahead::{Inferred, InferredUnits, Row, inferred_units, leave_out_text, look_ahead};
 use crate::loose::{from_long, from_sparse, is_sparse};
-use crate::matching::{Match, Matches, match_columns};
+use crate::matching::{Match, match_columns};
 use crate::table::{Cell, Table};
+use crate::track::Positions;
 use crate::unit::{Conversion, Dimension, NEUTRAL_PULSE_US};
 use crate::view::{wanted_rows, with_computed};
 use crate::{Quantity, Unit};
@@ -38,6 +39,7 @@ pub struct LogReader {
     rate_rad_s: Option<f64>,
     counts: Counts,
     is_finished: bool,
+    positions: Option<Positions>,
 }
 
 /// Opens a log of any known format; `-` is standard input.
@@ -48,9 +50,17 @@ pub fn open(path: &Path, choice: &ChannelChoice) -> Result<LogReader, ReadError>
 /// [`open`] of a path that may be one of a file in memory.
 pub fn open_held(path: &Path, held: &Held, choice: &ChannelChoice) -> Result<LogReader, ReadError> {
     let log = path.display().to_string();
-    table(path, held, &choice.formats)
+    let mut reader = table(path, held, &choice.formats)
         .and_then(|table| LogReader::new(log.clone(), table, choice))
-        .map_err(|fault| ReadError { log, fault })
+        .map_err(|fault| ReadError { log, fault })?;
+    if let Some(track) = &choice.positions {
+        let positions = Positions::open(track, held, reader.clock.start_unix_s());
+        reader.positions = Some(positions.map_err(|fault| ReadError {
+            log: track.display().to_string(),
+            fault,
+        })?);
+    }
+    Ok(reader)
 }
 
 impl LogReader {
@@ -110,10 +120,7 @@ impl LogReader {
             },
             table,
             clock: time.clock,
-            time_scale: choice
-                .corrections
-                .get(&Quantity::Time)
-                .map_or(1.0, |correction| correction.scale),
+            time_scale: time_scale(&choice),
             drop_invalid: choice.drop_invalid,
             look_ahead: rows,
             cells: Vec::new(),
@@ -121,6 +128,7 @@ impl LogReader {
             rate_rad_s: None,
             counts: Counts::default(),
             is_finished: false,
+            positions: None,
         })
     }
 
@@ -153,6 +161,7 @@ impl LogReader {
     /// What was left out on the way. Call it after the last sample.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.table.warnings();
+        warnings.extend(self.positions.as_ref().map(Positions::warning));
         let Counts {
             rows,
             missing,
@@ -238,7 +247,7 @@ impl LogReader {
     }
 
     /// The row's sample, `None` where time, heading or rudder is missing.
-    fn sample(&self, place: Place) -> Result<Option<Sample<f64>>, Fault> {
+    fn sample(&mut self, place: Place) -> Result<Option<Sample<f64>>, Fault> {
         let mut sample = Sample::default();
         for (channel, cell) in self.description.channels.iter().zip(&self.cells) {
             let quantity = channel.quantity;
@@ -279,6 +288,9 @@ impl LogReader {
                 (None, None) if quantity.is_required() => return Ok(None),
                 _ => set(&mut sample, quantity, finite),
             }
+        }
+        if let Some(positions) = &mut self.positions {
+            positions.place(&mut sample);
         }
         Ok(Some(sample))
     }
@@ -356,49 +368,10 @@ impl Iterator for LogReader {
     }
 }
 
-/// A unit taken from the values, whether they state it, and why.
-type Inferred = (Unit, UnitSource, Option<String>);
-
-/// The units that the values of the first rows tell.
-struct InferredUnits {
-    units: BTreeMap<Quantity, Inferred>,
-    time: ClockFound,
-    /// What people should know of the match and of these units.
-    warnings: Vec<String>,
-}
-
-fn inferred_units(
-    found: &mut Matches,
-    rows: &VecDeque<Row>,
-    columns: &[String],
-) -> Result<InferredUnits, Fault> {
-    let stated = found.stated_units();
-    let time_cells = found
-        .matches
-        .iter()
-        .position(|m| m.quantity == Quantity::Time)
-        .map_or(Vec::new(), |position| cells(rows, position));
-    let time = Clock::find(&time_cells, stated.get(&Quantity::Time).copied());
-    let names = found
-        .matches
-        .iter()
-        .map(|m| (m.quantity, columns[m.column].clone()))
-        .collect();
-    let inferred = first_rows(found, rows, &time, &time_cells).infer(&stated, &names)?;
-
-    let mut warnings = std::mem::take(&mut found.warnings);
-    warnings.extend(inferred.warnings);
-    warnings.extend(time.doubt());
-    let assumed =
-        |(quantity, (unit, because))| (quantity, (unit, UnitSource::Assumed, Some(because)));
-    let mut units: BTreeMap<Quantity, Inferred> = inferred.units.into_iter().map(assumed).collect();
-    let of_time = (time.unit, time.source(), time.because.clone());
-    units.insert(Quantity::Time, of_time);
-    Ok(InferredUnits {
-        units,
-        time,
-        warnings,
-    })
+/// Seconds for a second of the column.
+fn time_scale(choice: &ChannelChoice) -> f64 {
+    let correction = choice.corrections.get(&Quantity::Time);
+    correction.map_or(1.0, |correction| correction.scale)
 }
 
 /// How a matched column is read.

@@ -7,7 +7,7 @@
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
-use crate::bytes::{Bytes, Damage, text_of};
+use crate::bytes::{Bytes, text_of};
 use crate::error::Fault;
 use crate::input::{Held, Input};
 use crate::joined::{Kind, Message, Messages};
@@ -38,7 +38,6 @@ pub(crate) struct Glider {
     values: Vec<f64>,
     time_s: f64,
     has_end: bool,
-    damage: Damage,
 }
 
 /// A sensor that is logged; its kind has the same index.
@@ -100,7 +99,6 @@ impl Glider {
             cycle: VecDeque::new(),
             time_s: f64::NAN,
             has_end: false,
-            damage: Damage::default(),
         })
     }
 
@@ -111,7 +109,7 @@ impl Glider {
         let seen = self.bytes.peek(head)?;
         match seen.first() {
             None => {
-                self.damage.cut_at = (!self.has_end).then_some(position);
+                self.bytes.damage.cut_at = (!self.has_end).then_some(position);
                 return Ok(false);
             }
             Some(&END) => {
@@ -120,12 +118,12 @@ impl Glider {
             }
             Some(&CYCLE) if seen.len() >= head => {}
             Some(&CYCLE) => {
-                self.damage.cut_at = Some(position);
+                self.bytes.damage.cut_at = Some(position);
                 return Ok(false);
             }
             // A cycle's length follows from its state alone: behind damage there is no way back.
             Some(_) => {
-                self.damage.skipped(position, 1);
+                self.bytes.damage.skipped(position, 1);
                 return Ok(false);
             }
         }
@@ -136,7 +134,7 @@ impl Glider {
             .map(|sensor| self.sensors[sensor].width)
             .sum();
         let Some(cycle) = self.bytes.peek(head + length)?.get(head..head + length) else {
-            self.damage.cut_at = Some(position);
+            self.bytes.damage.cut_at = Some(position);
             return Ok(false);
         };
         let mut at = 0;
@@ -324,15 +322,11 @@ impl Messages for Glider {
         }
     }
 
-    fn bytes(&mut self) -> &mut Bytes {
+    fn bytes(&self) -> &Bytes {
+        &self.bytes
+    }
+
+    fn bytes_mut(&mut self) -> &mut Bytes {
         &mut self.bytes
-    }
-
-    fn position(&self) -> u64 {
-        self.bytes.position()
-    }
-
-    fn warnings(&self) -> Vec<String> {
-        self.damage.warnings()
     }
 }

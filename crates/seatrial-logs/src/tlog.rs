@@ -4,7 +4,7 @@
 //! ground station's time of arrival is the column `arrival_us` of every kind.
 use std::collections::BTreeMap;
 
-use crate::bytes::{Bytes, Damage, text_of};
+use crate::bytes::{Bytes, text_of};
 use crate::error::Fault;
 use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
@@ -55,7 +55,6 @@ pub(crate) struct Telemetry {
     because: String,
     doubt: Option<String>,
     boot_s: f64,
-    damage: Damage,
 }
 
 /// Messages whose fields the first pass looks at.
@@ -96,7 +95,6 @@ impl Telemetry {
             because: String::new(),
             doubt: None,
             boot_s: 0.0,
-            damage: Damage::default(),
         };
         let mut senders: BTreeMap<Sender, Learnt> = BTreeMap::new();
         while let Some(frame) = log.next_frame()? {
@@ -124,8 +122,7 @@ impl Telemetry {
         log.aircraft = learnt.heartbeat.and_then(|(vehicle, _)| aircraft(vehicle));
         log.choose_steering(&learnt);
         log.name_kinds(&learnt);
-        log.bytes.go_to(0)?;
-        log.damage = Damage::default();
+        log.bytes.begin_again()?;
         Ok(log)
     }
 
@@ -221,13 +218,13 @@ impl Telemetry {
             match Frame::at(seen) {
                 Next::Frame(frame) => return Ok(Some(frame)),
                 Next::Cut => {
-                    self.damage.cut_at = Some(position);
                     let rest = seen.len();
+                    self.bytes.damage.cut_at = Some(position);
                     self.bytes.skip(rest);
                     return Ok(None);
                 }
                 Next::NoFrame => {
-                    self.damage.skipped(position, 1);
+                    self.bytes.damage.skipped(position, 1);
                     self.bytes.skip(1);
                 }
             }
@@ -415,19 +412,15 @@ impl Messages for Telemetry {
         Ok(false)
     }
 
-    fn bytes(&mut self) -> &mut Bytes {
+    fn bytes(&self) -> &Bytes {
+        &self.bytes
+    }
+
+    fn bytes_mut(&mut self) -> &mut Bytes {
         &mut self.bytes
     }
 
-    fn position(&self) -> u64 {
-        self.bytes.position()
-    }
-
-    fn warnings(&self) -> Vec<String> {
-        self.damage.warnings()
-    }
-
     fn is_damaged(&self) -> bool {
-        self.damage.bytes > 0
+        self.bytes.damage.bytes > 0
     }
 }

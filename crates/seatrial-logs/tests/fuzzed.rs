@@ -77,7 +77,7 @@ fn io_every_format_cut_at_every_byte_is_read_up_to_there() {
                 silent += usize::from(warnings.iter().all(|w| !w.contains("cut off")));
             }
             assert!(
-                format == "parquet" || most + 1 >= whole.len(),
+                ["parquet", "xlsx", "mat"].contains(&format) || most + 1 >= whole.len(),
                 "{format}: {most}"
             );
             // Between two messages, and within the end of a line, nothing is cut; CSV cannot tell a short number from a cut one.

@@ -159,20 +159,6 @@ fn io_a_glider_log_without_its_cache_file_names_it() {
     assert!(message.contains("468fd1be.cac"), "{message}");
 }
 
-/// A bag of ROS 1 says how it becomes one that is read.
-#[test]
-fn io_a_bag_of_ros_1_names_the_command_that_converts_it() {
-    let folder = tempfile::tempdir().unwrap();
-    let bag = folder.path().join("dive.bag");
-    std::fs::write(&bag, b"#ROSBAG V2.0\nE\0\0\0").unwrap();
-    let refused = open(&bag, &ChannelChoice::default()).err().unwrap();
-    let message = refused.to_string();
-    assert!(
-        message.contains("rosbags-convert --src FILE.bag --dst FOLDER"),
-        "{message}"
-    );
-}
-
 /// The list of sensors may stand in the log itself, those that are not logged among them.
 #[test]
 fn io_a_glider_log_with_its_own_list_of_sensors_reads_alike() {

@@ -196,6 +196,32 @@ fn io_a_heading_says_its_unit_where_it_wraps() {
     assert!(matches!(refused, Err(Fault::ImplausibleValues { .. })));
 }
 
+#[test]
+fn io_coordinates_and_degrees_a_minute_are_understood() {
+    let names = "DATE/TIME(UTC),Latitude,Longitude,Heading,Rudder,Rate of Turn";
+    let text = log(names, |t, turns, rudder| {
+        // The heading turns by 0.15 * 0.2 * cos(0.2 t) turns a second, 60 times that a minute.
+        let rate = 648.0 * (0.2 * t).cos();
+        let (latitude, longitude) = (50.0 + 1e-5 * t, -20.0 + 2e-5 * t);
+        let heading = 360.0 * turns;
+        format!(
+            "2026-03-04 00:00:{t:04.1},{latitude:.7},{longitude:.7},{heading:.2},{rudder:.2},{rate:.3}"
+        )
+    });
+    let (samples, reader) = of_text(&text, &ChannelChoice::default()).unwrap();
+    assert_eq!(unit(&reader, Quantity::YawRate), Unit::DegreePerMinute);
+    let last = samples[399];
+    // 39.9 s of a hundred-thousandth of a degree; the cosine of 50 deg is 0.6428.
+    assert!(
+        (last.north_m.unwrap() - 39.9 * 1.1112).abs() < 0.02,
+        "{last:?}"
+    );
+    assert!(
+        (last.east_m.unwrap() - 39.9 * 2.2224 * 0.6428).abs() < 0.02,
+        "{last:?}"
+    );
+}
+
 /// How a recorder writes a time in s.
 type Written = Box<dyn Fn(f64) -> String>;
 
@@ -337,4 +363,164 @@ fn io_one_value_a_row_of_a_database_is_read() {
     assert!(samples.len() >= 399);
     assert_eq!(unit(&reader, Quantity::Heading), Unit::Radian);
     assert!((samples[0].rudder_rad.to_degrees() - 10.0).abs() < 0.1);
+}
+
+/// Bags of ROS 1, workbooks and MATLAB's arrays hold the run that their seeds were made of.
+#[cfg(all(
+    feature = "containers",
+    feature = "parquet",
+    feature = "mcap",
+    feature = "rosbag2"
+))]
+#[test]
+fn io_bags_workbooks_and_arrays_are_read() {
+    for format in ["rosbag1", "xlsx", "mat"] {
+        for (number, bytes) in crate::seeds::of(format).into_iter().enumerate() {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("log");
+            std::fs::write(&path, bytes).unwrap();
+            let (samples, mut reader) = samples(&path, &ChannelChoice::default());
+            let what = format!("{format} {number}");
+            assert_eq!(reader.description().format.to_string(), format);
+            // The rudder of a bag comes a moment after the first attitude, at one time.
+            assert_eq!(samples.len(), 6, "{what}");
+            for (k, sample) in samples.iter().enumerate() {
+                let after_s = sample.time_s - samples[0].time_s;
+                assert!(
+                    (after_s - 0.1 * k as f64).abs() < 1e-6,
+                    "{what}: {sample:?}"
+                );
+                let turned = sample.heading_rad - (1.0 + 0.01 * k as f64);
+                assert!(turned.sin().abs() < 1e-6, "{what}: {sample:?}");
+                let rudder = sample.rudder_rad.to_degrees() - (5.0 - k as f64);
+                assert!(rudder.abs() < 1e-6, "{what}: {sample:?}");
+            }
+            assert_eq!(reader.sha256().unwrap().len(), 64);
+        }
+    }
+}
+
+/// Text of Japanese and of Excel's encodings is the text in UTF-8.
+#[cfg(feature = "containers")]
+#[test]
+fn io_text_in_other_encodings_is_read() {
+    let text = log(
+        "時刻 (s),船首方位 (deg),舵角 (deg)",
+        |t, turns, rudder| format!("{t:.1},{:.2},{rudder:.2}", 360.0 * turns),
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.csv");
+    std::fs::write(&path, &text).unwrap();
+    let (plain, _) = samples(&path, &ChannelChoice::default());
+    let (japanese, _, _) = encoding_rs::SHIFT_JIS.encode(&text);
+    let wide: Vec<u8> = "\u{feff}"
+        .encode_utf16()
+        .chain(text.encode_utf16())
+        .flat_map(u16::to_le_bytes)
+        .collect();
+    for (name, bytes) in [("Shift_JIS", &japanese[..]), ("UTF-16LE", &wide)] {
+        std::fs::write(&path, bytes).unwrap();
+        let (found, reader) = samples(&path, &ChannelChoice::default());
+        assert_eq!(found, plain, "{name}");
+        let warnings = reader.warnings();
+        assert!(
+            warnings.iter().any(|text| text.contains(name)),
+            "{warnings:?}"
+        );
+    }
+}
+
+/// Deltas of Signal K: paths are columns, of two sources two.
+#[test]
+fn io_deltas_of_signal_k_are_read() {
+    let delta = |t: f64, source: &str, path: &str, value: f64| {
+        format!(
+            r#"{{"updates":[{{"timestamp":"2026-03-04T00:00:{t:06.3}Z","$source":"{source}","values":[{{"path":"{path}","value":{value:.5}}}]}}]}}"#
+        )
+    };
+    let deltas = |sources: &[&str]| {
+        let rows = log("", |t, turns, rudder| {
+            let rudder = delta(t, "n2k.26", "steering.rudderAngle", rudder.to_radians());
+            let heading = std::f64::consts::TAU * turns;
+            let headings = sources
+                .iter()
+                .map(|source| delta(t, source, "navigation.headingMagnetic", heading));
+            std::iter::once(rudder)
+                .chain(headings)
+                .collect::<Vec<_>>()
+                .join("\n")
+        });
+        rows.trim_start().to_owned()
+    };
+    let (samples, reader) = of_text(&deltas(&["n2k.15"]), &ChannelChoice::default()).unwrap();
+    assert_eq!(samples.len(), 400);
+    assert_eq!(unit(&reader, Quantity::Heading), Unit::Radian);
+    assert!((samples[0].rudder_rad.to_degrees() - 10.0).abs() < 0.01);
+    let two = deltas(&["n2k.15", "n2k.22"]);
+    let mut choice = ChannelChoice::default();
+    let second = "n2k.22: navigation.headingMagnetic";
+    choice.columns.insert(Quantity::Heading, second.into());
+    assert_eq!(of_text(&two, &choice).unwrap().0.len(), 400);
+}
+
+/// Positions of a track beside a log, by UTC.
+#[cfg(feature = "containers")]
+#[test]
+fn io_positions_of_a_track_are_joined_by_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let track = folder.path().join("track.gpx");
+    let point = |s: u32| {
+        format!(
+            "<trkpt lat=\"{:.6}\" lon=\"8.0\"><time>2026-03-04T00:00:{s:02}Z</time></trkpt>",
+            50.0 + 1e-5 * f64::from(s)
+        )
+    };
+    let points: String = (5..50).map(point).collect();
+    std::fs::write(
+        &track,
+        format!("<gpx><trk><trkseg>{points}</trkseg></trk></gpx>"),
+    )
+    .unwrap();
+    let mut choice = ChannelChoice::default();
+    choice.positions = Some(track.clone());
+    let text = log("time,heading_deg,rudder_deg", |t, turns, rudder| {
+        format!(
+            "2026-03-04T00:00:{t:04.1}Z,{:.2},{rudder:.2}",
+            360.0 * turns
+        )
+    });
+    let (samples, _) = of_text(&text, &choice).unwrap();
+    assert_eq!(samples[49].north_m, None);
+    let north_m = samples[105].north_m.unwrap();
+    // 5.5 s on, at a hundred-thousandth of a degree a second.
+    assert!((north_m - 5.5 * 1.1112).abs() < 0.01, "{north_m}");
+    let text = text.replace("2026", "2025");
+    let (samples, reader) = of_text(&text, &choice).unwrap();
+    assert!(samples.iter().all(|sample| sample.north_m.is_none()));
+    let warnings = reader.warnings();
+    assert!(
+        warnings
+            .iter()
+            .any(|text| text.contains("no sample is within")),
+        "{warnings:?}"
+    );
+    let text = log("time_s,heading_deg,rudder_deg", |t, turns, rudder| {
+        format!("{t:.1},{:.2},{rudder:.2}", 360.0 * turns)
+    });
+    assert!(matches!(of_text(&text, &choice), Err(Fault::NoDate)));
+}
+
+#[test]
+fn io_what_is_not_read_says_how_it_is_converted() {
+    let refused = |bytes: &[u8]| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log");
+        std::fs::write(&path, bytes).unwrap();
+        let error = open(&path, &ChannelChoice::default()).err().unwrap();
+        error.to_string()
+    };
+    assert!(refused(b"MATLAB 7.3 MAT-file, Platform: GLNXA64").contains("'-v7'"));
+    assert!(refused(b"#ROSBAG V1.2\n").contains("rosbag fix"));
+    let empty = refused(b"#ROSBAG V2.0\nE\0\0\0");
+    assert!(empty.contains("expected topics with messages"), "{empty}");
 }

@@ -77,6 +77,27 @@ fn io_a_speed_over_ground_without_a_unit_is_doubted() {
     assert!(warnings[0].starts_with("speed has no unit"), "{warnings:?}");
 }
 
+/// Two compasses of one log are two channels, of which the one with more sentences is proposed.
+#[test]
+fn io_two_talkers_are_two_channels() {
+    let time = |k: u32| format!("{:.3},", 1_780_883_460.0 + f64::from(k) * 0.1);
+    let mut text = sentences(time);
+    for k in 0..50 {
+        let heading = (3.0 + 0.2 * f64::from(k)) % 360.0;
+        let sentence = with_checksum(&format!("HCHDT,{heading:.1},T"));
+        text += &format!("{}{sentence}\r\n", time(100 + k));
+    }
+    let (reader, samples) = read(&text).unwrap();
+    assert_eq!(samples.len(), 100);
+    let names = &reader.description().columns;
+    for name in ["HE.HDT.heading_deg", "HC.HDT.heading_deg"] {
+        assert!(names.iter().any(|column| column == name), "{names:?}");
+    }
+    let warnings = &reader.description().warnings;
+    let is_said = |text: &String| text.contains("2 instruments send HDT") && text.contains("`HE.");
+    assert!(warnings.iter().any(is_said), "{warnings:?}");
+}
+
 #[test]
 fn io_nmea_0183_with_times_before_the_sentences() {
     for time in [

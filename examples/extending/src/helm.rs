@@ -11,7 +11,7 @@
 
 use std::path::Path;
 
-use seatrial_logs::formats::{Bytes, Damage, Formats, Kind, Known, LogFormat, Message, Messages};
+use seatrial_logs::formats::{Bytes, Formats, Kind, Known, LogFormat, Message, Messages};
 use seatrial_logs::{Fault, Quantity, Unit};
 
 /// The formats of this program: give them to whatever reads logs.
@@ -39,7 +39,6 @@ impl LogFormat for Helm {
 struct HelmLog {
     bytes: Bytes,
     kinds: [Kind; 2],
-    damage: Damage,
 }
 
 /// The places of the kinds among `kinds`.
@@ -70,7 +69,6 @@ impl HelmLog {
                 kind("compass", &["heading", "yaw_rate"]),
                 kind("servo", &["angle"]),
             ],
-            damage: Damage::default(),
         })
     }
 }
@@ -126,19 +124,15 @@ impl Messages for HelmLog {
             if !self.bytes.is_line_cut() && read(&line, message).is_some() {
                 return Ok(true);
             }
-            self.damage.not_a_line(&self.bytes, position, length);
+            self.bytes.not_a_line(position, length);
         }
     }
 
-    fn bytes(&mut self) -> &mut Bytes {
+    fn bytes(&self) -> &Bytes {
+        &self.bytes
+    }
+
+    fn bytes_mut(&mut self) -> &mut Bytes {
         &mut self.bytes
-    }
-
-    fn position(&self) -> u64 {
-        self.bytes.position()
-    }
-
-    fn warnings(&self) -> Vec<String> {
-        self.damage.warnings()
     }
 }

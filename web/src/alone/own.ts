@@ -40,7 +40,7 @@ export function readerOf(program: Program): LogReader {
         : (await program.ask<{ columns: string[] }>({ ask: "columns", log: log.name })).columns,
     takeSensorList: (list) => program.hold(list),
     formats:
-      "CSV, Parquet, DataFlash .bin, ULog, tlog, MCAP, rosbag2 .db3, NMEA 0183, NMEA 2000 of canboat, MOOS .alog, Slocum .dbd",
+      "CSV, Parquet, DataFlash .bin, ULog, tlog, MCAP, rosbag2 .db3, ROS 1 .bag, Excel .xlsx, MATLAB .mat, NMEA 0183, NMEA 2000, Expedition, MOOS .alog, Slocum .dbd",
     place: "It is read and identified in this page, is sent nowhere, and the page works without a network.",
     below: (log, reading, identified) => below(program, log, reading, identified),
   };

@@ -7,7 +7,7 @@ use seatrial::health::{SpeedModel, degrees_of_freedom};
 use seatrial::identification::{Outcome, ReasonCode};
 use seatrial::identify::{IdentifyError, IdentifySettings, identify};
 use seatrial::{Run, Window};
-use seatrial_core::Sample;
+use seatrial_core::{RudderUnit, Sample};
 use seatrial_logbook::CampaignId;
 
 use super::{ModelPoint, Models, campaign_named, of_document, of_schedule_file, undamaged};
@@ -23,6 +23,8 @@ const LARGEST_SPEED_SPREAD: f64 = 0.15;
 pub struct ComparedModels {
     /// For people.
     pub origin: String,
+    /// In what the rudder of the models is.
+    pub rudder_unit: RudderUnit,
     /// The log, where it is one.
     pub log: Option<Source>,
     /// The campaign, where they are those of all its speeds.
@@ -36,9 +38,10 @@ pub struct ComparedModels {
 }
 
 impl ComparedModels {
-    fn new(origin: String, models: Vec<SpeedModel>) -> Self {
+    fn new(origin: String, rudder_unit: RudderUnit, models: Vec<SpeedModel>) -> Self {
         Self {
             origin,
+            rudder_unit,
             log: None,
             campaign: None,
             models,
@@ -97,7 +100,7 @@ fn from_file(
     };
     if path.extension().is_some_and(|suffix| suffix == "toml") {
         let source = of_schedule_file(path)?;
-        return Ok(ComparedModels::new(source.origin.clone(), models(&source)).noting(
+        return Ok(ComparedModels::new(source.origin.clone(), source.rudder_unit, models(&source)).noting(
             "a schedule file states no uncertainty: its models count as exact, which makes false alarms likelier",
         ));
     }
@@ -109,7 +112,8 @@ fn from_file(
                 source.origin
             )));
         }
-        let mut found = ComparedModels::new(source.origin.clone(), models(&source));
+        let mut found =
+            ComparedModels::new(source.origin.clone(), source.rudder_unit, models(&source));
         found.notes = [source.cautions, source.rejected].concat();
         return Ok(found);
     }
@@ -215,7 +219,7 @@ fn from_log(
     let without = |why: String| ComparedModels {
         without_model: Some(why),
         log: Some(log.source()),
-        ..ComparedModels::new(name.into(), Vec::new())
+        ..ComparedModels::new(name.into(), log.rudder_unit(), Vec::new())
     };
     match identify(&log.record, window, None, &IdentifySettings::default()) {
         // Two records are compared by their intervals: neither needs validation data of its own.
@@ -231,7 +235,7 @@ fn from_log(
                     "the record could not be refined, so there is no uncertainty".into(),
                 ));
             };
-            let mut source = ComparedModels::new(name.into(), vec![model]);
+            let mut source = ComparedModels::new(name.into(), log.rudder_unit(), vec![model]);
             source.log = Some(log.source());
             if found.verdict.has(&ReasonCode::ModelOrder) {
                 source = source.noting(
@@ -257,7 +261,7 @@ fn of_several_speeds(
     let Some(found) = identify_speeds(log, &IdentifySettings::default(), observer)? else {
         return Ok(None);
     };
-    let mut source = ComparedModels::new(name.into(), Vec::new());
+    let mut source = ComparedModels::new(name.into(), log.rudder_unit(), Vec::new());
     source.log = Some(log.source());
     for model in &found {
         let usable = model.identification.as_ref();
@@ -334,7 +338,7 @@ fn from_logbook(name: &str, path: &Path) -> Result<ComparedModels, Error> {
     };
     let mut source = ComparedModels {
         campaign: run.is_none().then_some(entry.id),
-        ..ComparedModels::new(origin, Vec::new())
+        ..ComparedModels::new(origin, RudderUnit::Rad, Vec::new())
     };
     for run in runs {
         let model = run

@@ -34,6 +34,9 @@ pub struct LyingLogs {
     pub seeds: u64,
     /// All kinds that are as decidable.
     pub totals: Vec<Total>,
+    /// Kinds of logs with a column that is wired wrongly.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wiring: Option<Wiring>,
     /// Each kind.
     pub kinds: Vec<Row>,
 }
@@ -51,6 +54,21 @@ pub struct Total {
     pub wrong: usize,
     /// Wrong without a note on what the log cannot show.
     pub wrong_without_note: usize,
+}
+
+/// What became of logs with a column that is wired wrongly.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Wiring {
+    /// Logs.
+    pub logs: usize,
+    /// Accepted and right.
+    pub right: usize,
+    /// Accepted and beyond two half widths of the truth.
+    pub wrong: usize,
+    /// Refused, with the column that is wrong among those that the first reason blames.
+    pub named: usize,
+    /// Another column is blamed, and not the one that is wrong.
+    pub accused: usize,
 }
 
 /// One kind.
@@ -72,6 +90,9 @@ pub struct Row {
     pub wrong_without_note: usize,
     /// Accepted models outside their 95 % intervals.
     pub outside: usize,
+    /// Where its logs are wired wrongly, what became of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wiring: Option<Wiring>,
     /// Reasons of refusals, each with how often.
     pub refused: BTreeMap<String, usize>,
     /// Notes on accepted models, each with how often.
@@ -128,6 +149,10 @@ impl LyingLogStudy {
             seed: self.seed,
             seeds: self.seeds,
             totals: totals(&rows),
+            wiring: rows
+                .iter()
+                .filter_map(|row| row.wiring)
+                .reduce(Wiring::with),
             kinds: rows,
         })
     }
@@ -145,7 +170,8 @@ fn ending(kind: &Kind, seed: u64, folder: &Path) -> std::io::Result<Ending> {
     let log = kind.log(seed);
     let path = folder.join(format!("{}_{seed}.csv", kind.name));
     std::fs::write(&path, &log.csv)?;
-    let windows = if seed.is_multiple_of(2) {
+    // Windows are in seconds, and those of a clock in another unit are not.
+    let windows = if seed.is_multiple_of(2) && kind.wired != Some("time") {
         Windows {
             from_s: Some(log.training_s[0]),
             to_s: Some(log.training_s[1]),
@@ -199,9 +225,34 @@ impl Row {
             accepted: count(&|e| e.accepted),
             wrong: count(&Ending::is_wrong),
             wrong_without_note: count(&|e| e.is_wrong() && !is_noted(e)),
+            wiring: kind.wired.map(|column| Wiring::of(column, endings)),
             outside: count(&|e| e.farthest.is_some_and(|farthest| farthest > 1.0)),
             refused,
             noted,
+        }
+    }
+}
+
+impl Wiring {
+    fn of(column: &'static str, endings: &[Ending]) -> Self {
+        let count = |is: &dyn Fn(&Ending) -> bool| endings.iter().filter(|e| is(e)).count();
+        let is_named = |e: &Ending| e.blamed.contains(&column);
+        Self {
+            logs: endings.len(),
+            right: count(&|e| e.accepted && !e.is_wrong()),
+            wrong: count(&|e| e.accepted && e.is_wrong()),
+            named: count(&|e| !e.accepted && is_named(e)),
+            accused: count(&|e| !e.blamed.is_empty() && !is_named(e)),
+        }
+    }
+
+    fn with(self, other: Self) -> Self {
+        Self {
+            logs: self.logs + other.logs,
+            right: self.right + other.right,
+            wrong: self.wrong + other.wrong,
+            named: self.named + other.named,
+            accused: self.accused + other.accused,
         }
     }
 }

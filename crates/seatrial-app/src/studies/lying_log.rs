@@ -37,6 +37,8 @@ pub struct Ending {
     pub refused: Option<String>,
     /// What was noted of an accepted model.
     pub notes: Vec<ReasonCode>,
+    /// The quantities whose columns its first reason says are wrong.
+    pub blamed: Vec<&'static str>,
 }
 
 impl Ending {
@@ -44,16 +46,20 @@ impl Ending {
     pub fn of(path: &Path, options: &Options, truth: &Truth) -> Self {
         match identify_log(path, options) {
             Ok(identified) => Self::of_identified(&identified, truth),
-            Err(error) => Self {
-                accepted: false,
-                farthest: None,
-                errors: None,
-                refused: Some(match error {
-                    crate::Error::Rejected(_) => "rejected".into(),
-                    _ => "unreadable".into(),
-                }),
-                notes: Vec::new(),
-            },
+            Err(error) => {
+                let blamed = named(&error.to_string());
+                Self {
+                    accepted: false,
+                    farthest: None,
+                    errors: None,
+                    refused: Some(match error {
+                        crate::Error::Rejected(_) => "rejected".into(),
+                        _ => format!("unreadable {}", blamed.join("+")).trim().into(),
+                    }),
+                    notes: Vec::new(),
+                    blamed,
+                }
+            }
         }
     }
 
@@ -95,8 +101,56 @@ impl Ending {
                 .first()
                 .filter(|_| !is_accepted)
                 .map(ToString::to_string),
+            blamed: codes
+                .first()
+                .map_or(Vec::new(), |code| blamed(code).to_vec()),
             notes: if is_accepted { codes } else { Vec::new() },
         }
+    }
+}
+
+/// The columns that a log may be wired wrongly with.
+const COLUMNS: [&str; 4] = ["time", "heading", "rudder", "yaw_rate"];
+
+/// The quantities for which an error of the reader names an option.
+fn named(error: &str) -> Vec<&'static str> {
+    let is_named = |column: &&str| {
+        let option = column.replace('_', "-");
+        error.contains(&format!("--unit {column}=")) || error.contains(&format!("--{option} "))
+    };
+    COLUMNS.into_iter().filter(is_named).collect()
+}
+
+/// The quantities that a reason says something is wrong with; none where it blames the vehicle, the sea or the manoeuvre.
+fn blamed(code: &ReasonCode) -> &'static [&'static str] {
+    match code {
+        ReasonCode::TimeUnitDoubtful
+        | ReasonCode::TimesShared
+        | ReasonCode::ClockJumped
+        | ReasonCode::ClockJitter
+        | ReasonCode::LoggedTooSlowly
+        | ReasonCode::SampledTooSeldom => &["time"],
+        ReasonCode::HeadingUnitDoubtful
+        | ReasonCode::HeadingConstant
+        | ReasonCode::CompassError
+        | ReasonCode::CompassDeviation
+        | ReasonCode::CompassLate
+        | ReasonCode::HeadingHeld
+        | ReasonCode::CourseForHeading
+        | ReasonCode::Quantised => &["heading"],
+        ReasonCode::RudderUnitDoubtful
+        | ReasonCode::RudderScaleUnknown
+        | ReasonCode::RudderHeld
+        | ReasonCode::RudderConstant
+        | ReasonCode::RudderSaturated
+        | ReasonCode::RudderJammed
+        | ReasonCode::RudderPlay => &["rudder"],
+        // Of the log as it is: which of the two channels does not follow.
+        ReasonCode::NotIdentifiable | ReasonCode::SignReversed => &["rudder", "heading"],
+        ReasonCode::YawRateReversed => &["heading", "yaw_rate"],
+        ReasonCode::YawRateLate => &["yaw_rate"],
+        ReasonCode::YawRateContradicts => &["time", "heading", "yaw_rate"],
+        _ => &[],
     }
 }
 

@@ -11,7 +11,7 @@ use jiff::civil::DateTime;
 use jiff::tz::TimeZone;
 
 use crate::Quantity;
-use crate::bytes::{Bytes, Damage};
+use crate::bytes::Bytes;
 use crate::clock::{instant, stamp_s, time_of_day};
 use crate::error::Fault;
 use crate::input::Input;
@@ -54,7 +54,6 @@ pub(crate) struct Sentences {
     ready: VecDeque<(usize, f64, Vec<f64>)>,
     untimed: u64,
     has_own_times: bool,
-    damage: Damage,
     /// Sentences whose checksum is not that of their bytes.
     wrong_sums: u64,
 }
@@ -212,7 +211,6 @@ impl Sentences {
             ready: VecDeque::new(),
             untimed: 0,
             has_own_times: false,
-            damage: Damage::default(),
             wrong_sums: 0,
         };
         let mut message = Message::default();
@@ -232,11 +230,10 @@ impl Sentences {
             });
         }
         log.name_kinds();
-        log.bytes.go_to(0)?;
+        log.bytes.begin_again()?;
         log.clock = Clock::default();
         log.interval_s = None;
         log.untimed = 0;
-        log.damage = Damage::default();
         log.wrong_sums = 0;
         Ok(log)
     }
@@ -346,7 +343,7 @@ impl Sentences {
             let Some((before, cells)) = sentence(&line).filter(|_| !may_be_cut) else {
                 let is_summed = line.contains(['$', '!']) && line.contains('*');
                 self.wrong_sums += u64::from(is_summed && !self.bytes.is_line_cut());
-                self.damage.not_a_line(&self.bytes, position, length);
+                self.bytes.not_a_line(position, length);
                 continue;
             };
             self.take(before, &cells, wanted);
@@ -455,16 +452,16 @@ impl Messages for Sentences {
         self.next_sentence(Some(wanted), message)
     }
 
-    fn bytes(&mut self) -> &mut Bytes {
+    fn bytes(&self) -> &Bytes {
+        &self.bytes
+    }
+
+    fn bytes_mut(&mut self) -> &mut Bytes {
         &mut self.bytes
     }
 
-    fn position(&self) -> u64 {
-        self.bytes.position()
-    }
-
     fn warnings(&self) -> Vec<String> {
-        let mut warnings = self.damage.warnings();
+        let mut warnings = self.bytes.damage.warnings();
         if !self.has_own_times {
             warnings.push(
                 "no sentence has a time before it: sentences are spread evenly between the times of RMC, ZDA, GGA or GLL sentences".into(),

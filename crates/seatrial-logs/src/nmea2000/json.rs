@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::MOST_KINDS;
 use super::text::date_s;
-use crate::bytes::{Bytes, Damage};
+use crate::bytes::Bytes;
 use crate::error::Fault;
 use crate::joined::{Kind, Message, Messages};
 use crate::table::Known;
@@ -36,7 +36,6 @@ pub(super) struct Objects {
     /// Place in [`FIELDS`], source and instance of every kind, and how many values it has.
     sources: Vec<((usize, u64, u64), u64)>,
     ready: Vec<(usize, f64, f64)>,
-    damage: Damage,
 }
 
 /// Does a file begin with such an object?
@@ -63,15 +62,13 @@ impl Objects {
             kinds: Vec::new(),
             sources: Vec::new(),
             ready: Vec::new(),
-            damage: Damage::default(),
         };
-        log.bytes.go_to(0)?;
+        log.bytes.begin_again()?;
         let mut message = Message::default();
         while log.next_value(None, &mut message)? {
             log.sources[message.kind].1 += 1;
         }
-        log.bytes.go_to(0)?;
-        log.damage = Damage::default();
+        log.bytes.begin_again()?;
         Ok(log)
     }
 
@@ -100,7 +97,7 @@ impl Objects {
             let length = line.len();
             match serde_json::from_slice::<Value>(line) {
                 Ok(object) => self.take(&object, wanted.is_none()),
-                Err(_) => self.damage.not_a_line(&self.bytes, position, length),
+                Err(_) => self.bytes.not_a_line(position, length),
             }
         }
     }
@@ -173,15 +170,11 @@ impl Messages for Objects {
         self.next_value(Some(wanted), message)
     }
 
-    fn bytes(&mut self) -> &mut Bytes {
+    fn bytes(&self) -> &Bytes {
+        &self.bytes
+    }
+
+    fn bytes_mut(&mut self) -> &mut Bytes {
         &mut self.bytes
-    }
-
-    fn position(&self) -> u64 {
-        self.bytes.position()
-    }
-
-    fn warnings(&self) -> Vec<String> {
-        self.damage.warnings()
     }
 }

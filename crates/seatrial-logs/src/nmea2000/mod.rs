@@ -12,7 +12,7 @@ mod text;
 use std::collections::BTreeMap;
 
 use crate::Quantity;
-use crate::bytes::{Bytes, Damage};
+use crate::bytes::Bytes;
 use crate::error::Fault;
 use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
@@ -158,7 +158,6 @@ struct Capture {
     added_s: f64,
     last_s: f64,
     frames: u64,
-    damage: Damage,
 }
 
 impl Capture {
@@ -174,7 +173,6 @@ impl Capture {
             added_s: 0.0,
             last_s: f64::NEG_INFINITY,
             frames: 0,
-            damage: Damage::default(),
         };
         let (mut first_s, mut last_s) = (f64::INFINITY, f64::NEG_INFINITY);
         while let Some(frame) = capture.next_message()? {
@@ -189,10 +187,9 @@ impl Capture {
                 most_per_s: MOST_PER_S,
             });
         }
-        capture.bytes.go_to(0)?;
+        capture.bytes.begin_again()?;
         capture.packets = FastPackets::default();
         (capture.added_s, capture.last_s) = (0.0, f64::NEG_INFINITY);
-        capture.damage = Damage::default();
         Ok(capture)
     }
 
@@ -246,7 +243,7 @@ impl Capture {
                         // The last byte of a line that was cut off may be half of one.
                         Some(frame) if !self.bytes.is_line_cut() => return Ok(Some(frame)),
                         Some(frame) if frame.data.len() >= 8 => return Ok(Some(frame)),
-                        _ => self.damage.not_a_line(&self.bytes, position, length),
+                        _ => self.bytes.not_a_line(position, length),
                     }
                 }
                 Container::Records(records) => {
@@ -260,8 +257,8 @@ impl Capture {
                     match piece {
                         Piece::Frame(frame) => return Ok(Some(frame)),
                         Piece::Other => {}
-                        Piece::Damaged(bytes) => self.damage.skipped(position, bytes),
-                        Piece::Cut => self.damage.cut_at = Some(position),
+                        Piece::Damaged(bytes) => self.bytes.damage.skipped(position, bytes),
+                        Piece::Cut => self.bytes.damage.cut_at = Some(position),
                     }
                 }
             }
@@ -352,15 +349,11 @@ impl Messages for Capture {
         Ok(false)
     }
 
-    fn bytes(&mut self) -> &mut Bytes {
+    fn bytes(&self) -> &Bytes {
+        &self.bytes
+    }
+
+    fn bytes_mut(&mut self) -> &mut Bytes {
         &mut self.bytes
-    }
-
-    fn position(&self) -> u64 {
-        self.bytes.position()
-    }
-
-    fn warnings(&self) -> Vec<String> {
-        self.damage.warnings()
     }
 }

@@ -1,10 +1,10 @@
-//! What ROS 2 messages mean, whatever file they come from.
+//! What messages of ROS mean, whatever file they come from.
 
 mod schema;
 
 use std::collections::BTreeMap;
 
-pub(crate) use schema::{Schema, plain};
+pub(crate) use schema::{Schema, Wire, plain};
 
 use crate::error::clipped;
 use crate::joined::{Kind, Message};
@@ -23,6 +23,7 @@ pub(crate) struct Topics {
     by_number: BTreeMap<u64, Topic>,
     /// Fields of all topics.
     fields: usize,
+    wire: Wire,
     /// Types that were not understood.
     pub unknown: Vec<String>,
     pub undecoded: u64,
@@ -140,9 +141,18 @@ const MOST_LATENCY_S: f64 = 1.0;
 const PLAIN_NUMBERS: [&str; 2] = ["std_msgs/Float64", "std_msgs/Float32"];
 
 impl Topics {
+    /// None yet, of messages that are written so.
+    #[cfg(feature = "containers")]
+    pub fn of_wire(wire: Wire) -> Self {
+        Self {
+            wire,
+            ..Self::default()
+        }
+    }
+
     /// Takes up a topic that has messages.
     pub fn add(&mut self, number: u64, topic: &str, type_name: &str, definition: &str) {
-        let schema = Schema::parse(type_name, definition);
+        let schema = Schema::parse(type_name, definition, self.wire);
         let Some(schema) =
             schema.filter(|schema| self.fields + schema.names().len() <= MOST_FIELDS)
         else {

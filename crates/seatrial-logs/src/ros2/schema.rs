@@ -1,4 +1,4 @@
-//! Message definitions of ROS 2 (`ros2msg`) and the numbers that messages in CDR hold by them.
+//! Message definitions of ROS and the numbers that messages hold by them, in CDR or as ROS 1 writes them.
 
 use std::collections::BTreeMap;
 
@@ -20,6 +20,17 @@ const BUILT_IN: [(&str, &str); 2] = [
     ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec"),
     ("builtin_interfaces/Duration", "int32 sec\nuint32 nanosec"),
 ];
+
+/// How messages are written.
+#[derive(Clone, Copy, Default, PartialEq)]
+pub(crate) enum Wire {
+    /// ROS 2: in CDR, aligned, behind its head.
+    #[default]
+    Cdr,
+    /// ROS 1: little endian, one number behind the other.
+    #[cfg(feature = "containers")]
+    Ros1,
+}
 
 #[derive(Clone, Copy, PartialEq)]
 enum Primitive {
@@ -108,6 +119,7 @@ pub(crate) struct Schema {
     /// Slots of the header's time.
     stamp: Option<[usize; 2]>,
     nodes: usize,
+    wire: Wire,
 }
 
 type Definitions<'a> = BTreeMap<String, Vec<(&'a str, &'a str)>>;
@@ -137,7 +149,7 @@ impl Count {
 
 impl Schema {
     /// The schema of the type of this name, from its definition and those it needs, as bags store them.
-    pub fn parse(name: &str, text: &str) -> Option<Self> {
+    pub fn parse(name: &str, text: &str, wire: Wire) -> Option<Self> {
         let mut definitions = Definitions::new();
         for (name, text) in BUILT_IN {
             definitions.insert(name.into(), declarations(text));
@@ -156,6 +168,7 @@ impl Schema {
             derived: Vec::new(),
             stamp: None,
             nodes: 0,
+            wire,
         };
         schema.root = schema.parts(&plain(name), "", &definitions, 0, true)?;
         let position = |name: &str| schema.fields.iter().position(|field| field == name);
@@ -195,6 +208,7 @@ impl Schema {
                         false => {
                             let known = match element {
                                 "Header" => "std_msgs/Header".into(),
+                                "time" | "duration" => "builtin_interfaces/Time".into(),
                                 _ if element.contains('/') => plain(element),
                                 _ => format!("{package}/{element}"),
                             };
@@ -220,8 +234,8 @@ impl Schema {
         if is_field {
             self.derive(type_name, prefix);
         }
-        // A message without parts has one byte.
-        if parts.is_empty() {
+        // A message without parts has one byte in CDR.
+        if parts.is_empty() && self.wire == Wire::Cdr {
             parts.push(Node::Run(Primitive::U8, 1, None));
         }
         Some(Node::Parts(parts))
@@ -290,13 +304,24 @@ impl Schema {
     pub fn decode(&self, message: &[u8], values: &mut Vec<f64>) -> Option<Option<f64>> {
         values.clear();
         values.resize(self.fields.len(), f64::NAN);
-        let kind = *message.get(1)?;
-        let mut cdr = Cdr {
-            body: message.get(ENCAPSULATION..)?,
-            at: 0,
-            is_little_endian: kind & 1 == 1,
-            // Version 2 aligns to at most 4 bytes.
-            widest: if kind >= 6 { 4 } else { 8 },
+        let mut cdr = match self.wire {
+            Wire::Cdr => {
+                let kind = *message.get(1)?;
+                Cdr {
+                    body: message.get(ENCAPSULATION..)?,
+                    at: 0,
+                    is_little_endian: kind & 1 == 1,
+                    // Version 2 aligns to at most 4 bytes.
+                    widest: if kind >= 6 { 4 } else { 8 },
+                }
+            }
+            #[cfg(feature = "containers")]
+            Wire::Ros1 => Cdr {
+                body: message,
+                at: 0,
+                is_little_endian: true,
+                widest: 1,
+            },
         };
         cdr.read(&self.root, values)?;
         for derived in &self.derived {

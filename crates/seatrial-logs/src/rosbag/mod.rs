@@ -248,7 +248,11 @@ impl<S: BagTables> Messages for Bag<S> {
         }
     }
 
-    fn bytes(&mut self) -> &mut Bytes {
+    fn bytes(&self) -> &Bytes {
+        &self.bytes
+    }
+
+    fn bytes_mut(&mut self) -> &mut Bytes {
         &mut self.bytes
     }
 

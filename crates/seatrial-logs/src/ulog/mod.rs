@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use seatrial_mavlink::aircraft;
 
-use crate::bytes::{Bytes, Damage, text_of};
+use crate::bytes::{Bytes, text_of};
 use crate::error::Fault;
 use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
@@ -52,7 +52,6 @@ pub(crate) struct ULog {
     is_lost: bool,
     dropouts: u64,
     dropped_ms: u64,
-    damage: Damage,
 }
 
 /// A topic that data messages of one number belong to.
@@ -81,7 +80,6 @@ impl ULog {
             is_lost: false,
             dropouts: 0,
             dropped_ms: 0,
-            damage: Damage::default(),
         };
         log.start()?;
         while let Some((kind, length)) = log.find_message()? {
@@ -104,7 +102,7 @@ impl ULog {
     }
 
     fn start(&mut self) -> Result<(), Fault> {
-        self.bytes.go_to(0)?;
+        self.bytes.begin_again()?;
         self.bytes.peek(FILE_HEADER)?;
         self.bytes.skip(FILE_HEADER);
         self.subscriptions.clear();
@@ -112,7 +110,6 @@ impl ULog {
         self.is_lost = false;
         self.dropouts = 0;
         self.dropped_ms = 0;
-        self.damage = Damage::default();
         Ok(())
     }
 
@@ -157,7 +154,7 @@ impl ULog {
                 false if is_sound => return self.cut(position),
                 _ => {
                     self.is_lost = true;
-                    self.damage.skipped(position, 1);
+                    self.bytes.damage.skipped(position, 1);
                     self.bytes.skip(1);
                 }
             }
@@ -165,7 +162,7 @@ impl ULog {
     }
 
     fn cut<T>(&mut self, position: u64) -> Result<Option<T>, Fault> {
-        self.damage.cut_at = Some(position);
+        self.bytes.damage.cut_at = Some(position);
         let rest = self.bytes.peek(usize::from(u16::MAX))?.len();
         self.bytes.skip(rest);
         Ok(None)
@@ -442,12 +439,12 @@ impl Messages for ULog {
         Ok(false)
     }
 
-    fn bytes(&mut self) -> &mut Bytes {
-        &mut self.bytes
+    fn bytes(&self) -> &Bytes {
+        &self.bytes
     }
 
-    fn position(&self) -> u64 {
-        self.bytes.position()
+    fn bytes_mut(&mut self) -> &mut Bytes {
+        &mut self.bytes
     }
 
     fn warnings(&self) -> Vec<String> {
@@ -458,6 +455,11 @@ impl Messages for ULog {
                 self.dropped_ms as f64 / 1e3
             )
         });
-        self.damage.warnings().into_iter().chain(dropouts).collect()
+        self.bytes
+            .damage
+            .warnings()
+            .into_iter()
+            .chain(dropouts)
+            .collect()
     }
 }

@@ -1,6 +1,8 @@
 //! Small sound logs of every format, built by hand: what fuzzing and the tests of damage start from.
 #![allow(missing_docs, dead_code)]
 
+#[path = "boxes.rs"]
+pub mod boxes;
 #[path = "nmea2000.rs"]
 pub mod nmea2000;
 
@@ -20,7 +22,7 @@ use nmea2000::nmea2000;
 pub const ROWS: u32 = 6;
 
 /// Every format.
-pub const FORMATS: [&str; 12] = [
+pub const FORMATS: [&str; 16] = [
     "dataflash",
     "tlog",
     "ulog",
@@ -33,6 +35,10 @@ pub const FORMATS: [&str; 12] = [
     "mcap",
     "rosbag2",
     "parquet",
+    "rosbag1",
+    "xlsx",
+    "mat",
+    "signal_k",
 ];
 
 /// Logs of a format.
@@ -55,6 +61,10 @@ pub fn of(format: &str) -> Vec<Vec<u8>> {
         .map(mcap_log)
         .into(),
         "rosbag2" => vec![rosbag()],
+        "rosbag1" => ["none", "bz2", "lz4"].map(boxes::rosbag1).into(),
+        "signal_k" => vec![boxes::signal_k()],
+        "xlsx" => vec![boxes::xlsx()],
+        "mat" => [false, true].map(boxes::mat).into(),
         "parquet" => [
             Compression::UNCOMPRESSED,
             Compression::SNAPPY,

@@ -7,7 +7,7 @@ use seatrial_core::Real;
 
 use super::clock;
 use super::draw::Draw;
-use super::setup::Setup;
+use super::setup::{GyroChannel, Setup};
 use super::voyage::Voyage;
 use super::{LogTruth, LyingLog};
 
@@ -23,21 +23,17 @@ pub fn write(setup: &Setup, voyage: &Voyage, seed: u64) -> LyingLog {
     let middle_s = voyage.training_s[0] + 4.0 * setup.time_constant_s();
     let headings = headings(setup, voyage, &times_s, middle_s, &mut chance);
     let rudders = rudders(setup, voyage, &times_s);
-    let rates: Option<Vec<f64>> = setup.gyro.map(|gyro| {
-        let column = setup.columns.yaw_rate.per_si;
-        times_s
-            .iter()
-            .map(|&t| {
-                let true_rad_s = voyage.at((t - gyro.late_s).max(0.0)).yaw_rate_rad_s;
-                let rate = true_rad_s + gyro.noise_rad_s * chance.normal();
-                gyro.factor * column * rate
-            })
-            .collect()
-    });
+    let rates = setup
+        .gyro
+        .map(|gyro| gyro_rates(setup, &gyro, voyage, &times_s, &mut chance));
     let stamped = clock::stamps(setup, &times_s, middle_s, &mut chance);
+    let reach = setup.gyro.and_then(|gyro| gyro.computed);
+    let rates = reach.map_or(rates, |reach| {
+        Some(computed_rates(setup, &headings, &stamped, reach))
+    });
     let mut csv = header(setup);
     for &(row, stamp) in &stamped {
-        let decimals = if setup.clock.per_second == 0.0 { 0 } else { 4 };
+        let decimals = setup.clock.decimals();
         let _ = write!(
             csv,
             "{stamp:.decimals$},{:.6},{:.6}",
@@ -68,10 +64,51 @@ pub fn write(setup: &Setup, voyage: &Voyage, seed: u64) -> LyingLog {
         validation_s: by_the_clock(voyage.validation_s),
         truth: LogTruth {
             a22_per_s: hull.a22_per_s,
-            b2_per_s2: hull.b2_per_s2 * setup.rudder.sense,
+            b2_per_s2: hull.b2_per_s2
+                * setup.rudder.sense
+                * if setup.heading.mirrored { -1.0 } else { 1.0 },
             full_rudder_rad: setup.full_rudder_rad,
         },
     }
+}
+
+/// What a gyro reads, in the file's unit.
+fn gyro_rates(
+    setup: &Setup,
+    gyro: &GyroChannel,
+    voyage: &Voyage,
+    times_s: &[f64],
+    chance: &mut Draw,
+) -> Vec<f64> {
+    let read = |&t: &f64| {
+        let true_rad_s = voyage.at((t - gyro.late_s).max(0.0)).yaw_rate_rad_s;
+        let rate = true_rad_s + gyro.noise_rad_s * chance.normal();
+        gyro.factor * setup.columns.yaw_rate.per_si * rate
+    };
+    times_s.iter().map(read).collect()
+}
+
+/// Mean slopes of the file's headings by its times, as a program computes them, in the file's unit.
+fn computed_rates(
+    setup: &Setup,
+    headings: &[f64],
+    stamped: &[(usize, f64)],
+    reach: usize,
+) -> Vec<f64> {
+    let turn = TAU * setup.columns.heading.per_si;
+    let last = headings.len() - 1;
+    let slope = |row: usize| {
+        let (before, after) = (row.saturating_sub(1), (row + 1).min(last));
+        let change = headings[after] - headings[before];
+        let passed = stamped[after].1 - stamped[before].1;
+        (change - turn * (change / turn).round()) / passed
+    };
+    let mean = |row: usize| {
+        let rows = row.saturating_sub(reach)..=(row + reach).min(last);
+        let count = rows.clone().count() as f64;
+        rows.map(slope).sum::<f64>() / count
+    };
+    (0..=last).map(mean).collect()
 }
 
 fn header(setup: &Setup) -> String {
@@ -151,6 +188,11 @@ fn headings(
 fn in_the_file(setup: &Setup, heading_rad: f64) -> f64 {
     let channel = &setup.heading;
     let column = &setup.columns.heading;
+    let heading_rad = if channel.mirrored {
+        -heading_rad
+    } else {
+        heading_rad
+    };
     let wrapped_rad = match channel.modulo_rad {
         Some(modulo_rad) => heading_rad.rem_euclid(modulo_rad),
         None if channel.wraps_badly => {
@@ -163,8 +205,8 @@ fn in_the_file(setup: &Setup, heading_rad: f64) -> f64 {
                 wrapped
             }
         }
-        None if setup.columns.heading.name.ends_with("deg") => heading_rad.rem_euclid(TAU),
-        None => Real::wrapped(heading_rad),
+        None if setup.columns.heading.name.ends_with("rad") => Real::wrapped(heading_rad),
+        None => heading_rad.rem_euclid(TAU),
     };
     let number = wrapped_rad * column.per_si + column.offset;
     match channel.resolution {
@@ -202,6 +244,10 @@ fn rudders(setup: &Setup, voyage: &Voyage, times_s: &[f64]) -> Vec<f64> {
             };
             let place = (time_s / voyage.step_s + 1e-6) as usize;
             let moment = voyage.moments[place.min(voyage.moments.len() - 1)];
+            if channel.half_sum {
+                let sum = 0.2 + 0.01 * libm::sin(0.3 * row as f64 / setup.time_constant_s());
+                return sum * column.per_si + column.offset;
+            }
             let angle_rad = if channel.measured {
                 moment.fin_rad
             } else {

@@ -23,13 +23,27 @@ const fn kind(
         name,
         sentence,
         decidability,
+        wired: None,
         change,
+    }
+}
+
+/// A sound log of any vehicle with one column wired wrongly.
+const fn wiring(
+    name: &'static str,
+    quantity: &'static str,
+    sentence: &'static str,
+    change: fn(&mut Setup, &mut Draw),
+) -> Kind {
+    Kind {
+        wired: Some(quantity),
+        ..kind(name, Decidable, sentence, change)
     }
 }
 
 /// Sound logs first, then lies of time, heading, rudder, units, and of the vehicle.
 #[rustfmt::skip]
-pub const KINDS: [Kind; 97] = [
+pub const KINDS: [Kind; 122] = [
     kind("sound_20_hz", Sound, "A doublet logged at 20 Hz.", |_, _| {}),
     kind("sound_low_noise", Sound, "A compass with 0.02 deg of noise.", |s, _| s.noise_rad = 0.02 / DEG),
     kind("sound_noisy", Sound, "A compass with 1 deg of noise.", |s, _| { s.noise_rad = 1.0 / DEG; s.disturbance = 0.003; }),
@@ -133,6 +147,32 @@ pub const KINDS: [Kind; 97] = [
     kind("any_trim_changes", Decidable, "Another trim in validation, by 2 to 6 deg.", |s, d| { any(s, d); s.hulls[1].delta0_rad += d.sign() * d.within(2.0, 6.0) / DEG; }),
     kind("any_current_step", Decidable, "A current turns the vehicle from the middle of training on.", |s, d| { any(s, d); s.current_step = d.sign() * d.within(0.1, 0.4); }),
     kind("any_other_vehicle", Decidable, "Another vehicle's validation: a22 and b2 are 1.4 and 1.8 times those of training.", |s, d| { any(s, d); s.hulls[1].a22_per_s *= 1.4; s.hulls[1].b2_per_s2 *= 1.8; }),
+
+    wiring("wiring_time_milliseconds", "time", "`time` counts milliseconds.", |s, d| clock(s, d, "time", 1e3, 0.0)),
+    wiring("wiring_time_microseconds", "time", "`timestamp` counts microseconds.", |s, d| clock(s, d, "timestamp", 1e6, 0.0)),
+    wiring("wiring_time_ticks", "time", "`timestamp` counts 100 ns since 1601.", |s, d| clock(s, d, "timestamp", 1e7, 13_259_000_000.0)),
+    wiring("wiring_time_hundredths", "time", "`time` counts hundredths of a second.", |s, d| clock(s, d, "time", 100.0, 0.0)),
+    wiring("wiring_time_days", "time", "`time` counts the days of a spreadsheet.", |s, d| clock(s, d, "time", 1.0 / 86_400.0, 86_400.0 * 45_000.0)),
+    wiring("wiring_time_rows", "time", "`time` counts rows.", |s, d| clock(s, d, "time", 0.0, 0.0)),
+    wiring("wiring_heading_tenths", "heading", "`heading` holds tenths of a degree.", |s, d| scale(s, d, 3600.0)),
+    wiring("wiring_heading_mils", "heading", "`heading` holds 6400 mils a turn.", |s, d| scale(s, d, 6400.0)),
+    wiring("wiring_heading_counts_16", "heading", "`heading` holds 65536 counts a turn.", |s, d| scale(s, d, 65_536.0)),
+    wiring("wiring_heading_counts_8", "heading", "`heading` holds 256 counts a turn.", |s, d| scale(s, d, 256.0)),
+    wiring("wiring_heading_1e4_rad", "heading", "`heading` holds units of 1e-4 rad.", |s, d| scale(s, d, 62_831.853)),
+    wiring("wiring_heading_mirrored", "heading", "The heading counts to port.", |s, d| { any(s, d); s.heading.mirrored = true; }),
+    wiring("wiring_heading_late", "heading", "A heading late by a tenth to half of the time constant.", |s, d| { any(s, d); s.heading.late_s = d.within(0.1, 0.5) * s.time_constant_s(); }),
+    wiring("wiring_heading_smoothed", "heading", "A low-pass filter of a tenth to 0.4 of the time constant before the heading.", |s, d| { any(s, d); s.heading.low_pass_s = d.within(0.1, 0.4) * s.time_constant_s(); }),
+    wiring("wiring_rudder_tenths", "rudder", "`rudder` holds tenths of a degree.", |s, d| { any(s, d); s.columns.rudder = Column::new("rudder", 10.0 * DEG); }),
+    wiring("wiring_rudder_mirrored", "rudder", "The rudder's sign is turned over.", |s, d| { any(s, d); s.rudder.sense = -1.0; }),
+    wiring("wiring_rudder_half_sum", "rudder", "Half the sum of two thrusters stands for half their difference.", |s, d| { any(s, d); s.rudder.half_sum = true; }),
+    wiring("wiring_rudder_order", "rudder", "What a servo was told, with a lag of 0.05 to 0.5 of the time constant.", |s, d| { any(s, d); s.servo_lag_s = d.within(0.05, 0.5) * s.time_constant_s(); }),
+    wiring("wiring_rudder_late", "rudder", "A rudder that stands one or two rows late.", |s, d| { any(s, d); s.rudder.late_rows = d.one_of(&[1, 2]); }),
+    wiring("wiring_rate_computed", "yaw_rate", "The yaw rate is a difference of the heading.", |s, d| computed(s, d, 0)),
+    wiring("wiring_rate_smoothed", "yaw_rate", "The yaw rate is a mean of differences of the heading.", |s, d| { let reach = d.one_of(&[1, 3, 6]); computed(s, d, reach) }),
+    wiring("wiring_rate_computed_rows", "time", "`time_s` counts rows, and the yaw rate is a difference of the heading by it.", |s, d| { computed(s, d, 0); s.clock.per_second = 0.0; }),
+    wiring("wiring_rate_smoothed_rows", "time", "`time_s` counts rows, and the yaw rate is a mean of differences of the heading by it.", |s, d| { let reach = d.one_of(&[1, 3, 6]); computed(s, d, reach); s.clock.per_second = 0.0; }),
+    wiring("wiring_rate_a_minute", "yaw_rate", "`yaw_rate` holds degrees a minute.", |s, d| { any(s, d); s.with_gyro(d); s.columns.yaw_rate = Column::new("yaw_rate", 60.0 * DEG); }),
+    wiring("wiring_rate_reversed", "yaw_rate", "The yaw rate's sign is turned over.", |s, d| { any(s, d); s.with_gyro(d); scale_gyro(s, -1.0); }),
 ];
 
 /// Intervals between rows of usual logs, s.
@@ -160,6 +200,38 @@ fn any(setup: &mut Setup, draw: &mut Draw) {
     if draw.chance(0.4) {
         setup.with_gyro(draw);
     }
+}
+
+/// Any vehicle and a clock: the name of its column, numbers for a second, and seconds before the first row.
+fn clock(setup: &mut Setup, draw: &mut Draw, name: &'static str, per_second: f64, start_s: f64) {
+    any(setup, draw);
+    setup.columns.time = name;
+    setup.clock.per_second = per_second;
+    setup.clock.start_s = start_s;
+}
+
+/// Any vehicle and a compass in whole counts of a turn; half of them pass through north.
+fn scale(setup: &mut Setup, draw: &mut Draw, turn: f64) {
+    any(setup, draw);
+    setup.columns = IN_DEGREES;
+    setup.columns.heading = Column::new("heading", turn / (2.0 * PI));
+    setup.heading.resolution = 1.0;
+    if draw.chance(0.5) {
+        setup.start_rad = draw.within(-0.2, 0.2);
+    }
+}
+
+/// Any vehicle and a yaw rate of so many differences of its heading on either side.
+fn computed(setup: &mut Setup, draw: &mut Draw, reach: usize) {
+    any(setup, draw);
+    setup.columns = IN_DEGREES;
+    // From 0 at whole seconds the time would count rows.
+    setup.clock.start_s = 12.35;
+    setup.with_gyro(draw);
+    setup.gyro = setup.gyro.map(|gyro| GyroChannel {
+        computed: Some(reach),
+        ..gyro
+    });
 }
 
 fn boat(setup: &mut Setup, draw: &mut Draw, interval_s: f64) {

@@ -27,6 +27,8 @@ pub struct Kind {
     pub sentence: &'static str,
     /// Can it be seen?
     pub decidability: Decidability,
+    /// Where something is wired wrongly: the quantity whose column is wrong, by the name that options have.
+    pub wired: Option<&'static str>,
     /// What it changes of a sound log.
     pub(super) change: fn(&mut Setup, &mut Draw),
 }
@@ -82,6 +84,8 @@ pub struct HeadingChannel {
     pub stuck_share: f64,
     /// The compass jumps by this angle, rad, in the middle of the training manoeuvre.
     pub jump_rad: f64,
+    /// The heading counts to the other side.
+    pub mirrored: bool,
     /// No wrap at all for so many turns, then a wrap a turn too late: readings of 355 and 370 deg in one log.
     pub wraps_badly: bool,
     /// A constant copied over the whole channel.
@@ -99,6 +103,8 @@ pub struct RudderChannel {
     /// Is the fin's own angle logged instead of the command?
     pub measured: bool,
     pub constant: bool,
+    /// Half the sum of two thrusters is logged, where half their difference steers.
+    pub half_sum: bool,
 }
 
 /// How the yaw rate gets into the log.
@@ -108,6 +114,8 @@ pub struct GyroChannel {
     pub late_s: f64,
     /// Factor on the rate in the file's unit.
     pub factor: f64,
+    /// The rate is computed from the file's headings and times: a mean over so many differences on either side.
+    pub computed: Option<usize>,
 }
 
 /// What the clock does.
@@ -130,6 +138,18 @@ pub struct ClockChannel {
     pub swap_every: usize,
     /// Share of the rows that is missing, in blocks.
     pub missing: f64,
+}
+
+impl ClockChannel {
+    /// Decimals of the numbers in the file.
+    pub fn decimals(&self) -> usize {
+        match self.per_second {
+            0.0 => 0,
+            // Of days.
+            per_second if per_second < 1e-3 => 9,
+            _ => 4,
+        }
+    }
 }
 
 /// A unit as the file has it: the column's name, and numbers in it for one SI unit.
@@ -254,6 +274,7 @@ impl Setup {
                 sense: 1.0,
                 measured: false,
                 constant: false,
+                half_sum: false,
             },
             gyro: None,
             clock: ClockChannel {
@@ -295,6 +316,7 @@ impl Setup {
             noise_rad_s: draw.within(0.1, 0.4) / DEG / self.time_constant_s(),
             late_s: 0.0,
             factor: 1.0,
+            computed: None,
         });
     }
 

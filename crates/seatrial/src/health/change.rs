@@ -88,8 +88,10 @@ pub fn compare(reference: &Reference, now: &[SpeedModel], settings: &HealthSetti
 }
 
 impl Change {
-    /// Where the data give no model of now.
-    pub fn cannot_tell(settings: &HealthSettings, why: String) -> Self {
+    /// Where the data give no model of now that can be compared, and what to do; empty where nothing but another trial helps.
+    pub fn cannot_tell(settings: &HealthSettings, why: String, action: &str) -> Self {
+        let mut verdict = Finding::CannotTell.verdict(why);
+        verdict.reasons[0].action = action.into();
         Self {
             settings: *settings,
             finding: Finding::CannotTell,
@@ -99,7 +101,7 @@ impl Change {
             explanation: None,
             detectable: None,
             left_out: Vec::new(),
-            verdict: Finding::CannotTell.verdict(why),
+            verdict,
         }
     }
 }

@@ -18,6 +18,11 @@ pub enum Doubt {
         /// Did the user choose the unit?
         is_given: bool,
     },
+    /// The heading has no unit and is in whole numbers, as counts are.
+    HeadingCounts {
+        /// The largest number in the column.
+        largest: f64,
+    },
     /// The rudder is in degrees by its column, and in radians by its numbers, or the other way round.
     RudderUnit {
         /// Is the column said to hold degrees?
@@ -136,7 +141,9 @@ impl Doubt {
     /// Its name for programs.
     pub fn code(&self) -> ReasonCode {
         match self {
-            Self::HeadingUnit { .. } => ReasonCode::HeadingUnitDoubtful,
+            Self::HeadingUnit { .. } | Self::HeadingCounts { .. } => {
+                ReasonCode::HeadingUnitDoubtful
+            }
             Self::RudderUnit { .. } | Self::RudderAgainstName | Self::RudderBeyondFull { .. } => {
                 ReasonCode::RudderUnitDoubtful
             }
@@ -191,6 +198,10 @@ impl Doubt {
                 three_figures(*largest)
             ),
             Self::HeadingUnit { said_degrees, largest, wraps, .. } => heading_text(*said_degrees, *largest, *wraps),
+            Self::HeadingCounts { largest } => format!(
+                "the heading has no unit and is in whole numbers up to {}, as whole degrees are and tenths of them, mils and counts of a turn, and neither a turn through north nor a yaw rate shows which: say --unit heading=deg, or --unit heading=ddeg, mil or turn/256",
+                three_figures(*largest)
+            ),
             Self::RudderUnit { said_degrees: true, largest } if *largest > 1.0 => format!(
                 "the column taken for the rudder reaches {} deg, which no rudder does: name another with --rudder",
                 three_figures(*largest)
@@ -308,6 +319,11 @@ impl Doubt {
                 action: "Make sure that it is in degrees.".into(),
                 ..reason
             },
+            Self::HeadingCounts { .. } => Reason {
+                text: "The heading has no unit: its whole numbers may be degrees, tenths of them, or counts.".into(),
+                action: "Say its unit with --unit heading=deg, or --unit heading=ddeg, mil or turn/256.".into(),
+                ..reason
+            },
             Self::RudderAgainstName => Reason {
                 text: "The unit that was chosen for the rudder contradicts the name of its column.".into(),
                 action: "Leave the choice out, unless the name is wrong.".into(),
@@ -422,7 +438,7 @@ impl RateMismatch {
 
     fn text(&self) -> String {
         if self.is_reversed() {
-            return "the yaw rate has the opposite sense of the heading: it was not used; negate it with a [channels] file, or leave it out with --yaw-rate none".into();
+            return "the yaw rate has the opposite sense of the heading: one of the two counts to the other side, and the yaw rate was not used; turn the wrong one with `reversed` in a [channels] file, or leave the yaw rate out with --yaw-rate none".into();
         }
         let explanations = self.explanations();
         let because = if self.is_index {

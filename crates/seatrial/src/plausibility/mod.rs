@@ -6,7 +6,7 @@
 //! | scale of the rudder | what the file says of its unit with what it says of the others |
 //! | unit of time or yaw rate | the heading's change with the integral of the yaw rate; without a yaw rate, the interval between samples |
 //! | time by which the vehicle turns too fast, given or not | the heading's change over 20 samples with 400 deg/s |
-//! | yaw rate that is computed from the heading | the yaw rate with differences of the heading; it is then no witness |
+//! | yaw rate that is computed from the heading | the noise of the yaw rate with that of the heading; it is then no witness |
 //! | time whose unit is assumed | there is no witness of it |
 //! | heading that is a course | the name of its column |
 //! | clock that jumped | the heading's change over a gap in time with its rate before and after |
@@ -16,6 +16,7 @@
 //! A unit that the user gave is doubted only where no vehicle could move so: giving it is how a doubt is settled.
 
 mod clock;
+mod derived;
 mod doubt;
 mod refresh;
 mod stood;

@@ -302,6 +302,43 @@ fn exact_a_yaw_rate_computed_from_the_heading_proves_nothing() {
     assert!(!gyro.units.yaw_rate_is_derived);
 }
 
+/// A time of whole numbers from 0 may count anything; one that begins elsewhere may be a time of day.
+#[test]
+fn exact_whole_times_from_0_without_a_unit_may_be_counts() {
+    let at = |from_s: f64, origin| {
+        let mut record = counting_rows(without_rate(record(stated_degrees())));
+        record.units.time.origin = origin;
+        for sample in &mut record.samples {
+            sample.time_s = from_s + 2.0 * sample.time_s;
+        }
+        codes(&record)
+    };
+    assert_eq!(at(0.0, Origin::Assumed), [ReasonCode::TimeUnitDoubtful]);
+    assert_eq!(at(0.0, Origin::Stated), []);
+    assert_eq!(at(43_200.0, Origin::Assumed), []);
+}
+
+/// Whole numbers are degrees or counts; a unit, a yaw rate or a wrap at 360 tells.
+#[test]
+fn exact_whole_headings_without_a_unit_may_be_counts() {
+    let whole = |from_deg: f64, origin| {
+        let mut units = stated_degrees();
+        units.heading.origin = origin;
+        let mut record = without_rate(record(units));
+        for sample in &mut record.samples {
+            let turned = Real::wrapped(sample.heading_rad).to_degrees();
+            sample.heading_rad = (turned + from_deg).round().rem_euclid(360.0).to_radians();
+        }
+        record
+    };
+    let doubtful = [ReasonCode::HeadingUnitDoubtful];
+    assert_eq!(codes(&whole(100.0, Origin::Assumed)), doubtful);
+    assert!(unit_doubts(&whole(100.0, Origin::Assumed))[0].refuses());
+    assert_eq!(codes(&whole(100.0, Origin::Stated)), []);
+    assert_eq!(codes(&whole(0.0, Origin::Assumed)), []);
+    assert_eq!(codes(&whole(280.0, Origin::Assumed)), doubtful);
+}
+
 /// Counts without a unit are no milliseconds because they look like it.
 #[test]
 fn exact_an_assumed_unit_of_time_is_refused_without_a_witness() {

@@ -2,6 +2,7 @@
 
 use seatrial_core::{Real, Sample};
 
+use super::derived::is_derived;
 use super::doubt::{Doubt, RateMismatch};
 use super::units::counts;
 use crate::record::Record;
@@ -12,6 +13,9 @@ const SPANS: [usize; 3] = [5, 20, 60];
 const LEAST_CORRELATION: f64 = 0.7;
 /// Ratios in which a compass that deviates and a gyro of a wrong scale are left to the compass's own test.
 const SOUND: [f64; 2] = [0.5, 2.0];
+
+/// And for a time that counts rows, which the yaw rate must prove: less than that compass and gyro err by.
+const SOUND_FOR_ROWS: [f64; 2] = [0.8, 1.25];
 
 /// Change of heading over the integral of the yaw rate, over spans of some rows:
 ///
@@ -28,12 +32,13 @@ pub(super) fn doubt(record: &Record) -> Option<Doubt> {
         return None;
     }
     let ratio = SPANS.iter().find_map(|rows| ratio(record, *rows))?;
-    let agrees = (SOUND[0]..=SOUND[1]).contains(&ratio);
-    (!agrees).then(|| {
+    let is_index = counts(record) && !record.units.time_is_a_date;
+    let [least, most] = if is_index { SOUND_FOR_ROWS } else { SOUND };
+    (!(least..=most).contains(&ratio)).then(|| {
         Doubt::RateMismatch(RateMismatch {
             ratio,
             interval_s: record.median_interval_s().unwrap_or(f64::NAN),
-            is_index: counts(record),
+            is_index,
         })
     })
 }
@@ -53,69 +58,6 @@ pub fn leave_out_unsound_yaw_rate(record: &mut Record) {
         record.units.yaw_rate_is_reversed = is_reversed;
         record.units.yaw_rate_is_derived = is_derived;
     }
-}
-
-/// Nearly all yaw rates of a column that was computed agree; ends and turns through north may not.
-const DERIVED: f64 = 0.95;
-/// Rounding of the heading by a larger share of its differences hides how the column was made.
-const LARGEST_ROUNDING: f64 = 0.02;
-/// Fewer rows tell nothing.
-const LEAST_ROWS: usize = 20;
-/// Relative; what arithmetic in single precision leaves of a difference.
-const ARITHMETIC: f64 = 1e-5;
-/// A change is a whole number of steps if it is within so much of one.
-const WHOLE: f64 = 0.1;
-
-/// The step to which a column was rounded, from its changes; 0 where they are no whole numbers of a step.
-fn resolution(changes: impl Iterator<Item = f64> + Clone) -> f64 {
-    let changes = changes.map(f64::abs).filter(|change| *change > 0.0);
-    let step = changes.clone().fold(f64::INFINITY, f64::min);
-    let is_whole = |change: f64| (change / step - (change / step).round()).abs() < WHOLE;
-    let (all, whole) = changes.fold((0.0, 0.0), |(all, whole), change| {
-        (all + 1.0, whole + f64::from(is_whole(change)))
-    });
-    if step.is_finite() && whole >= DERIVED * all {
-        step
-    } else {
-        0.0
-    }
-}
-
-/// Is the yaw rate a difference of the heading over the row before, the next, or both, within the rounding of the heading?
-fn is_derived(samples: &[Sample<f64>]) -> bool {
-    let change =
-        |one: &Sample<f64>, other: &Sample<f64>| Real::wrapped(other.heading_rad - one.heading_rad);
-    let slope =
-        |one: &Sample<f64>, other: &Sample<f64>| change(one, other) / (other.time_s - one.time_s);
-    if samples.len() < LEAST_ROWS {
-        return false;
-    }
-    let pairs = || samples.windows(2).map(|pair| (&pair[0], &pair[1]));
-    let resolution_rad = resolution(pairs().map(|(one, other)| change(one, other)));
-    let resolution_rad_s = resolution(
-        pairs().filter_map(|(one, other)| Some(other.yaw_rate_rad_s? - one.yaw_rate_rad_s?)),
-    );
-    // The row before and this one, this one and the next, both neighbours.
-    let ways = [[0, 1], [1, 2], [0, 2]];
-    ways.into_iter().any(|[from, to]| {
-        let mut square = 0.0;
-        let mut agreeing = 0;
-        let mut largest_rounding = 0.0_f64;
-        for three in samples.windows(3) {
-            let (one, other) = (&three[from], &three[to]);
-            let slope = slope(one, other);
-            let rounding = 2.0 * resolution_rad / (other.time_s - one.time_s);
-            largest_rounding = largest_rounding.max(rounding);
-            square += slope * slope;
-            let agrees = |rate: f64| {
-                (rate - slope).abs() <= rounding + resolution_rad_s + ARITHMETIC * slope.abs()
-            };
-            agreeing += usize::from(three[1].yaw_rate_rad_s.is_some_and(agrees));
-        }
-        let count = (samples.len() - 2) as f64;
-        largest_rounding < LARGEST_ROUNDING * (square / count).sqrt()
-            && agreeing as f64 >= DERIVED * count
-    })
 }
 
 /// The ratio over spans of so many rows. `None` where the columns do not correlate.

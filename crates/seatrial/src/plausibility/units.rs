@@ -10,6 +10,8 @@ use crate::stated_units::{ColumnUnit, Origin};
 const TURN_RAD: f64 = 6.3;
 /// More turns than a heading in radians unwraps to in a trial, rad.
 const MANY_TURNS_RAD: f64 = 40.0;
+/// Whole numbers are within this of one: degrees go through radians.
+const WHOLE: f64 = 1e-9;
 /// A step by this share of a turn is a wrap.
 const WRAP: f64 = 0.8;
 /// A sluggish vehicle changes its heading by at least this share of the rudder's range; a heading in radians beside a
@@ -88,9 +90,16 @@ fn heading(record: &Record) -> Option<Doubt> {
     } else {
         360.0
     };
-    let wraps = headings
-        .windows(2)
-        .any(|pair| (WRAP * turn..=1.001 * turn).contains(&(pair[1] - pair[0]).abs()));
+    let wraps = wraps_at(&headings, turn);
+    if said_degrees && unit.origin == Origin::Assumed && !wraps_at(&headings, 360.0) {
+        let has_rate = record.samples.iter().any(|s| s.yaw_rate_rad_s.is_some());
+        let are_whole = headings
+            .iter()
+            .all(|heading| (heading - heading.round()).abs() < WHOLE);
+        if !has_rate && are_whole {
+            return Some(Doubt::HeadingCounts { largest });
+        }
+    }
     let is_doubtful = match (said_degrees, unit.origin) {
         (true, _) => largest <= TURN_RAD && (wraps || turns_too_little(record, &headings)),
         (false, Origin::Given) => wraps || begins_turned(record, &headings),
@@ -102,6 +111,13 @@ fn heading(record: &Record) -> Option<Doubt> {
         wraps,
         is_given: unit.origin == Origin::Given,
     })
+}
+
+/// Is a step of a turn between two numbers?
+fn wraps_at(headings: &[f64], turn: f64) -> bool {
+    headings
+        .windows(2)
+        .any(|pair| (WRAP * turn..=1.001 * turn).contains(&(pair[1] - pair[0]).abs()))
 }
 
 /// Does the heading begin more than a turn from north, with no yaw rate to show that it is in radians all the same?
@@ -185,7 +201,8 @@ fn time(record: &Record) -> Option<Doubt> {
         return Some(Doubt::TimeUnit { interval_s });
     }
     let has_rate = record.samples.iter().any(|s| s.yaw_rate_rad_s.is_some());
-    if !has_rate && unit.origin == Origin::Assumed && unit.per_si != 1.0 {
+    let is_open = !has_rate && unit.origin == Origin::Assumed;
+    if is_open && unit.per_si != 1.0 {
         return Some(Doubt::TimeAssumed { interval_s });
     }
     let is_index = !has_rate
@@ -193,9 +210,13 @@ fn time(record: &Record) -> Option<Doubt> {
         && counts_by(record, unit.per_si.recip());
     // A column that says seconds is believed, unless a program that made another column of the heading counted rows, too.
     let is_said = unit.origin == Origin::Stated && !record.units.yaw_rate_is_derived;
-    (is_index && (is_taken_for_seconds || !unit.is_open())).then_some(Doubt::TimeIsIndex {
-        is_given: !unit.is_open() || is_said,
-    })
+    if is_index && (is_taken_for_seconds || !unit.is_open()) {
+        return Some(Doubt::TimeIsIndex {
+            is_given: !unit.is_open() || is_said,
+        });
+    }
+    // Whole numbers from 0 may be counts of a clock; a time of day begins elsewhere.
+    (is_open && is_whole && first.time_s == 0.0).then_some(Doubt::TimeAssumed { interval_s })
 }
 
 /// The fastest turn that no outlier makes.

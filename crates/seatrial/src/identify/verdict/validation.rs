@@ -130,8 +130,13 @@ impl Weighing {
 
     /// A model that is given against the one that validation data by themselves give.
     pub(super) fn given(&mut self, model: &YawModel<f64>, other: &Refined) {
+        let is_turned = model.b2_per_s2 * other.model.b2_per_s2 < 0.0;
         if let Some(found) = contradiction(model, None, other, &GIVEN) {
-            self.contradicted(&found);
+            if is_turned {
+                self.turned(&found);
+            } else {
+                self.contradicted(&found);
+            }
         } else if let Some(times) = weakness(model, None, other, &GIVEN) {
             self.weakly_validated(times, "a model that is 30 % wrong", times > BLIND);
         }
@@ -190,6 +195,18 @@ impl Weighing {
                 "the validation data by themselves give {found}: a rudder that saturates or jammed, another speed, a compass that errs, or a vehicle that changed; look at the rudder's own angle and at the compass, then train again"
             ),
         );
+    }
+
+    /// The other sign of b2 needs no damage to explain it.
+    fn turned(&mut self, found: &str) {
+        let measured = format!("the validation data by themselves give {found}");
+        let reason = Reason {
+            text: "The rudder or the heading of the validation data counts to the other side than the model's.".into(),
+            action: "Turn one of the two columns: reversed = true in a [channels] file.".into(),
+            ..Reason::new(ReasonCode::Contradicted, measured)
+        };
+        // What explains a low R^2 comes before it.
+        self.rejections.insert(0, reason);
     }
 
     fn weakly_validated(&mut self, times: f64, wrong: &str, refuses: bool) {
