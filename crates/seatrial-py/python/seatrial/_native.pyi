@@ -28,6 +28,7 @@ def identify(
     yaw_rate: Optional[_Array],
     thrust: Optional[_Array],
     rudder_unit: str,
+    units: _Mapping,
     training: _Span,
     validation: Optional[_Span],
     estimate: str,
