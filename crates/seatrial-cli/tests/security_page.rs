@@ -33,11 +33,11 @@ fn tests() -> HashSet<String> {
     let mut names = HashSet::new();
     for file in files {
         for line in fs::read_to_string(file).unwrap().lines() {
-            let name = line
-                .trim_start()
-                .trim_start_matches("def ")
-                .trim_start_matches("fn ")
-                .split_once("(");
+            let line = line.trim_start();
+            let name = ["fn ", "def "]
+                .iter()
+                .find_map(|word| line.strip_prefix(word))
+                .and_then(|rest| rest.split_once("("));
             names.extend(
                 name.map(|(name, _)| name.to_owned())
                     .filter(|name| is_test(name)),
