@@ -110,8 +110,17 @@ fn cli_a_gain_that_is_warned_of_is_exported_only_where_that_is_accepted() {
     let schedule = "[[point]]\nsurge_speed_m_s = 1.0\na22_per_s = -1.0\nb2_per_s2 = 0.4\n\
                     covariance = [[0.01, 0, 0], [0, 0.09, 0], [0, 0, 0.0001]]\n";
     fs::write(folder.path().join("s.toml"), schedule).unwrap();
-    for format in ["json", "ardupilot", "ros2"] {
-        let line = format!("gains --schedule s.toml --export {format} --out gains");
+    let gains = |format| format!("gains --schedule s.toml --export {format} --out gains");
+    let mut lines = ["json", "ardupilot", "ros2"].map(gains).to_vec();
+    lines.push("export --to ros2_control --schedule s.toml --name b --out gains".into());
+    // The vehicle file keeps how sure its model is.
+    let (code, told) = run(
+        folder.path(),
+        "export --to vehicle --schedule s.toml --name b --out b.toml",
+    );
+    assert_eq!(code, Some(0), "{told}");
+    lines.push("export --to ros2_control --vehicle sim:b.toml --out gains".into());
+    for line in lines {
         let (code, told) = run(folder.path(), &line);
         assert_eq!(code, Some(4), "{told}");
         assert!(

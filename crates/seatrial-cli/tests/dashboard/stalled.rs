@@ -148,7 +148,7 @@ impl Stalled {
             .spawn()
             .unwrap();
         let (mut reader, mut said) = (BufReader::new(reader), BufReader::new(said));
-        let mut line = |reader: &mut BufReader<PipeReader>| {
+        let line = |reader: &mut BufReader<PipeReader>| {
             let mut text = String::new();
             reader.read_line(&mut text).unwrap();
             text.trim().to_owned()
@@ -220,6 +220,8 @@ fn hand_back(stalled: &Stalled, boat: &Boat, folder: &std::path::Path, after: Du
     boat.is_measured.store(false, Ordering::Relaxed);
     drop(held);
     assert_eq!(server.wait_for_end()["outcome"]["finished"], false);
+    let (status, told) = server.ask("DELETE", "/control").lease(&lease).send();
+    assert!(status < 300, "{told}");
     let since =
         |at: Option<Instant>| at.map_or(Duration::ZERO, |at| at.saturating_duration_since(asked));
     assert!(seen.changed.is_some(), "no trial changed anything");
