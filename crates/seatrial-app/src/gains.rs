@@ -337,13 +337,15 @@ impl HeadingGains {
                 (None, None) => "the one speed".into(),
             })
             .collect();
-        (!places.is_empty()).then(|| {
-            format!(
-                "The interval of K_p holds 0 at {}: do not use that gain; run that speed again with more rudder.",
-                places.join(", ")
-            )
-        })
+        (!places.is_empty()).then(|| unsure_at(&places.join(", ")))
     }
+}
+
+/// What is said of a gain of which not even the sign is known.
+pub(crate) fn unsure_at(places: &str) -> String {
+    format!(
+        "The interval of K_p holds 0 at {places}: do not use that gain; run that speed again with more rudder."
+    )
 }
 
 impl PointGains {

@@ -50,6 +50,8 @@ pub mod studies;
 #[cfg(feature = "trials")]
 pub mod surge_step;
 #[cfg(feature = "trials")]
+pub mod text_queue;
+#[cfg(feature = "trials")]
 mod trial_plan;
 #[cfg(feature = "trials")]
 pub mod trial_run;

@@ -2,7 +2,7 @@
 //!
 //! A file is written beside its place and then takes it, so that a full disk leaves neither half a file nor an empty one.
 //! Refused is what must not be lost: a file that the command reads or writes already (the file itself, whatever its name), a
-//! logbook, a log.
+//! logbook, a log, what puts a vehicle back.
 //!
 //! ```
 //! use seatrial_app::outputs::Outputs;
@@ -24,6 +24,9 @@ use tempfile::NamedTempFile;
 
 /// Files that SQLite keeps beside a database.
 const BESIDE_A_LOGBOOK: [&str; 3] = ["-wal", "-shm", "-journal"];
+
+/// The end of the name of a file with what a trial has left changed on a vehicle.
+const BACKUP: &str = ".restore.toml";
 
 /// The files that a command reads and writes.
 #[derive(Clone, Debug, Default)]
@@ -57,6 +60,7 @@ pub enum OutputError {
 enum Kept {
     Logbook,
     Log,
+    Backup,
 }
 
 impl Outputs {
@@ -166,6 +170,9 @@ impl Kept {
             why: match self {
                 Self::Logbook => "it is a logbook or another database, and would be lost",
                 Self::Log => "it is a log, and would be lost",
+                Self::Backup => {
+                    "it holds what `seatrial vehicle restore` puts back, and would be lost"
+                }
             },
         }
     }
@@ -180,6 +187,9 @@ fn kept_at(path: &Path) -> Option<Kept> {
         return Some(Kept::Logbook);
     }
     let is_file = fs::metadata(path).is_ok_and(|about| about.is_file());
+    if is_file && place_of(path).to_string_lossy().ends_with(BACKUP) {
+        return Some(Kept::Backup);
+    }
     (is_file && seatrial_logs::is_log(path)).then_some(Kept::Log)
 }
 

@@ -29,6 +29,9 @@ pub struct Args {
     /// Thrust of a target that has one speed only [default: the fastest].
     #[arg(long, value_name = "FRACTION")]
     at_thrust: Option<f64>,
+    /// Writes gains that are warned of, too: of models that are not to be used, or whose interval holds 0.
+    #[arg(long)]
+    accept: bool,
     /// Draws so many vehicles from what is known of this one, into the folder that --out names.
     #[arg(long, value_name = "N", requires = "out", value_parser = clap::value_parser!(u64).range(1..=100_000))]
     sample: Option<u64>,
@@ -149,6 +152,13 @@ struct Drawn {
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let (vehicle, exit) = args.vehicle.vehicle()?;
     vehicle.provenance.assumptions.iter().for_each(say);
+    if let Some(form) = args.to.form().filter(|_| !args.accept) {
+        let not_to_be_used = "its models are not to be used".to_owned();
+        let rejected = (exit == Exit::Rejected).then_some(&not_to_be_used);
+        vehicle_export::check_usable(&vehicle, form, args.at_thrust, rejected).map_err(
+            |error| Failure::rejected(format!("{error}; --accept writes it all the same")),
+        )?;
+    }
     match (&args.out, args.sample) {
         (Some(folder), Some(count)) => {
             let files = draw(args, &vehicle, folder, count, output)?;

@@ -243,6 +243,7 @@ fn named_files(
             let path = match value.to_str() {
                 Some(text) => text
                     .trim_start_matches("sim:")
+                    .trim_start_matches("ros2:")
                     .trim_start_matches('@')
                     .into(),
                 None => PathBuf::from(value),

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::num::NonZeroUsize;
 
-use seatrial_app::studies::world::{Models, PARAMETERS, WorldStudy, Worlds};
+use seatrial_app::studies::world::{Depth, Models, PARAMETERS, WorldStudy, Worlds};
 use seatrial_app::workers::Workers;
 
 use crate::output::{Exit, Failure, Output};
@@ -14,7 +14,9 @@ use crate::progress;
 #[command(after_help = "\
 A seed chooses the vehicle, its plan, up to two of its faults, when the operator, a killed process or lost power interrupts it, and how \
 deep it is looked into: most worlds are a trial on a vehicle; one in 32 keeps a logbook whose files are taken at any \
-instant, one in 32 goes through MAVLink on a bad link with pilots, forgers and failsafes, one in 128 is judged whole and replayed.
+instant, one in 32 goes through MAVLink on a bad link with pilots, forgers, failsafes, single messages that are thinned, lost or \
+late, a stopped terminal and a hung disk, one in 256 through MAVLink whose outputs are thinned, lost or late and is judged whole, one in 128 \
+is judged whole and replayed.
 
 In every world: it ends, without a panic; the rudder is neutral within 0.5 s of what ends the trial (1 s where the \
 link is cut); parameters are back or listed, and restore brings back the listed ones; every run that began has an end and \
@@ -24,6 +26,7 @@ twice it is the same. Exit code 4 where one is not so.
 
 Example:
   seatrial study world --seeds 200
+  seatrial study world --depth outputs --seeds 200
   seatrial study world --seed 4711 --seeds 1 --json")]
 pub struct Args {
     /// Worlds.
@@ -32,9 +35,24 @@ pub struct Args {
     /// The first seed.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    /// Only worlds of one depth: quick, kept, linked, outputs or whole [default: as each seed chooses].
+    #[arg(long, value_name = "DEPTH", value_parser = depth)]
+    depth: Option<Depth>,
     /// Threads [default: all cores]. The result does not depend on it.
     #[arg(long)]
     threads: Option<NonZeroUsize>,
+}
+
+fn name(depth: Depth) -> String {
+    format!("{depth:?}").to_lowercase()
+}
+
+fn depth(text: &str) -> Result<Depth, String> {
+    let found = Depth::ALL.into_iter().find(|depth| name(*depth) == text);
+    found.ok_or_else(|| {
+        let names = Depth::ALL.map(name).join(", ");
+        format!("expected one of {names}")
+    })
 }
 
 /// Plays the worlds.
@@ -42,6 +60,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let study = WorldStudy {
         seed: args.seed,
         seeds: args.seeds,
+        depth: args.depth,
     };
     let bar = progress::bar(args.seeds);
     let worlds = study.run(&Workers::new(args.threads, &|| bar.step()));
@@ -70,7 +89,7 @@ fn text(document: &Worlds) -> String {
         let _ = writeln!(
             text,
             "{:<8} {:>9} {:>9} {:>9} {:>12} {:>10} {:>7}",
-            format!("{depth:?}").to_lowercase(),
+            name(*depth),
             row.worlds,
             row.runs,
             row.runs_accepted,
@@ -79,12 +98,9 @@ fn text(document: &Worlds) -> String {
             row.broken
         );
     }
-    for row in document
-        .depths
-        .values()
-        .filter(|row| row.models.accepted > 0)
-    {
-        text.push_str(&models(&row.models));
+    let depths = document.depths.iter();
+    for (depth, row) in depths.filter(|(_, row)| row.models.accepted > 0) {
+        text.push_str(&models(*depth, &row.models));
     }
     let outcomes: Vec<String> = document
         .outcomes
@@ -111,9 +127,10 @@ fn text(document: &Worlds) -> String {
 }
 
 /// Accepted models beside the truth.
-fn models(models: &Models) -> String {
+fn models(depth: Depth, models: &Models) -> String {
     let mut text = format!(
-        "\n{} accepted models    beyond 1 half width    beyond 2    farthest\n",
+        "\n{}: {} accepted models    beyond 1 half width    beyond 2    farthest\n",
+        name(depth),
         models.accepted
     );
     for (k, name) in PARAMETERS.into_iter().enumerate() {

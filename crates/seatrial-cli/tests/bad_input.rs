@@ -274,3 +274,25 @@ fn cli_a_long_log_needs_less_than_300_mb() {
     // Readable; the heading of this log is constant.
     assert_eq!(output.status.code(), Some(4), "{stderr}");
 }
+
+/// Who may write a file may not set any parameter of a vehicle with it.
+#[test]
+fn cli_a_backup_with_parameters_that_no_trial_changes_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let backup = folder.path().join("seatrial.restore.toml");
+    let text = "system = 1\n[parameters.ARMING_CHECK]\nnumber = 0.0\nkind = 9\n";
+    std::fs::write(&backup, text).unwrap();
+    // Nobody is there: it is refused before anybody is asked for.
+    let arguments = [
+        "vehicle",
+        "restore",
+        "--yes",
+        backup.to_str().unwrap(),
+        "--vehicle",
+        "mavlink:udpout:127.0.0.1:9",
+    ];
+    let (exit, _, told) = run_to_text(folder.path(), &arguments);
+    assert_eq!(exit, 3, "{told}");
+    assert!(told.contains("never change ARMING_CHECK"), "{told}");
+    assert_eq!(std::fs::read_to_string(&backup).unwrap(), text);
+}

@@ -34,7 +34,9 @@ fn cli_no_output_takes_the_place_of_an_input_a_logbook_or_a_log() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     kept(folder);
-    let bytes = ["a.db", "l.csv", "p.toml"].map(|name| fs::read(folder.join(name)).unwrap());
+    fs::write(folder.join("left.restore.toml"), "system = 1\n").unwrap();
+    let files = ["a.db", "l.csv", "p.toml", "left.restore.toml"];
+    let bytes = files.map(|name| fs::read(folder.join(name)).unwrap());
     let mut lines = Vec::new();
     for name in ["a.db", "a.link", "a.hard", "l.csv", "l.link", "l.hard"] {
         lines.extend([
@@ -61,6 +63,8 @@ fn cli_no_output_takes_the_place_of_an_input_a_logbook_or_a_log() {
             "trial --yes --plan p.toml --logbook new.db --report ./p.toml",
             "trial --yes --logbook new.db --record same.csv --report same.csv",
             "trial --yes --logbook new.db --report new.db",
+            "trial --yes --logbook new.db --vehicle ros2:p.toml --report p.toml",
+            "plan --out left.restore.toml",
             "sim log --seed 2 --thrust 0.8 --out l.csv",
         ]
         .map(str::to_owned),
@@ -69,7 +73,7 @@ fn cli_no_output_takes_the_place_of_an_input_a_logbook_or_a_log() {
         let (code, told) = run(folder, &line);
         assert_eq!(code, Some(2), "{line}: {told}");
     }
-    for (name, before) in ["a.db", "l.csv", "p.toml"].iter().zip(bytes) {
+    for (name, before) in files.iter().zip(bytes) {
         assert!(fs::read(folder.join(name)).unwrap() == before, "{name}");
     }
     for name in ["new.db", "same.csv", "q.csv", "fleet.parquet"] {
@@ -106,8 +110,17 @@ fn cli_a_gain_that_is_warned_of_is_exported_only_where_that_is_accepted() {
     let schedule = "[[point]]\nsurge_speed_m_s = 1.0\na22_per_s = -1.0\nb2_per_s2 = 0.4\n\
                     covariance = [[0.01, 0, 0], [0, 0.09, 0], [0, 0, 0.0001]]\n";
     fs::write(folder.path().join("s.toml"), schedule).unwrap();
-    for format in ["json", "ardupilot", "ros2"] {
-        let line = format!("gains --schedule s.toml --export {format} --out gains");
+    let gains = |format| format!("gains --schedule s.toml --export {format} --out gains");
+    let mut lines = ["json", "ardupilot", "ros2"].map(gains).to_vec();
+    lines.push("export --to ros2_control --schedule s.toml --name b --out gains".into());
+    // The vehicle file keeps how sure its model is.
+    let (code, told) = run(
+        folder.path(),
+        "export --to vehicle --schedule s.toml --name b --out b.toml",
+    );
+    assert_eq!(code, Some(0), "{told}");
+    lines.push("export --to ros2_control --vehicle sim:b.toml --out gains".into());
+    for line in lines {
         let (code, told) = run(folder.path(), &line);
         assert_eq!(code, Some(4), "{told}");
         assert!(

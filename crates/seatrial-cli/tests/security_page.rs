@@ -4,20 +4,23 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const PREFIXES: [&str; 7] = [
-    "exact_", "recover_", "prop_", "regress_", "parity_", "io_", "cli_",
+const PREFIXES: [&str; 8] = [
+    "exact_", "recover_", "prop_", "regress_", "parity_", "io_", "cli_", "test_",
 ];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {
-            rust_files(&path, found);
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            sources(&path, found);
+        } else if path
+            .extension()
+            .is_some_and(|extension| extension == "rs" || extension == "py")
+        {
             found.push(path);
         }
     }
@@ -26,13 +29,14 @@ fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
 /// The names of all functions of all crates that are tests by their prefix.
 fn tests() -> HashSet<String> {
     let mut files = Vec::new();
-    rust_files(&root().join("crates"), &mut files);
+    sources(&root().join("crates"), &mut files);
     let mut names = HashSet::new();
     for file in files {
         for line in fs::read_to_string(file).unwrap().lines() {
-            let name = line
-                .trim_start()
-                .strip_prefix("fn ")
+            let line = line.trim_start();
+            let name = ["fn ", "def "]
+                .iter()
+                .find_map(|word| line.strip_prefix(word))
                 .and_then(|rest| rest.split_once("("));
             names.extend(
                 name.map(|(name, _)| name.to_owned())
@@ -63,4 +67,23 @@ fn parity_every_line_of_the_threat_model_has_its_test() {
             assert!(tests.contains(name), "{name} is no test: {row}");
         }
     }
+}
+
+/// A tag of an action can be moved to other code; a commit cannot.
+#[test]
+fn exact_actions_of_the_public_host_are_pinned_by_commit() {
+    let mut count = 0;
+    for entry in fs::read_dir(root().join(".github/workflows")).unwrap() {
+        let path = entry.unwrap().path();
+        for line in fs::read_to_string(&path).unwrap().lines() {
+            let Some((_, action)) = line.split_once("uses: ") else {
+                continue;
+            };
+            let commit = action.split([' ', '@']).nth(1).unwrap_or_default();
+            let is_commit = commit.len() == 40 && commit.bytes().all(|c| c.is_ascii_hexdigit());
+            assert!(is_commit, "{}: {action}", path.display());
+            count += 1;
+        }
+    }
+    assert!(count > 5);
 }

@@ -44,6 +44,22 @@ pub(super) struct Connected {
     pub copy: Option<TempDir>,
 }
 
+/// A logbook that nobody can write to until this is dropped, as on a disk that hangs.
+#[derive(Debug)]
+pub struct Held {
+    _connection: Connection,
+}
+
+impl Held {
+    pub(super) fn of(path: &Path) -> Result<Self, rusqlite::Error> {
+        let connection = connect(path, OpenFlags::SQLITE_OPEN_READ_WRITE)?;
+        connection.execute_batch("BEGIN IMMEDIATE")?;
+        Ok(Self {
+            _connection: connection,
+        })
+    }
+}
+
 /// Opens a file.
 pub(super) fn connect(path: &Path, access: OpenFlags) -> Result<Connection, rusqlite::Error> {
     let connection = Connection::open_with_flags(path, access | OpenFlags::SQLITE_OPEN_NO_MUTEX)?;

@@ -217,8 +217,6 @@ impl Kept {
 mod tests {
     use std::time::{Duration, Instant};
 
-    use rusqlite::Connection;
-
     use super::*;
     use crate::recorder::tests::{begun, run, step};
     use crate::{CampaignId, Logbook};
@@ -230,8 +228,7 @@ mod tests {
         let path = folder.path().join("seatrial.db");
         let mut keeper = Keeper::new(begun(&path), true);
         let run = run(100);
-        let holder = Connection::open(&path).unwrap();
-        holder.execute_batch("BEGIN IMMEDIATE").unwrap();
+        let holder = Logbook::hold(&path).unwrap();
         let begun = Instant::now();
         keeper.begin_run(1, 0.6, 1);
         for second in 0..100 {
@@ -243,7 +240,7 @@ mod tests {
         // The lock is waited for 5 s.
         assert!(begun.elapsed() < Duration::from_secs(1));
         assert!(reported.record.samples.is_empty());
-        holder.execute_batch("ROLLBACK").unwrap();
+        drop(holder);
         assert_eq!(
             keeper.end(Some(Outcome::Finished), || false).unsaved,
             [""; 0]
@@ -276,8 +273,7 @@ mod tests {
         let path = folder.path().join("seatrial.db");
         let mut keeper = Keeper::new(begun(&path), true);
         let run = run(100);
-        let holder = Connection::open(&path).unwrap();
-        holder.execute_batch("BEGIN IMMEDIATE").unwrap();
+        let _holder = Logbook::hold(&path).unwrap();
         let asked = Instant::now();
         keeper.begin_run(1, 0.6, 1);
         for second in 0..WAITING {

@@ -97,6 +97,7 @@ pub use stored::{CampaignEntry, State};
 pub use verify::Verification;
 pub use write::NewCampaign;
 
+pub use connect::Held;
 use connect::{Connected, beside, connect, connect_for_reading, file_identity, harden};
 use schema::{Identity, MIGRATIONS, altered, identity, migrate};
 
@@ -222,6 +223,11 @@ impl Logbook {
             missing: None,
             _copy: connected.copy,
         }
+    }
+
+    /// Keeps everybody from writing to a logbook: to try what a disk that hangs does.
+    pub fn hold(path: &Path) -> Result<Held, Error> {
+        Held::of(path).map_err(|error| Error::writing(path, &error))
     }
 
     /// What the file lacks, in words: it was copied or moved during a trial, without the write-ahead log beside it.

@@ -1,5 +1,6 @@
 //! What comes out of a logbook.
 
+use super::damage::Damage;
 use super::row::Exact;
 use super::stored::{
     CampaignEntry, State, StoredRun, campaign_entries, collect, steps, stored_run,
@@ -29,8 +30,11 @@ impl Logbook {
     /// Every campaign, oldest first. What is damaged says so, and none of its runs counts as accepted.
     pub fn campaigns(&self) -> Result<Vec<CampaignEntry>, Error> {
         self.viewing(|| {
+            let of_file = self.damage_of_file();
             let entries = self.entries()?.into_iter();
-            Ok(entries.map(|entry| self.checked(entry)).collect())
+            Ok(entries
+                .map(|entry| self.checked(entry, of_file.as_ref()))
+                .collect())
         })
     }
 
@@ -41,7 +45,10 @@ impl Logbook {
 
     /// One campaign without its runs, checked.
     pub fn entry(&self, campaign: CampaignId) -> Result<CampaignEntry, Error> {
-        self.viewing(|| Ok(self.checked(self.entry_as_found(campaign)?)))
+        self.viewing(|| {
+            let of_file = self.damage_of_file();
+            Ok(self.checked(self.entry_as_found(campaign)?, of_file.as_ref()))
+        })
     }
 
     fn entry_as_found(&self, campaign: CampaignId) -> Result<CampaignEntry, Error> {
@@ -61,8 +68,8 @@ impl Logbook {
             })
     }
 
-    fn checked(&self, mut entry: CampaignEntry) -> CampaignEntry {
-        entry.damage = self.damage_of(&entry);
+    fn checked(&self, mut entry: CampaignEntry, of_file: Option<&Damage>) -> CampaignEntry {
+        entry.damage = self.damage_of(&entry).or_else(|| of_file.cloned());
         if entry.damage.is_some() {
             entry.runs_accepted = 0;
         }

@@ -54,11 +54,7 @@ impl Logbook {
                 "it holds no logbook: none was made in it yet, or all of it was lost",
             );
         }
-        self.verify_structure(&mut found);
-        for (place, wrong) in row_places::misplaced(&self.connection) {
-            found.add(&place, wrong);
-        }
-        self.verify_trails(&mut found);
+        self.verify_file(&mut found);
         match campaign_entries(&self.connection) {
             Ok(campaigns) => {
                 for campaign in &campaigns {
@@ -70,12 +66,26 @@ impl Logbook {
         found
     }
 
-    /// What is damaged of a campaign, or of what operators commanded and decided.
+    /// What is damaged of a campaign alone.
     pub(super) fn damage_of(&self, campaign: &CampaignEntry) -> Option<Damage> {
         let mut found = Verification::default();
         self.verify_campaign(campaign, &mut found);
-        self.verify_trails(&mut found);
         found.damage.into_iter().next()
+    }
+
+    /// What is damaged for every campaign: the file's structure, a row in no place, what operators commanded and decided.
+    pub(super) fn damage_of_file(&self) -> Option<Damage> {
+        let mut found = Verification::default();
+        self.verify_file(&mut found);
+        found.damage.into_iter().next()
+    }
+
+    fn verify_file(&self, found: &mut Verification) {
+        self.verify_structure(found);
+        for (place, wrong) in row_places::misplaced(&self.connection) {
+            found.add(&place, wrong);
+        }
+        self.verify_trails(found);
     }
 
     fn verify_trails(&self, found: &mut Verification) {

@@ -7,6 +7,7 @@ use pyo3::types::PyDict;
 use seatrial::identification::Reader;
 use seatrial::identify::evenly_sampled::{BatchError, EvenlySampled};
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, lambda_of};
+use seatrial::plausibility::leave_out_unsound_yaw_rate;
 use seatrial_app::Options;
 use seatrial_app::advice;
 use seatrial_app::identify_log::identify_log_observed;
@@ -16,7 +17,7 @@ use seatrial_core::RudderUnit;
 use seatrial_core::estimator::Method;
 
 use crate::arrays::{Column, Columns, dictionary};
-use crate::reading::{Reading, Span, Warned, window, windows};
+use crate::reading::{Reading, SaidUnits, Span, Warned, window, windows};
 use crate::{Document, answer, error, failed, json, usage};
 
 /// The settings that the names stand for.
@@ -75,6 +76,7 @@ pub fn identify(
     yaw_rate: Option<Column<'_>>,
     thrust: Option<Column<'_>>,
     rudder_unit: &str,
+    units: SaidUnits,
     training: Span,
     validation: Option<Span>,
     estimate: &str,
@@ -96,6 +98,8 @@ pub fn identify(
         "full" => RudderUnit::FullRudder,
         _ => RudderUnit::Rad,
     };
+    record.units = units.stated();
+    leave_out_unsound_yaw_rate(&mut record);
     let (training, validation) = (window(training), validation.map(window));
     for window in [Some(training), validation].into_iter().flatten() {
         if window.from_s.is_nan() || window.to_s.is_nan() || window.from_s >= window.to_s {

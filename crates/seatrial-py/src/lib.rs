@@ -84,7 +84,7 @@ mod _native {
     #[pymodule_export]
     use super::logs::{compare, health, inspect, validate};
     #[pymodule_export]
-    use super::models::{export_gains, export_vehicle, heading_gains, turning_limits};
+    use super::models::{export_gains, export_vehicle, heading_gains, save, turning_limits};
     #[pymodule_export]
     use super::plan::plan;
     #[pymodule_export]

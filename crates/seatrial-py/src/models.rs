@@ -8,8 +8,9 @@ use seatrial::export::VehicleType;
 use seatrial::identification::Reader;
 use seatrial_app::advice;
 use seatrial_app::gains::Wanted;
-use seatrial_app::gains_export::{Format, GainsFile};
+use seatrial_app::gains_export::{Format, GainsFile, check_usable};
 use seatrial_app::models::{Models, of_campaign, of_document, of_document_text, of_schedule_file};
+use seatrial_app::outputs::{OutputError, Outputs};
 use seatrial_app::turning::{MeasuredUTurn, TurningLimits};
 use seatrial_app::vehicle_export::{self, Fmu, Target};
 use seatrial_app::vehicle_file::Stated;
@@ -152,6 +153,7 @@ pub fn export_gains(
     to: &str,
     vehicle_type: &str,
     takes_rehearsals: bool,
+    accept: bool,
 ) -> PyResult<Document> {
     let format = match to {
         "ardupilot" => Format::Ardupilot,
@@ -172,10 +174,24 @@ pub fn export_gains(
         }
     };
     let (wanted, models) = asked.models(py, &source)?;
+    if !accept {
+        check_usable(&wanted, &models).map_err(|error| failed(py, &error))?;
+    }
     let file = GainsFile::new(format, &wanted, &models, vehicle, takes_rehearsals);
     let file = file.map_err(|error| failed(py, &error))?;
     let notes = warnings(&models).into_iter().chain(file.notes);
     Ok(answer(file.text, notes.collect()))
+}
+
+/// Writes a file whole, unless something that is to be kept is in its place: what was read for it, a logbook, a log.
+#[pyfunction]
+pub fn save(py: Python<'_>, path: PathBuf, content: &[u8], read: Vec<PathBuf>) -> PyResult<()> {
+    let named = [vec![path.clone()], read].concat();
+    let saved = Outputs::of(named).save(&path, content);
+    saved.map_err(|refused| match refused {
+        OutputError::Refused { .. } => usage(py, refused),
+        OutputError::NotSaved { error, .. } => error.into(),
+    })
 }
 
 /// What is said of a vehicle besides its models, a mapping of the Python part.
@@ -198,6 +214,7 @@ pub fn export_vehicle(
     said: SaidOfVehicle,
     to: &str,
     at_thrust: Option<f64>,
+    accept: bool,
 ) -> PyResult<(Cow<'static, [u8]>, Vec<String>)> {
     let target = match to {
         "vehicle" | "vehicle-json" | "fmu" => None,
@@ -225,6 +242,10 @@ pub fn export_vehicle(
     let vehicle = stated
         .vehicle(&models)
         .map_err(|error| failed(py, &error))?;
+    if let Some(target) = target.filter(|_| !accept) {
+        vehicle_export::check_usable(&vehicle, target, at_thrust, models.rejected.first())
+            .map_err(|error| failed(py, &error))?;
+    }
     let assumptions = vehicle.provenance.assumptions.iter().cloned();
     let mut warnings: Vec<String> = warnings(&models).into_iter().chain(assumptions).collect();
     let file = match target {

@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 use seatrial::Window;
 use seatrial::identification::Reader;
 use seatrial::servo::Servo;
+use seatrial::stated_units::{ColumnUnit, Origin, StatedUnits};
 use seatrial_app::advice::addressed;
 use seatrial_app::identify_log::Windows;
 use seatrial_app::logs::{Observer, ReadSettings};
@@ -62,6 +63,40 @@ impl Reading {
         settings.channels = channels;
         settings.servo = has_servo.then_some(servo);
         Ok(settings)
+    }
+}
+
+/// The units of the columns of arrays, a mapping of the Python part: numbers of each for one SI unit, and who says so.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct SaidUnits {
+    time: (f64, String),
+    heading: (f64, String),
+    rudder: (f64, String),
+    yaw_rate: (f64, String),
+    time_is_a_date: bool,
+}
+
+impl SaidUnits {
+    /// As they are doubted.
+    pub fn stated(&self) -> StatedUnits {
+        let unit = |(per_si, origin): &(f64, String)| ColumnUnit {
+            per_si: *per_si,
+            origin: match origin.as_str() {
+                "given" => Origin::Given,
+                "stated" => Origin::Stated,
+                _ => Origin::Assumed,
+            },
+            is_against_name: false,
+        };
+        StatedUnits {
+            time: unit(&self.time),
+            heading: unit(&self.heading),
+            rudder: unit(&self.rudder),
+            yaw_rate: unit(&self.yaw_rate),
+            time_is_a_date: self.time_is_a_date,
+            ..StatedUnits::default()
+        }
     }
 }
 

@@ -166,6 +166,59 @@ def test_exact_units_are_never_mistaken_in_silence() -> None:
             seatrial.identify(time, psi, delta)
 
 
+def test_exact_samples_that_are_no_numbers_are_refused_or_left_out() -> None:
+    time_s, heading, rudder = doublet()
+    for place in range(3):
+        columns = [time_s.copy(), heading.copy(), rudder.copy()]
+        columns[place][7] = np.nan
+        with pytest.raises(seatrial.InputError, match="at 7 .*drop_invalid"):
+            seatrial.identify(*columns)
+        with pytest.warns(seatrial.SeatrialWarning, match="1 of 400 samples"):
+            found = seatrial.identify(*columns, drop_invalid=True)
+        assert found.model.theta == pytest.approx(seatrial.identify(time_s, heading, rudder).model.theta, rel=0.1, abs=0.01)
+    back = time_s.copy()
+    back[200:] -= 5.0
+    with pytest.raises(seatrial.InputError, match="go back in time"):
+        seatrial.identify(back, heading, rudder)
+
+
+def test_parity_arrays_get_the_doubts_of_a_file(tmp_path: Path) -> None:
+    """Milliseconds, degrees and shares of full rudder: never plain use, and the codes of the same numbers in a file."""
+    time_s, heading, rudder = doublet()
+    for time, psi, delta in [
+        (time_s, heading, rudder),
+        (time_s, np.degrees(heading), rudder),
+        (time_s, np.degrees(heading - 0.1) % 360.0, rudder),
+        (np.arange(400) * 50, heading, rudder),
+        (np.arange(400) * 50.5, heading, rudder),
+    ]:
+        log = tmp_path / "log.csv"
+        rows = "\n".join(f"{a!r},{b!r},{c!r}" for a, b, c in zip(time.tolist(), psi.tolist(), delta.tolist()))
+        log.write_text(f"time_s,heading_rad,rudder_rad\n{rows}\n")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            of_file = seatrial.identify_log(log, training=(float(time[0]), float(time[-1]) + 1e-6))
+            found = seatrial.identify(time, psi, delta)
+        codes = [{code for code, _ in of.reasons} for of in (found, of_file)]
+        assert found.outcome == of_file.outcome and found.outcome != "use"
+        assert codes[0] >= {code for code in codes[1] if "doubtful" in code or "unchecked" in code}, codes
+    with pytest.warns(seatrial.SeatrialWarning, match="rudder_unit"):
+        shares = seatrial.identify(time_s, heading, 5.0 * rudder)
+    assert "rudder_scale_unknown" in dict(shares.reasons) and not shares.accepted
+
+
+def test_exact_units_of_arrays_are_said_as_those_of_a_log() -> None:
+    time_s, heading, rudder = doublet()
+    expected = seatrial.identify(time_s, heading, rudder).model
+    units = {"time": "ms", "heading": "deg", "rudder": "deg", "yaw_rate": "deg/s"}
+    rate = np.degrees(np.gradient(heading, time_s))
+    found = seatrial.identify(1e3 * time_s, np.degrees(heading), np.degrees(rudder), yaw_rate=rate, units=units)
+    assert found.model.theta == pytest.approx(expected.theta, rel=1e-3, abs=1e-6)
+    for wrong in ({"time": "fortnight"}, {"depth": "m"}):
+        with pytest.raises(seatrial.UsageError, match="expected"):
+            seatrial.identify(time_s, heading, rudder, units=wrong)
+
+
 def test_exact_units_that_are_said_are_taken() -> None:
     time_s, heading, rudder = doublet()
     expected = seatrial.identify(time_s, heading, rudder).model

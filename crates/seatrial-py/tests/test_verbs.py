@@ -127,6 +127,24 @@ def test_parity_gains_turns_and_files(log: Path, document: Path, tmp_path: Path)
         seatrial.export(trial, "ardupilot")
 
 
+def test_exact_gains_that_are_warned_of_and_files_that_are_kept_are_refused(tmp_path: Path, log: Path) -> None:
+    schedule = tmp_path / "s.toml"
+    text = (
+        "[[point]]\nsurge_speed_m_s = 1.0\na22_per_s = -1.0\nb2_per_s2 = 0.4\n"
+        "covariance = [[0.01, 0, 0], [0, 0.09, 0], [0, 0, 0.0001]]\n"
+    )
+    schedule.write_text(text)
+    for form in ("ardupilot", "ros2_control"):
+        with pytest.raises(seatrial.RejectedError, match="holds 0"):
+            seatrial.export(schedule, form, name="b")  # type: ignore[arg-type]
+        assert seatrial.export(schedule, form, name="b", accept=True)  # type: ignore[arg-type]
+    for kept in (log, schedule):
+        before = kept.read_bytes()
+        with pytest.raises(seatrial.UsageError, match="not written"):
+            seatrial.export(schedule, "vehicle", name="b", out=kept)
+        assert kept.read_bytes() == before
+
+
 def test_cli_every_verb_is_reached(
     log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -69,6 +69,29 @@ pub fn text(
     })
 }
 
+/// Refuses a target with gains where these are warned of: the models are not to be used, or not even the sign of a gain is known.
+///
+/// # Errors
+/// Why no file of gains is written.
+pub fn check_usable(
+    vehicle: &IdentifiedVehicle,
+    target: Target,
+    thrust: Option<f64>,
+    rejected: Option<&String>,
+) -> Result<(), Error> {
+    if target != Target::Ros2Control {
+        return Ok(());
+    }
+    let unsure = || ros2_control::unsure(vehicle, &operating_point(vehicle, thrust));
+    match rejected.cloned().or_else(unsure) {
+        None => Ok(()),
+        Some(why) => Err(Error::Rejected(format!(
+            "{}: no file of gains is written: {why}",
+            vehicle.name
+        ))),
+    }
+}
+
 /// The model at a thrust, between or beyond the speeds of the file.
 fn operating_point(vehicle: &IdentifiedVehicle, thrust: Option<f64>) -> IdentifiedSpeed {
     let fastest = vehicle.speeds[vehicle.speeds.len() - 1];

@@ -22,16 +22,19 @@
 use std::fmt::Write as _;
 
 use seatrial::figures::three_figures;
+use seatrial::propagation::interval_95;
 use seatrial_core::heading_loop::LoopTiming;
-use seatrial_core::{HeadingGain, Side, Turn};
+use seatrial_core::{HeadingGain, Side, Turn, YawModel};
 use seatrial_sim::IdentifiedVehicle;
 use seatrial_sim::identified::IdentifiedSpeed;
 
 use super::{attribute, head, plain, single_speed};
 use crate::Error;
+use crate::gains::unsure_at;
 
 /// Interval of the controller where the vehicle file has none, s.
 const INTERVAL_S: f64 = 0.05;
+const DAMPING_RATIO: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// What the controllers take of a vehicle at one speed.
 struct Figures {
@@ -62,12 +65,9 @@ impl Figures {
         };
         let yaw_rates_rad_s = [turn(Side::Port)?, turn(Side::Starboard)?];
         let interval_s = vehicle.sample_interval_s.unwrap_or(INTERVAL_S);
-        let late_s = rudder.lag_s + rudder.delay_s;
-        let timing = LoopTiming {
-            delay_s: late_s,
-            sample_interval_s: Some(interval_s),
-        };
-        let gain = HeadingGain::design_delayed(&model, std::f64::consts::FRAC_1_SQRT_2, timing)
+        let timing = timing(vehicle);
+        let late_s = timing.delay_s;
+        let gain = HeadingGain::design_delayed(&model, DAMPING_RATIO, timing)
             .map_err(|reason| refused("no heading gain", &reason))?;
         let (damping, authority) = (model.a22_per_s.abs(), model.b2_per_s2.abs());
         let proportional = 1.0 / (authority * (1.0 / damping + late_s + 0.5 * interval_s));
@@ -85,6 +85,25 @@ impl Figures {
             surge_acceleration_m_s2: 0.5 * speed / time_s,
             interval_s,
         })
+    }
+}
+
+/// Where not even the sign of the heading gain is known, in words.
+pub(super) fn unsure(vehicle: &IdentifiedVehicle, at: &IdentifiedSpeed) -> Option<String> {
+    let timing = timing(vehicle);
+    let gain = |model: &YawModel<f64>| {
+        let gain = HeadingGain::design_delayed(model, DAMPING_RATIO, timing);
+        gain.ok().map(|gain| gain.proportional_gain)
+    };
+    let [low, high] = interval_95(&at.model(), &at.covariance?, gain)?;
+    (low <= 0.0 && 0.0 <= high).then(|| unsure_at(&format!("{:.2} m/s", at.surge_speed_m_s)))
+}
+
+/// What the loop waits for.
+fn timing(vehicle: &IdentifiedVehicle) -> LoopTiming<f64> {
+    LoopTiming {
+        delay_s: vehicle.rudder.lag_s + vehicle.rudder.delay_s,
+        sample_interval_s: Some(vehicle.sample_interval_s.unwrap_or(INTERVAL_S)),
     }
 }
 

@@ -8,6 +8,7 @@ mod mavlink;
 mod server;
 mod slow;
 mod soak;
+mod stalled;
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;

@@ -65,3 +65,32 @@ fn cli_slow_requests_do_not_hold_the_server() {
     stalled.write_all(head.as_bytes()).unwrap();
     assert!(is_closed_within(&stalled, 2 * AT_MOST));
 }
+
+/// Of a plan of days at a millisecond, and of one that is long for a viewer, nothing is computed; an operator may ask for more.
+#[test]
+fn cli_a_preview_has_a_budget_of_samples() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut server = Server::start(folder.path(), &["--require-token"]);
+    let thrusts: Vec<f64> = (0..16).map(|k| 0.5 + 0.03 * f64::from(k)).collect();
+    let mut plan = server.get("/plans/default");
+    plan["thrusts"] = serde_json::json!(thrusts);
+    plan["settle"]["at_most_s"] = serde_json::json!(700.0);
+    plan["settle"]["at_least_s"] = serde_json::json!(600.0);
+    let long = serde_json::json!({"vehicle": "sim:starfish", "plan": plan});
+    plan["sample_interval_s"] = serde_json::json!(0.001);
+    plan["settle"]["at_most_s"] = serde_json::json!(900_000.0);
+    plan["settle"]["at_least_s"] = serde_json::json!(800_000.0);
+    let endless = serde_json::json!({"vehicle": "sim:starfish", "plan": plan});
+    let ask = |server: &Server, order| server.ask("POST", "/plans/preview").json(order).send();
+    assert_eq!(
+        [ask(&server, &endless).0, ask(&server, &long).0],
+        [422, 200]
+    );
+    server.token = Some(server.tokens[1].clone());
+    let begun = Instant::now();
+    for order in [&endless, &long] {
+        let (status, told) = ask(&server, order);
+        assert_eq!(status, 422, "{told}");
+    }
+    assert!(begun.elapsed() < AT_MOST, "{:?}", begun.elapsed());
+}

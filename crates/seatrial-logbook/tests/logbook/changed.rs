@@ -311,3 +311,23 @@ fn io_a_damaged_campaign_is_shown_with_its_damage_and_without_a_model() {
     let runs = logbook.campaign(entries[1].id).unwrap().runs;
     assert!(runs.iter().any(|run| run.verdict.accepted));
 }
+
+/// A row that belongs to nothing, and pages that two tables share: no campaign of such a file is shown as sound.
+#[test]
+fn io_a_damaged_file_is_told_with_every_campaign_of_it() {
+    let changes = [
+        "PRAGMA foreign_keys = OFF;
+         INSERT INTO pitch_sample (trial, number, time_s, pitch_rad, elevator_rad) VALUES (9, 1, 0, 0, 0)",
+        "PRAGMA writable_schema = ON;
+         UPDATE sqlite_schema SET rootpage = (SELECT rootpage FROM sqlite_schema WHERE name = 'command') WHERE name = 'pitch_trial'",
+    ];
+    for change in changes {
+        let folder = tempfile::tempdir().unwrap();
+        let logbook = Logbook::open_read_only(altered(folder.path(), change)).unwrap();
+        for entry in logbook.campaigns().unwrap() {
+            assert!(entry.damage.is_some(), "{change}");
+            let verdict = logbook.campaign(entry.id).unwrap().verdict();
+            assert!(!verdict.accepted, "{change}");
+        }
+    }
+}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from pathlib import Path as File
 from typing import TYPE_CHECKING, Any, Literal, Optional
 
 from . import _html, _native
@@ -276,6 +275,7 @@ def export(
     interval_s: Optional[float] = None,
     vehicle_type: Literal["surface", "underwater"] = "surface",
     rehearsal: bool = False,
+    accept: bool = False,
     name: Optional[str] = None,
     lag_s: Optional[float] = None,
     dead_time_s: Optional[float] = None,
@@ -301,6 +301,8 @@ def export(
         Whose parameters ``ardupilot`` and ``px4`` are: Rover, or Sub and UUV.
     rehearsal
         Take gains of a rehearsal on a simulator, too.
+    accept
+        Take gains that are warned of, too: of models that are not to be used, or whose interval holds 0.
     name, lag_s, dead_time_s, rudder_rate_rad_s, surge_time_constant_s
         What is said of the vehicle besides its models.
 
@@ -308,6 +310,13 @@ def export(
     -------
     str
         The text of the file; empty for ``fmu``, which is none.
+
+    Raises
+    ------
+    RejectedError
+        Gains that are warned of.
+    UsageError
+        A logbook, a log or what was read is in the place of ``out``.
 
     Warns
     -----
@@ -321,15 +330,16 @@ def export(
         asked = _asked(
             damping_ratio, delay_s, interval_s, at_speed_m_s, at_thrust, extrapolate, full_rudder_rad
         )
-        text, told = _native.export_gains(source, asked, to, vehicle_type, rehearsal)
+        text, told = _native.export_gains(source, asked, to, vehicle_type, rehearsal, accept)
         file = text.encode()
     else:
         said = {
             "name": name, "full_rudder_rad": full_rudder_rad, "lag_s": lag_s, "delay_s": dead_time_s,
             "rate_limit_rad_s": rudder_rate_rad_s, "surge_time_constant_s": surge_time_constant_s,
         }
-        file, told = _native.export_vehicle(source, said, to, at_thrust)
+        file, told = _native.export_vehicle(source, said, to, at_thrust, accept)
     tell(told)
     if out is not None:
-        File(out).write_bytes(file)
+        read = [path for path in (source["path"], source["logbook"]) if path is not None]
+        _native.save(out, file, read)
     return "" if to == "fmu" else file.decode()

@@ -17,7 +17,7 @@ from ._estimator import Method
 from ._logs import read_log
 from ._model import Identification
 from ._reading import Path, Reading, Span, tell
-from ._units import Angle, RudderUnit, doubt_heading, doubt_model, headings, rudders, times
+from ._units import Angle, RudderUnit, Said, doubt_heading, doubt_model, headings, rudders, sound, times, yaw_rates
 
 Estimate = Literal["refined", "online", "batch", "paper"]
 
@@ -36,8 +36,10 @@ def identify(
     method: Optional[Method] = None,
     lambda_rad_s: Optional[float] = None,
     trace: bool = False,
-    heading_unit: Angle = "rad",
-    rudder_unit: RudderUnit = "rad",
+    heading_unit: Optional[Angle] = None,
+    rudder_unit: Optional[RudderUnit] = None,
+    units: Optional[dict[str, str]] = None,
+    drop_invalid: bool = False,
 ) -> Identification:
     """Identify the yaw model of a record.
 
@@ -65,6 +67,11 @@ def identify(
         Keep the estimates after every sample.
     heading_unit, rudder_unit
         ``rad`` or ``deg``; a rudder also ``full``, fractions of full rudder. Float64 arrays in rad are read where they lie.
+    units
+        The same and more by quantity, as a log is read: ``{"time": "ms", "heading": "deg", "yaw_rate": "deg/s"}``. What is not said is
+        taken for s, rad and rad/s and doubted as a log's columns are: the verdict tells.
+    drop_invalid
+        Leave samples out whose time, heading or rudder is no number, or whose time goes back, instead of refusing the record.
 
     Returns
     -------
@@ -75,6 +82,8 @@ def identify(
     ------
     RejectedError
         Nothing can be estimated; ``reason`` is the verdict's code.
+    InputError
+        Samples that are no numbers.
     UsageError
         Arrays that are no columns of numbers, or not in the units that are said.
 
@@ -83,17 +92,20 @@ def identify(
     SeatrialWarning
         Values look like those of another unit.
     """
-    time_s = times(time)
-    psi, delta = headings(heading, heading_unit), rudders(rudder, rudder_unit)
+    said = Said.of(time, units, heading_unit, rudder_unit)
+    time_s = times(time, said.time or "s")
+    psi, delta = headings(heading, said.heading or "rad"), rudders(rudder, said.rudder or "rad")
     if psi.size == time_s.size:
         doubt_heading(time_s, psi)
     if estimate == "batch":
         if validation is not None or method not in (None, "least_squares") or trace:
             raise UsageError("estimate='batch' takes no validation, instrument or trace")
         return _batch(time_s, psi, delta, training, lambda_rad_s)
+    rate = yaw_rates(yaw_rate, said.yaw_rate or "rad/s")
+    columns = time_s, psi, delta, optional(speed, "speed", "m/s"), rate, optional(thrust, "thrust", "")
+    time_s, psi, delta, u, rate, throttle = sound(columns, drop_invalid)
     text = _native.identify(
-        time_s, psi, delta, optional(speed, "speed", "m/s"), optional(yaw_rate, "yaw_rate", "rad/s"),
-        optional(thrust, "thrust", ""), "full" if rudder_unit == "full" else "rad", training, validation,
+        time_s, psi, delta, u, rate, throttle, "full" if said.rudder == "full" else "rad", said.native(delta), training, validation,
         estimate, method, lambda_rad_s, trace,
     )
     found = Identification(json.loads(text), partial(_record, time_s, psi, delta))

@@ -28,6 +28,7 @@ def identify(
     yaw_rate: Optional[_Array],
     thrust: Optional[_Array],
     rudder_unit: str,
+    units: _Mapping,
     training: _Span,
     validation: Optional[_Span],
     estimate: str,
@@ -87,11 +88,12 @@ def turning_limits(
     measured_u_turn: Optional[tuple[float, float]],
 ) -> _Told: ...
 def export_gains(
-    source: _Mapping, asked: _Mapping, to: str, vehicle_type: str, takes_rehearsals: bool
+    source: _Mapping, asked: _Mapping, to: str, vehicle_type: str, takes_rehearsals: bool, accept: bool
 ) -> _Told: ...
 def export_vehicle(
-    source: _Mapping, said: _Mapping, to: str, at_thrust: Optional[float]
+    source: _Mapping, said: _Mapping, to: str, at_thrust: Optional[float], accept: bool
 ) -> tuple[bytes, list[str]]: ...
+def save(path: str | PathLike[str], content: bytes, read: list[str]) -> None: ...
 def plan(asked: _Mapping, believed: _Mapping) -> tuple[_Told, str, bool]: ...
 def paper_claims() -> str: ...
 def turn(

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import warnings
-from typing import Literal
+from dataclasses import dataclass
+from typing import Any, Literal, Mapping, Optional
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._columns import Array, array, in_unit, seconds
-from ._errors import SeatrialWarning, UsageError
+from ._columns import Array, array, in_unit, optional, seconds
+from ._errors import InputError, SeatrialWarning, UsageError
 
 Angle = Literal["rad", "deg"]
 RudderUnit = Literal["rad", "deg", "full"]
@@ -28,10 +29,91 @@ COASTED_RAD = 6.0
 """A vehicle that turns as far as this within its own time constant is none: real ones turn by 0.1 to 1 rad."""
 
 
-def times(values: ArrayLike) -> Array:
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0}
+"""Units of time."""
+
+ANGLES = {"rad": 1.0, "deg": math.degrees(1.0)}
+"""Numbers for one radian."""
+
+
+@dataclass(frozen=True)
+class Said:
+    """The units that the caller said; None where nothing was said."""
+
+    time: Optional[str]
+    heading: Optional[Angle]
+    rudder: Optional[RudderUnit]
+    yaw_rate: Optional[str]
+    time_is_a_date: bool
+
+    @staticmethod
+    def of(
+        time: ArrayLike, units: Optional[Mapping[str, str]], heading: Optional[Angle], rudder: Optional[RudderUnit]
+    ) -> Said:
+        """Of arguments. Raises UsageError for a unit that there is not."""
+        known: dict[str, Mapping[str, Any]] = {
+            "time": {unit: unit for unit in SECONDS},
+            "heading": {unit: unit for unit in ANGLES},
+            "rudder": {"rad": "rad", "deg": "deg", "full": "full", "fraction": "full"},
+            "yaw_rate": {"rad/s": "rad/s", "deg/s": "deg/s"},
+        }
+        found: dict[str, Any] = {"time": None, "heading": heading, "rudder": rudder, "yaw_rate": None}
+        for quantity, unit in (units or {}).items():
+            if quantity not in known:
+                raise UsageError(f"units has {quantity!r}; expected {', '.join(known)}")
+            if unit not in known[quantity]:
+                raise UsageError(f"units={{{quantity!r}: {unit!r}}}: expected {', '.join(known[quantity])}")
+            found[quantity] = known[quantity][unit]
+        kind = np.asarray(getattr(time, "magnitude", time)).dtype.kind
+        return Said(**found, time_is_a_date=kind in "MmO")
+
+    def native(self, rudder: Array) -> dict[str, Any]:
+        """Numbers of each column for one SI unit, and who says so: the caller, this package's pages, or nobody."""
+        # Nothing tells an angle of more than 45 degrees from a share of full rudder.
+        is_usual = _largest(rudder) <= LARGEST_USUAL_RUDDER_RAD
+        return {
+            "time": (1.0 / SECONDS[self.time or "s"], "given" if self.time or self.time_is_a_date else "stated"),
+            "heading": (ANGLES[self.heading or "rad"], "given" if self.heading else "stated"),
+            "rudder": (ANGLES.get(self.rudder or "rad", 1.0), "given" if self.rudder else "stated" if is_usual else "assumed"),
+            "yaw_rate": (math.degrees(1.0) if self.yaw_rate == "deg/s" else 1.0, "given" if self.yaw_rate else "stated"),
+            "time_is_a_date": self.time_is_a_date,
+        }
+
+
+def sound(columns: tuple[Optional[Array], ...], drop_invalid: bool) -> list[Any]:
+    """The columns of a record, time, heading and rudder first, without samples that are no numbers or go back in time.
+
+    Raises InputError where there are any and they are not to be left out.
+    """
+    time, heading, rudder = columns[:3]
+    if time is None or heading is None or rudder is None or not time.size == heading.size == rudder.size:
+        return list(columns)
+    finite = np.isfinite(time) & np.isfinite(heading) & np.isfinite(rudder)
+    latest = np.maximum.accumulate(np.where(finite, time, -np.inf))
+    kept = finite & (time >= latest)
+    if kept.all():
+        return list(columns)
+    first = int(np.argmin(kept))
+    what = f"at {first} with time {time[first]:g}, heading {heading[first]:g}, rudder {rudder[first]:g}"
+    count = f"{int(np.sum(~kept))} of {kept.size} samples are no numbers or go back in time, the first {what}"
+    if not drop_invalid:
+        raise InputError(f"{count}; leave them out of all arrays, or say drop_invalid=True")
+    warnings.warn(f"{count}; they were left out", SeatrialWarning, stacklevel=3)
+    return [column if column is None or column.size != kept.size else column[kept] for column in columns]
+
+
+def yaw_rates(values: Optional[ArrayLike], unit: str) -> Optional[Array]:
+    """Yaw rates as rad/s; NaN where unknown."""
+    found = optional(values, "yaw_rate", unit)
+    return found if found is None or unit == "rad/s" else np.radians(found)
+
+
+def times(values: ArrayLike, unit: str = "s") -> Array:
     """Time as seconds. Raises UsageError for nanoseconds and other units that are none."""
     values = in_unit(values, "s", "time")
     found = seconds(values)
+    if np.asarray(values).dtype.kind in "fiu" and unit != "s":
+        found = found * SECONDS[unit]
     if found.size < 2:
         return found
     # The mean will do, and costs nothing on a million samples.
@@ -41,7 +123,7 @@ def times(values: ArrayLike) -> Array:
             f"time has a sample every {interval:.4g} s; expected seconds: leave datetime64 as it is,"
             " or divide nanoseconds by 1e9"
         )
-    if np.asarray(values).dtype.kind in "iu" and interval >= 10.0:
+    if unit == "s" and np.asarray(values).dtype.kind in "iu" and interval >= 10.0:
         warnings.warn(
             f"time is in whole numbers, {interval:.4g} apart, and read as seconds; divide milliseconds by 1e3",
             SeatrialWarning,

@@ -18,17 +18,29 @@ pub enum Depth {
     Kept,
     /// Through MAVLink on a bad link, from the preflight to the hand-back.
     Linked,
+    /// Through MAVLink, whose messages with the rudder are thinned, lost and late one by one; judged whole.
+    Outputs,
     /// The paper's plan, refined estimates and verdicts, a logbook, and the trial replayed from it.
     Whole,
 }
 
 impl Depth {
-    /// From 0 up to 1: one world in 128 is whole, one in 32 linked, one in 32 kept.
+    /// Every depth.
+    pub const ALL: [Self; 5] = [
+        Self::Quick,
+        Self::Kept,
+        Self::Linked,
+        Self::Outputs,
+        Self::Whole,
+    ];
+
+    /// From 0 up to 1: one world in 128 is whole, one in 256 has thinned outputs, one in 32 is linked, one in 32 kept.
     fn of(share: f64) -> Self {
         match share * 128.0 {
             s if s < 1.0 => Self::Whole,
             s if s < 5.0 => Self::Linked,
             s if s < 9.0 => Self::Kept,
+            s if s < 9.5 => Self::Outputs,
             _ => Self::Quick,
         }
     }
@@ -71,17 +83,19 @@ pub struct World {
     pub interruption: Option<Interruption>,
     /// For what else is left to chance.
     pub chance: Chance,
+    /// For what is held up.
+    pub stalls: Chance,
 }
 
 impl World {
-    /// The world of a seed.
-    pub fn of(seed: u64) -> Self {
+    /// The world of a seed, as deep as is asked for or as the seed chooses.
+    pub fn of(seed: u64, depth: Option<Depth>) -> Self {
         // Apart from the vehicle's noise, which has the seed itself.
-        let [mut kind, mut hull, mut trouble, mut who, chance] = Chance::sources(!seed);
-        let depth = Depth::of(kind.uniform());
+        let [mut kind, mut hull, mut trouble, mut who, chance, stalls] = Chance::sources(!seed);
+        let depth = depth.unwrap_or_else(|| Depth::of(kind.uniform()));
         let vehicle = drawn_vehicle(&mut hull);
         let plan = match depth {
-            Depth::Whole => Plan {
+            Depth::Outputs | Depth::Whole => Plan {
                 thrusts: List::from_slice(&[0.8]).unwrap_or_default(),
                 ..Plan::paper()
             },
@@ -96,6 +110,7 @@ impl World {
             faults,
             interruption: drawn_interruption(depth, &mut who),
             chance,
+            stalls,
         }
     }
 }
@@ -182,15 +197,15 @@ mod tests {
     #[test]
     fn parity_a_seed_chooses_one_world() {
         for seed in 0..200 {
-            let [one, other] = [World::of(seed), World::of(seed)];
+            let [one, other] = [World::of(seed, None), World::of(seed, None)];
             assert_eq!(format!("{one:?}"), format!("{other:?}"));
         }
     }
 
     #[test]
     fn prop_every_depth_interruption_and_number_of_faults_is_drawn() {
-        let worlds: Vec<World> = (0..2000).map(World::of).collect();
-        for depth in [Depth::Quick, Depth::Kept, Depth::Linked, Depth::Whole] {
+        let worlds: Vec<World> = (0..2000).map(|seed| World::of(seed, None)).collect();
+        for depth in Depth::ALL {
             assert!(worlds.iter().any(|world| world.depth == depth), "{depth:?}");
         }
         for kind in [

@@ -5,7 +5,7 @@ use seatrial_core::{AbortReason, Outcome};
 use serde::Serialize;
 
 use super::drawn::{Depth, World};
-use super::models::Models;
+use super::models::{Models, too_far};
 
 /// How a world ended.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -62,6 +62,16 @@ impl Ending {
             .iter()
             .filter(|run| run.verdict.accepted)
             .count();
+    }
+
+    /// Notes how far the accepted model of a run is from the truth, in half widths of its intervals.
+    pub fn take_model(&mut self, run: u32, distances: [f64; 3]) {
+        self.models.take(distances);
+        if let Some((parameter, distance)) = too_far(distances) {
+            self.broken.push(format!(
+                "run {run} is accepted with {parameter} {distance:.2} half widths from the truth"
+            ));
+        }
     }
 }
 

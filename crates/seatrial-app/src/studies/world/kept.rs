@@ -15,10 +15,10 @@ use seatrial_sim::sensors::Chance;
 use super::drawn::Interrupted;
 
 /// A folder of its own, which is gone with its owner.
-struct Folder(PathBuf);
+pub struct Folder(PathBuf);
 
 impl Folder {
-    fn new() -> std::io::Result<Self> {
+    pub fn new() -> std::io::Result<Self> {
         static NEXT: AtomicU64 = AtomicU64::new(0);
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
         let name = format!("seatrial-world-{}-{number}", std::process::id());
@@ -26,12 +26,35 @@ impl Folder {
         fs::create_dir_all(&path)?;
         Ok(Self(path))
     }
+
+    pub fn logbook(&self) -> PathBuf {
+        self.0.join(LOGBOOK)
+    }
 }
 
 impl Drop for Folder {
     fn drop(&mut self) {
         let _ = fs::remove_dir_all(&self.0);
     }
+}
+
+/// A logbook in a folder of its own, in which a campaign has begun.
+pub fn begun(about: &Campaign, plan: &str) -> Result<(Folder, Recorder), Error> {
+    let cannot = |error| Error::Input(format!("the folder of a world: {error}"));
+    let folder = Folder::new().map_err(cannot)?;
+    let new = NewCampaign {
+        configuration: &about.configuration,
+        notes: Some("played"),
+        software_version: &about.software_version,
+        vehicle: &about.vehicle,
+        seed: about.seed,
+        rudder_limit_rad: about.rudder_limit_rad,
+        full_rudder: None,
+        scenario: None,
+        plan,
+    };
+    let recorder = Recorder::begin(Logbook::open(folder.logbook())?, &new)?;
+    Ok((folder, recorder))
 }
 
 /// What was promised at an instant: so many runs have their result.
@@ -56,20 +79,7 @@ pub struct Kept {
 impl Kept {
     /// An empty logbook for a trial of this plan.
     pub fn new(about: &Campaign, plan: &str) -> Result<Self, Error> {
-        let cannot = |error| Error::Input(format!("the folder of a world: {error}"));
-        let folder = Folder::new().map_err(cannot)?;
-        let new = NewCampaign {
-            configuration: &about.configuration,
-            notes: Some("played"),
-            software_version: &about.software_version,
-            vehicle: &about.vehicle,
-            seed: about.seed,
-            rudder_limit_rad: about.rudder_limit_rad,
-            full_rudder: None,
-            scenario: None,
-            plan,
-        };
-        let begun = Recorder::begin(Logbook::open(folder.0.join(LOGBOOK))?, &new)?;
+        let (folder, begun) = begun(about, plan)?;
         let mut kept = Self {
             folder,
             recorder: Some(begun),
@@ -180,7 +190,7 @@ impl Kept {
 const LOGBOOK: &str = "seatrial.db";
 const LOG: &str = "seatrial.db-wal";
 
-fn compared(path: &Path, campaign: &Campaign) -> Result<Vec<String>, Error> {
+pub fn compared(path: &Path, campaign: &Campaign) -> Result<Vec<String>, Error> {
     let logbook = Logbook::open_read_only(path)?;
     let mut broken: Vec<String> = damage(&logbook)?;
     let Some(entry) = logbook.entries()?.pop() else {

@@ -5,16 +5,17 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use crate::Error;
-use crate::conduct::{Judging, Unwatched, conduct_judging};
+use crate::conduct::{Judging, Watch, conduct_judging};
+use seatrial::Campaign;
 use seatrial_core::InvalidSetting;
 use seatrial_links::autopilot::{Autopilot, Backup, HandBack, Profile, Settings, SteeringOutputs};
-use seatrial_links::handover::Preflight;
 
 use seatrial_sim::sensors::Chance;
 
 use super::drawn::World;
 use super::ending::{Ending, about};
-use super::wire::{FULL_RUDDER_RAD, INTERVAL_S, Mishap, Sea, Weather, boat};
+use super::stalled::Stalled;
+use super::wire::{FULL_RUDDER_RAD, INTERVAL_S, Mishap, Sea, Single, Weather, boat};
 
 /// The mishap comes within this of the beginning, s: preflight, taking, a trial and its hand-back.
 const WITHIN_S: f64 = 110.0;
@@ -68,6 +69,7 @@ impl Drawn {
                 latency_s: drawn(0.1),
                 jitter_s: drawn(0.1),
                 garbage: drawn(0.05),
+                single: None,
             },
         };
         let profiles = [Profile::Rover, Profile::Sub, Profile::Px4];
@@ -82,34 +84,49 @@ impl Drawn {
 
     fn settings(&self, abort: Arc<AtomicBool>) -> Settings {
         Settings {
-            full_rudder_rad: FULL_RUDDER_RAD,
-            trying_thrust: 0.6,
-            envelope: Some("the plan's".into()),
             abort,
             outputs: (self.profile == Profile::Px4).then(|| SteeringOutputs {
                 outputs: vec![1],
                 pulses_us: [1100.0, 1500.0, 1900.0],
             }),
-            ..Settings::default()
+            ..settings()
         }
+    }
+}
+
+/// What is asked of every vehicle.
+pub fn settings() -> Settings {
+    Settings {
+        full_rudder_rad: FULL_RUDDER_RAD,
+        trying_thrust: 0.6,
+        envelope: Some("the plan's".into()),
+        ..Settings::default()
     }
 }
 
 /// Plays a world on a vehicle that speaks MAVLink.
 pub fn play(world: &World, ending: &mut Ending) -> Result<(), Error> {
     let mut chance = world.chance.clone();
-    let drawn = Drawn::of(&mut chance);
+    let mut stalls = world.stalls.clone();
+    let mut drawn = Drawn::of(&mut chance);
+    drawn.weather.single = Single::drawn(&mut stalls);
     let sea = Sea::new(
         &world.vehicle,
         drawn.profile,
         drawn.weather,
-        drawn.mishap,
+        Some(drawn.mishap),
         chance,
     )?;
     let before = parameters(&sea);
     let settings = drawn.settings(sea.abort.clone());
     let mut autopilot = Autopilot::new(sea, settings, None);
-    let (backup, done) = conducted(&mut autopilot, world, ending)?;
+    let mut stalled = Stalled::drawn(world, &mut stalls, WITHIN_S)?;
+    let trial = conducted(&mut autopilot, world, Judging::ByTrial, &mut stalled)?;
+    if let Some(campaign) = &trial.campaign {
+        ending.take(campaign);
+        check_noticed(autopilot.wire(), trial.ended_s, ending);
+        ending.broken.extend(stalled.broken(campaign)?);
+    }
     let end_s = autopilot.wire().now_s + AFTERWARDS_S;
     while autopilot.wire().pass(end_s).is_some() {}
     ending.samples = autopilot.wire().sent;
@@ -124,13 +141,7 @@ pub fn play(world: &World, ending: &mut Ending) -> Result<(), Error> {
             .into(),
         _ => before,
     };
-    check_parameters(
-        &mut autopilot,
-        &drawn,
-        &expected,
-        (backup, done.as_ref()),
-        ending,
-    );
+    check_parameters(&mut autopilot, &drawn, &expected, &trial, ending);
     Ok(())
 }
 
@@ -139,21 +150,24 @@ fn check_parameters(
     autopilot: &mut Autopilot<Sea>,
     drawn: &Drawn,
     expected: &Parameters,
-    (backup, done): (Option<Backup>, Option<&HandBack>),
+    trial: &Conducted,
     ending: &mut Ending,
 ) {
     let (mishap, profile) = (drawn.mishap, drawn.profile);
     let left = differences(expected, &parameters(autopilot.wire()));
-    let is_listed =
-        |name: &str| done.is_some_and(|done| done.not_restored.iter().any(|listed| listed == name));
+    let is_listed = |name: &str| {
+        let done = trial.done.as_ref();
+        done.is_some_and(|done| done.not_restored.iter().any(|listed| listed == name))
+    };
     if let Some(name) = left.iter().find(|name| !is_listed(name)) {
         ending.broken.push(format!(
             "{name} is neither as it was nor listed ({mishap:?}, {profile:?})"
         ));
     }
-    if let Some(backup) = backup.filter(|_| !left.is_empty()) {
+    if let Some(backup) = trial.backup.as_ref().filter(|_| !left.is_empty()) {
         autopilot.wire().mishap = None;
-        let restored = autopilot.restore(&backup);
+        autopilot.wire().weather.single = None;
+        let restored = autopilot.restore(backup);
         let left = differences(expected, &parameters(autopilot.wire()));
         if !left.is_empty() {
             ending.broken.push(format!(
@@ -174,49 +188,55 @@ fn differences(before: &Parameters, now: &Parameters) -> Vec<&'static str> {
     changed.map(|(name, _)| *name).collect()
 }
 
-/// From the preflight to the hand-back; what would restore the vehicle, and what was reached.
-fn conducted(
+/// What came of a trial.
+#[derive(Default)]
+pub struct Conducted {
+    /// What would restore the vehicle, once something is changed.
+    backup: Option<Backup>,
+    /// What the hand-back reached.
+    done: Option<HandBack>,
+    /// Its runs, once it began.
+    pub campaign: Option<Campaign>,
+    /// When it ended, before the hand-back, s.
+    ended_s: f64,
+}
+
+/// From the preflight to the hand-back.
+pub fn conducted(
     autopilot: &mut Autopilot<Sea>,
     world: &World,
-    ending: &mut Ending,
-) -> Result<(Option<Backup>, Option<HandBack>), Error> {
-    ending.outcome = "not_taken".into();
-    let passed = |found: &Preflight| found.checks.iter().all(|check| check.passed);
+    judging: Judging,
+    watch: &mut dyn Watch,
+) -> Result<Conducted, Error> {
+    let mut trial = Conducted::default();
     let preflight = autopilot.inspect();
-    if !passed(&preflight) {
-        return Ok((None, None));
+    if preflight.checks.iter().any(|check| !check.passed) {
+        return Ok(trial);
     }
-    let mut backup = None;
     let checks = autopilot.take_control(&preflight.changes, &mut |kept| {
-        backup = Some(kept.clone());
+        trial.backup = Some(kept.clone());
         Ok(())
     });
-    if checks.iter().any(|check| !check.passed) {
-        return Ok((backup, Some(autopilot.hand_back())));
+    if checks.iter().all(|check| check.passed) {
+        let about = about(world);
+        let conducted = conduct_judging(autopilot, world.plan, about, watch, judging);
+        let unusable = |error: InvalidSetting| Error::Setting(error.to_string());
+        trial.campaign = Some(conducted.map_err(unusable)?.campaign);
+        trial.ended_s = autopilot.wire().now_s;
     }
-    let conducted = conduct_judging(
-        autopilot,
-        world.plan,
-        about(world),
-        &mut Unwatched,
-        Judging::ByTrial,
-    );
-    let unusable = |error: InvalidSetting| Error::Setting(error.to_string());
-    let conducted = conducted.map_err(unusable)?;
-    ending.take(&conducted.campaign);
-    check_noticed(autopilot.wire(), ending);
-    Ok((backup, Some(autopilot.hand_back())))
+    trial.done = Some(autopilot.hand_back());
+    Ok(trial)
 }
 
 /// Checks that a trial did not go on after the link had shown what ends it.
-fn check_noticed(sea: &Sea, ending: &mut Ending) {
+fn check_noticed(sea: &Sea, ended_s: f64, ending: &mut Ending) {
     let (Some(seen_s), Some((at_s, mishap))) = (sea.seen_s, sea.mishap) else {
         return;
     };
     let is_meant = ending.outcome != "finished"
         || mishap == Mishap::LinkLostForAWhile
         || sea.is_before_demand(seen_s);
-    let went_on_s = sea.now_s - seen_s;
+    let went_on_s = ended_s - seen_s;
     if !is_meant && went_on_s > NOTICED_AFTER_S {
         ending.broken.push(format!(
             "the trial went on for {went_on_s:.2} s after {mishap:?} at {at_s:.2} s"

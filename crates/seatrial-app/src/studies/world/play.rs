@@ -18,8 +18,8 @@ use super::drawn::{Depth, Interrupted, World};
 use super::ending::{Ending, about, code};
 use super::kept::Kept;
 use super::linked;
-use super::models;
 use super::observer::{Observer, Shared};
+use super::outputs;
 
 /// From the condition of an abort to neutral rudder, s, while samples come.
 const NEUTRAL_WITHIN_S: f64 = 0.5;
@@ -28,10 +28,10 @@ const TWICE: u64 = 64;
 /// Share of the runs after whose result the files are looked at before the next sample comes.
 const LOOKED_AT_AFTER_RUNS: f64 = 0.3;
 
-/// Plays the world of a seed.
-pub fn play(seed: u64) -> Ending {
-    let ending = play_once(seed);
-    if seed.is_multiple_of(TWICE) && play_once(seed) != ending {
+/// Plays the world of a seed, as deep as is asked for or as the seed chooses.
+pub fn play(seed: u64, depth: Option<Depth>) -> Ending {
+    let ending = play_once(seed, depth);
+    if seed.is_multiple_of(TWICE) && play_once(seed, depth) != ending {
         let mut ending = ending;
         ending
             .broken
@@ -41,11 +41,12 @@ pub fn play(seed: u64) -> Ending {
     ending
 }
 
-fn play_once(seed: u64) -> Ending {
-    let world = World::of(seed);
+fn play_once(seed: u64, depth: Option<Depth>) -> Ending {
+    let world = World::of(seed, depth);
     let mut ending = Ending::of(&world);
     let played = catch_unwind(AssertUnwindSafe(|| match world.depth {
         Depth::Linked => linked::play(&world, &mut ending),
+        Depth::Outputs => outputs::play(&world, &mut ending),
         _ => on_vehicle(&world, &mut ending),
     }));
     match played {
@@ -172,13 +173,7 @@ fn check_models(
             ending.broken.push(text);
             continue;
         };
-        ending.models.take(distances);
-        if let Some((parameter, distance)) = models::too_far(distances) {
-            ending.broken.push(format!(
-                "run {} is accepted with {parameter} {distance:.2} half widths from the truth",
-                run.number
-            ));
-        }
+        ending.take_model(run.number, distances);
     }
 }
 

@@ -21,6 +21,10 @@ const HELD: f64 = 0.05;
 /// How long a passing loss of the link lasts, s.
 const PASSES_AFTER_S: f64 = 3.0;
 
+/// Bytes of a frame of MAVLink 2 before and after its payload.
+const HEADER: usize = 10;
+const CHECKSUM: usize = 2;
+
 /// What the link does to datagrams.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Weather {
@@ -34,6 +38,44 @@ pub struct Weather {
     pub jitter_s: f64,
     /// Share that is garbage.
     pub garbage: f64,
+    /// What becomes of the vehicle's messages of one kind, one by one.
+    pub single: Option<Single>,
+}
+
+/// Messages of one kind that come more rarely and later than the others, or not at all.
+#[derive(Clone, Copy, Debug)]
+pub struct Single {
+    /// The kind, MAVLink's number.
+    pub id: u32,
+    /// From when on, s.
+    pub from_s: f64,
+    /// Share that is lost.
+    pub loss: f64,
+    /// Least time between two that are sent, s.
+    pub interval_s: f64,
+    /// How much later than the others they come, s.
+    pub late_s: f64,
+}
+
+/// HEARTBEAT, SYS_STATUS, PARAM_VALUE, ATTITUDE, LOCAL_POSITION_NED, SERVO_OUTPUT_RAW, RC_CHANNELS, COMMAND_ACK and TIMESYNC.
+const KINDS: [u32; 9] = [0, 1, 22, 30, 32, SERVO_OUTPUT_RAW, 65, 77, 111];
+/// MAVLink's number of the message with the rudder.
+pub const SERVO_OUTPUT_RAW: u32 = 36;
+
+impl Single {
+    /// Of every other link one kind of messages.
+    pub fn drawn(chance: &mut Chance) -> Option<Self> {
+        let mut drawn = |most: f64| most * chance.uniform();
+        let id = KINDS[drawn(KINDS.len() as f64) as usize];
+        let single = Self {
+            id,
+            from_s: drawn(60.0),
+            loss: drawn(0.5),
+            interval_s: drawn(0.5),
+            late_s: drawn(0.3),
+        };
+        (drawn(1.0) < 0.5).then_some(single)
+    }
 }
 
 /// What happens to the vehicle or the link.
@@ -107,11 +149,14 @@ pub struct Sea {
     step_s: f64,
     to_us: VecDeque<(f64, Vec<u8>)>,
     to_boat: VecDeque<(f64, Vec<u8>)>,
-    weather: Weather,
+    /// What the link does.
+    pub weather: Weather,
     chance: Chance,
     /// What happens, and when, s.
     pub mishap: Option<(f64, Mishap)>,
     has_happened: bool,
+    /// When a message of the kind that is thinned was last sent, s.
+    single_s: f64,
     /// When what has come could tell it on this side, s.
     pub seen_s: Option<f64>,
     /// When the rudder was first asked for, s.
@@ -139,13 +184,28 @@ pub fn boat(config: &VehicleConfig, profile: Profile, seed: u64) -> Result<Boat,
     ))
 }
 
+/// The frames of MAVLink 2, without signatures, that a vehicle has sent together.
+fn frames(mut bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    std::iter::from_fn(move || {
+        let payload = usize::from(*bytes.get(1)?);
+        let (frame, rest) = bytes.split_at_checked(HEADER + payload + CHECKSUM)?;
+        bytes = rest;
+        Some(frame)
+    })
+}
+
+/// MAVLink's number of the message in a frame.
+fn id_of(frame: &[u8]) -> u32 {
+    u32::from_le_bytes([frame[7], frame[8], frame[9], 0])
+}
+
 impl Sea {
     /// A vehicle in this weather.
     pub fn new(
         config: &VehicleConfig,
         profile: Profile,
         weather: Weather,
-        mishap: (f64, Mishap),
+        mishap: Option<(f64, Mishap)>,
         chance: Chance,
     ) -> Result<Self, Error> {
         Ok(Self {
@@ -158,8 +218,9 @@ impl Sea {
             to_boat: VecDeque::new(),
             weather,
             chance,
-            mishap: Some(mishap),
+            mishap,
             has_happened: false,
+            single_s: f64::NEG_INFINITY,
             seen_s: None,
             asked_s: None,
             held_s: 0.0,
@@ -185,7 +246,34 @@ impl Sea {
         }
     }
 
+    /// Sends what the vehicle says in one datagram, but for messages of the kind that is thinned.
+    fn report(&mut self, bytes: &[u8]) {
+        let Some(single) = self.weather.single.filter(|s| self.now_s >= s.from_s) else {
+            return self.throw(bytes, true);
+        };
+        let mut others = Vec::new();
+        for frame in frames(bytes) {
+            if id_of(frame) != single.id {
+                others.extend(frame);
+                continue;
+            }
+            // A message on the very instant is due.
+            let is_due = self.now_s - self.single_s >= single.interval_s - 1e-6;
+            if is_due {
+                self.single_s = self.now_s;
+            }
+            if is_due && self.chance.uniform() >= single.loss {
+                self.throw_late(frame, true, single.late_s);
+            }
+        }
+        self.throw(&others, true);
+    }
+
     fn throw(&mut self, bytes: &[u8], to_us: bool) {
+        self.throw_late(bytes, to_us, 0.0);
+    }
+
+    fn throw_late(&mut self, bytes: &[u8], to_us: bool, late_s: f64) {
         if bytes.is_empty() || self.is_cut(to_us) {
             return;
         }
@@ -196,7 +284,7 @@ impl Sea {
                 continue;
             }
             let arrival_s =
-                self.now_s + weather.latency_s + weather.jitter_s * self.chance.uniform();
+                self.now_s + late_s + weather.latency_s + weather.jitter_s * self.chance.uniform();
             let mut datagram = bytes.to_vec();
             if self.chance.uniform() < weather.garbage {
                 datagram
@@ -347,7 +435,7 @@ impl Sea {
                 }
                 let Ok(bytes) = self.boat.step();
                 self.sent += 1;
-                self.throw(&bytes.unwrap_or_default(), true);
+                self.report(&bytes.unwrap_or_default());
             }
         }
     }
