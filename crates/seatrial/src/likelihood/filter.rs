@@ -62,7 +62,7 @@ pub struct Gains {
 
 /// The innovations of comparisons `from..to` of a leg, rad, each over its deviation.
 ///
-/// `commands` are those of [`Leg::commands_of`] the vehicle over the whole leg; the gear starts at rest at the leg's beginning.
+/// `commands` are those of [`Vehicle::commands`] over the whole leg; the gear starts at rest at the leg's beginning.
 pub fn innovations(
     leg: &Leg,
     [from, to]: [usize; 2],
@@ -122,7 +122,7 @@ fn parts_of(commands: &[f64], leg: &Leg) -> usize {
 
 /// Heading, yaw rate and sway at each comparison of a leg of a free-running vehicle; the fourth is 0.
 pub fn simulate(leg: &Leg, vehicle: &Vehicle, start: &Start) -> Vec<State> {
-    let commands = leg.commands_of(vehicle);
+    let commands = vehicle.commands(leg);
     let mut gear = Gear::new(vehicle, commands.first().copied().unwrap_or(0.0));
     let mut motion = Motion::new(vehicle);
     let mut x = [start.heading_rad, start.yaw_rate_rad_s, start.sway_rad, 0.0];

@@ -176,7 +176,7 @@ impl<'a> Problem<'a> {
     fn of_leg(&self, x: &DVector<f64>, leg: usize, gains: Option<&Gains>) -> Vec<f64> {
         let vehicle = self.vehicle(x);
         let record = &self.legs[leg];
-        let commands = record.commands_of(&vehicle);
+        let commands = vehicle.commands(record);
         innovations(
             record,
             [0, record.len()],

@@ -247,9 +247,11 @@ pub struct Vehicle {
 }
 
 impl Vehicle {
-    /// Has the gear neither a largest rate nor play?
-    pub fn has_a_linear_gear(&self) -> bool {
-        self.rate_limit_rad_s.is_infinite() && self.play_rad == 0.0
+    /// Mean commands of a leg over parts of each interval between comparisons, rad: finer where the gear has a largest rate or play.
+    pub fn commands(&self, leg: &Leg) -> Vec<f64> {
+        let is_linear = self.rate_limit_rad_s.is_infinite() && self.play_rad == 0.0;
+        let parts = if is_linear { PARTS } else { leg.fine_parts() };
+        leg.commands(self.shift_s, parts)
     }
 }
 

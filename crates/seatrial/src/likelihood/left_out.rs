@@ -102,7 +102,7 @@ pub fn without(problem: &Problem, fit: &Fit, block: &Block) -> DVector<f64> {
 pub fn free_run_rad2(problem: &Problem, x: &DVector<f64>, block: &Block) -> f64 {
     let leg = &problem.legs[block.leg];
     let vehicle = problem.vehicle(x);
-    let commands = leg.commands_of(&vehicle);
+    let commands = vehicle.commands(leg);
     let scale = &problem.scale;
     let near = (block.from + 4).min(block.to - 1);
     let mut start = Start {

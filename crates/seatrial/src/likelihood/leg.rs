@@ -2,7 +2,6 @@
 
 use seatrial_core::Sample;
 
-use super::hypothesis::Vehicle;
 use crate::record_series::RecordSeries;
 
 /// Parts of an interval over which the rudder is a mean, and at most where the gear is not linear and where a stroke begins matters.
@@ -83,13 +82,9 @@ impl Leg {
         }
     }
 
-    /// Mean command over parts of each interval between comparisons, rad, for this vehicle's gear.
-    pub fn commands_of(&self, vehicle: &Vehicle) -> Vec<f64> {
-        let parts = match vehicle.has_a_linear_gear() {
-            true => PARTS,
-            false => self.block.clamp(PARTS, MOST_PARTS),
-        };
-        self.commands(vehicle.shift_s, parts)
+    /// Parts of an interval at which the record of the rudder is fine enough for a gear that is not linear.
+    pub fn fine_parts(&self) -> usize {
+        self.block.clamp(PARTS, MOST_PARTS)
     }
 
     /// Mean command over so many parts of each interval between comparisons, rad, where it acts `shift_s` later than recorded.

@@ -102,7 +102,7 @@ fn drawn(
         for (heading, added) in moved.heading_rad.iter_mut().zip(&wander) {
             *heading += added;
         }
-        let commands = record.commands_of(&vehicle);
+        let commands = vehicle.commands(record);
         let start = problem.start_of(&sea.x, leg);
         let range = [0, record.len()];
         let own = gains[leg].as_ref();
