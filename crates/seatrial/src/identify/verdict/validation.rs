@@ -5,7 +5,7 @@ use seatrial_core::YawModel;
 use super::contradiction::{BLIND, GIVEN, STOPPED, TRAINED, contradiction, weakness};
 use super::{MOST_TIMES, Weighing};
 use crate::figures::{r2_text, three_figures};
-use crate::identification::{LEAST_R2, Reason, ReasonCode, Refined, Validation};
+use crate::identification::{EstimateMethod, LEAST_R2, Reason, ReasonCode, Refined, Validation};
 use crate::identify::checked::{Checked, Independent};
 use crate::record::{RudderUnit, rudder_text};
 
@@ -181,7 +181,7 @@ impl Weighing {
                         "a rudder that stops at 70 % of the training's angle",
                         times > BLIND
                             && checked.explained.structural_misfit().is_none()
-                            && !checked.is_in_a_sea(),
+                            && refined.method != EstimateMethod::WeighedHypotheses,
                     );
                 }
             }
