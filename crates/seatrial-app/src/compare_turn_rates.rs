@@ -2,9 +2,7 @@
 
 use std::path::PathBuf;
 
-use seatrial::amplitude::{
-    Bounded, OverAmplitude, SeenModel, seen_amplitude_rad_s, yaw_rate_amplitude_rad_s,
-};
+use seatrial::amplitude::{Bounded, OverAmplitude, SeenModel, seen_amplitude_rad_s};
 use seatrial::identification::{Outcome, Verdict};
 use seatrial::{Identification, Sample, Window};
 use seatrial_core::{Nomoto, RudderUnit};
