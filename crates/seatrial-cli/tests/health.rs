@@ -204,7 +204,7 @@ fn cli_health_of_a_still_rudder_cannot_tell() {
 fn cli_models_of_another_rudder_are_not_compared() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    sim_log(folder, "starfish", "3", "angle.csv");
+    sim_log(folder, "sim:starfish", "3", "angle.csv");
     let log = std::fs::read_to_string(folder.join("angle.csv")).unwrap();
     let (names, rows) = log.split_once('\n').unwrap();
     let at = names.split(',').position(|name| name.contains("rudder"));

@@ -9,7 +9,7 @@ use crate::identification::{EstimateMethod, HigherOrder, Refined, WIDEST_A22, WI
 use crate::likelihood::filter::{Noise, heading_step};
 use crate::likelihood::hypothesis::Vehicle;
 use crate::likelihood::steering_model::first_order_at;
-use crate::likelihood::{Candidate, Contest, SteeringModel};
+use crate::likelihood::{Candidate, Contest, Disturbance, SteeringModel};
 use crate::propagation::NORMAL_95;
 
 /// The first-order model that has the vehicle's steady turn at the record's rudder amplitude, and the heaviest hypothesis.
@@ -168,16 +168,19 @@ fn designed(refined: &Refined, damping_per_s: f64, interval_s: f64) -> Option<f6
 const MARGIN: f64 = 5.0;
 const MARGIN_IN_DOUBT: f64 = 3.0;
 
-/// Does a first-order vehicle in a sea, whose gear lags at most, explain the record as well as any other structure does, in a sea or not?
+/// Does a first-order vehicle in a sea, whose gear lags at most, explain the record as well as any other structure does without a sea?
 ///
-/// In doubt its own draws must explain the sea.
+/// In doubt its own draws must explain the sea, and other structures are held against it in a sea, too.
 pub fn is_a_sea(contest: &Contest, in_doubt: bool) -> bool {
     let best = |is_of: &dyn Fn(&Candidate) -> bool| {
         let all = contest.candidates.iter().filter(|c| is_of(c));
         all.map(|c| c.hypothesis.log_evidence())
             .fold(f64::NEG_INFINITY, f64::max)
     };
-    let other = best(&|c| c.is_of_another_structure() && c.passes_as_a_sea());
+    let other = best(&|c| {
+        let is_calm = c.hypothesis.disturbance != Disturbance::Sea;
+        c.is_of_another_structure() && (is_calm || in_doubt && c.passes_as_a_sea())
+    });
     let sea = best(&|c| c.is_of_first_order_in_a_sea() && (!in_doubt || c.passes_as_a_sea()));
     let margin = if in_doubt { MARGIN_IN_DOUBT } else { MARGIN };
     sea > other - margin
