@@ -116,8 +116,7 @@ const COLUMNS: [&str; 4] = ["time", "heading", "rudder", "yaw_rate"];
 fn named(error: &str) -> Vec<&'static str> {
     let is_named = |column: &&str| {
         let option = column.replace('_', "-");
-        error.contains(&["--unit ", column, "="].concat())
-            || error.contains(&format!("--{option} "))
+        error.contains(&format!("unit {column}=")) || error.contains(&format!("--{option} "))
     };
     COLUMNS.into_iter().filter(is_named).collect()
 }
