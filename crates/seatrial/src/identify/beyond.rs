@@ -170,7 +170,7 @@ const MARGIN_IN_DOUBT: f64 = 3.0;
 
 /// Does a first-order vehicle in a sea, whose gear lags at most, explain the record as well as any other structure does without a sea?
 ///
-/// In doubt its own draws must explain the sea, and other structures are held against it in a sea, too.
+/// Its own draws must explain the sea. In doubt other structures are held against it in a sea, too.
 pub fn is_a_sea(contest: &Contest, in_doubt: bool) -> bool {
     let best = |is_of: &dyn Fn(&Candidate) -> bool| {
         let all = contest.candidates.iter().filter(|c| is_of(c));
@@ -181,7 +181,7 @@ pub fn is_a_sea(contest: &Contest, in_doubt: bool) -> bool {
         let is_calm = c.hypothesis.disturbance != Disturbance::Sea;
         c.is_of_another_structure() && (is_calm || in_doubt && c.passes_as_a_sea())
     });
-    let sea = best(&|c| c.is_of_first_order_in_a_sea() && (!in_doubt || c.passes_as_a_sea()));
+    let sea = best(&|c| c.is_of_first_order_in_a_sea() && c.passes_as_a_sea());
     let margin = if in_doubt { MARGIN_IN_DOUBT } else { MARGIN };
     sea > other - margin
 }
