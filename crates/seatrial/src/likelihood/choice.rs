@@ -20,8 +20,8 @@ const NEGLIGIBLY_WORSE: f64 = 0.02;
 /// Draws of the Bayesian bootstrap over blocks.
 const BOOTSTRAP: usize = 400;
 
-/// Comparisons of a long record, so that a contest stays a matter of a second; up to twice as many samples are compared one by one.
-const COMPARISONS: usize = 200;
+/// Most comparisons of a record, so that a contest stays a matter of a second.
+const MOST_COMPARISONS: usize = 200;
 
 /// A hypothesis as documents show it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -40,11 +40,11 @@ pub struct Weighed {
 
 /// The whole table against samples of one record. `None` where they determine nothing.
 ///
-/// Headings are averaged to at most 400 comparisons. `legs` keeps what the contest borrows.
+/// Headings are averaged to at most [`MOST_COMPARISONS`] comparisons. `legs` keeps what the contest borrows.
 pub fn contest_of<'a>(samples: &[Sample<f64>], legs: &'a mut Vec<Leg>) -> Option<Contest<'a>> {
     const LEAST_COMPARISONS: usize = 20;
     legs.clear();
-    legs.push(Leg::new(samples, samples.len() / COMPARISONS));
+    legs.push(Leg::new(samples, samples.len().div_ceil(MOST_COMPARISONS)));
     let interval_s = duration_s(samples) / (samples.len().max(2) - 1) as f64;
     if legs.iter().map(Leg::len).sum::<usize>() < LEAST_COMPARISONS {
         return None;
