@@ -88,10 +88,16 @@ pub fn change(
 }
 
 /// Why a rudder that is an angle is not compared with a share of full rudder, and what settles it.
-pub(crate) const OTHER_UNIT: (&str, &str) = (
+const OTHER_UNIT: (&str, &str) = (
     "one rudder is an angle and the other a share of full",
     "Give the angle of full rudder for both with --rudder-range-deg DEG.",
 );
+
+/// [`OTHER_UNIT`] of a log or of models.
+pub(crate) fn other_unit(origin: &str) -> Error {
+    let (why, action) = OTHER_UNIT;
+    Error::Setting(format!("{origin}: {why}. {action}"))
+}
 
 /// Why the rudders of two sets of models are not in one unit, or do not count to one side.
 fn differ(was: &ComparedModels, now: &ComparedModels) -> Option<(&'static str, &'static str)> {
@@ -137,8 +143,7 @@ impl Missions {
     /// Takes the next log, or a window of it. One that began before the last is refused, or whose rudder is in another unit.
     pub fn read(&mut self, name: &str, log: &OpenedLog, window: Window) -> Result<(), Error> {
         if log.rudder_unit() != self.rudder_unit {
-            let (why, action) = OTHER_UNIT;
-            return Err(Error::Setting(format!("{name}: {why}. {action}")));
+            return Err(other_unit(name));
         }
         if let Some(start) = &log.description.start_utc {
             if let Some((earlier, earlier_start)) = &self.started

@@ -10,7 +10,7 @@ use seatrial_core::YawModel;
 use serde::Serialize;
 
 use crate::Error;
-use crate::health::OTHER_UNIT;
+use crate::health::other_unit;
 use crate::identify_log::no_model;
 use crate::logs::{Observer, OpenedLog, ReadSettings, Source, open_inside};
 use crate::models::Models;
@@ -82,11 +82,7 @@ fn chosen(given: &Given, log: &OpenedLog, window: Window) -> Result<Chosen, Erro
             "the model: a22, b2 and C0 must be finite numbers".into(),
         )),
         Given::Models(models) if models.rudder_unit != log.rudder_unit() => {
-            let (why, action) = OTHER_UNIT;
-            Err(Error::Setting(format!(
-                "{}: {why}. {action}",
-                models.origin
-            )))
+            Err(other_unit(&models.origin))
         }
         Given::Models(models) => {
             let point = models.of_record(&log.record.usable(window))?;
