@@ -181,7 +181,7 @@ pub fn is_a_sea(contest: &Contest, in_doubt: bool) -> bool {
         let is_calm = c.hypothesis.disturbance != Disturbance::Sea;
         c.is_of_another_structure() && (is_calm || in_doubt && c.passes_as_a_sea())
     });
-    let sea = best(&|c| c.is_of_first_order_in_a_sea() && c.passes_as_a_sea());
+    let sea = best(&|c| c.is_of_first_order_in_a_sea());
     let margin = if in_doubt { MARGIN_IN_DOUBT } else { MARGIN };
     sea > other - margin
 }

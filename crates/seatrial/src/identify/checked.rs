@@ -60,7 +60,7 @@ pub struct Independent {
     /// Their length over that of the training.
     pub length: f64,
     /// Variance of their rudder over that of the training.
-    pub swing: f64,
+    pub rudder_variance_ratio: f64,
     /// Mean speeds of the training and of these data, m/s, where both were logged.
     pub surge_speeds_m_s: Option<[f64; 2]>,
     /// The largest jump of the heading from where the measured yaw rate takes it.
@@ -139,7 +139,7 @@ impl<'a> Checked<'a> {
     /// ```text
     /// (1 - R^2) var(delta) < 4 (1 - R^2_train) var(delta_train)
     /// ```
-    pub fn is_of_a_sea(&self) -> bool {
+    pub fn sea_explains_validation(&self) -> bool {
         const MOST_TIMES: f64 = 4.0;
         let (Some(validation), Some(apart)) = (&self.validation, &self.independent) else {
             return false;
@@ -148,7 +148,8 @@ impl<'a> Checked<'a> {
         let of_validation = left(validation.r2_yaw_rate);
         self.is_in_a_sea()
             && of_validation < 1.0 - LEAST_R2_IN_A_SEA
-            && of_validation * apart.swing < MOST_TIMES * left(self.training_fit.r2_yaw_rate)
+            && of_validation * apart.rudder_variance_ratio
+                < MOST_TIMES * left(self.training_fit.r2_yaw_rate)
     }
 
     /// Over what the chosen model was seen, in training and validation.
@@ -243,7 +244,7 @@ impl Independent {
         };
         Self {
             length: duration_s(&samples) / duration_s(prepared.samples()),
-            swing: rudder_variance(&samples) / rudder_variance(prepared.samples()),
+            rudder_variance_ratio: rudder_variance(&samples) / rudder_variance(prepared.samples()),
             surge_speeds_m_s: mean_speed_m_s(prepared.samples())
                 .zip(mean_speed_m_s(&samples))
                 .map(Into::into),

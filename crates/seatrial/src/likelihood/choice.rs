@@ -87,9 +87,11 @@ impl Candidate<'_> {
         self.sea_test.is_none_or(|test| test.is_a_sea())
     }
 
-    /// Is it a first-order vehicle, whose gear lags at most, in a sea?
+    /// Is it a first-order vehicle, whose gear lags at most, in a sea that its own draws explain?
     pub fn is_of_first_order_in_a_sea(&self) -> bool {
-        self.hypothesis.disturbance == Disturbance::Sea && !self.is_of_another_structure()
+        self.hypothesis.disturbance == Disturbance::Sea
+            && self.passes_as_a_sea()
+            && !self.is_of_another_structure()
     }
 
     /// Is its hull, or its gear but for a lag, not that of first order?
@@ -138,7 +140,7 @@ impl<'a> Contest<'a> {
     #[must_use]
     pub fn in_a_sea(mut self) -> Self {
         self.candidates
-            .retain(|c| c.is_of_first_order_in_a_sea() && c.passes_as_a_sea());
+            .retain(Candidate::is_of_first_order_in_a_sea);
         let weights = by_evidence(&self.candidates, |_| true);
         self.take(&weights);
         self

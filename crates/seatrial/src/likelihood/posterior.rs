@@ -96,7 +96,7 @@ impl Candidate<'_> {
                 ))
             })
             .collect();
-        let is_explained = self.is_of_first_order_in_a_sea() && self.passes_as_a_sea();
+        let is_explained = self.is_of_first_order_in_a_sea();
         let times = (!is_explained)
             .then(|| self.jackknife(&nodes, &of))
             .flatten();

@@ -38,7 +38,7 @@ pub(super) fn judge(checked: &Checked) -> Verdict {
     weighing.validation(
         checked.validation,
         offset_drift(checked),
-        checked.is_of_a_sea(),
+        checked.sea_explains_validation(),
     );
     weighing.jump_behind_low_r2(checked);
     if let (Some(refined), Some(apart)) = (&checked.chosen.refined, &checked.independent) {
@@ -156,10 +156,6 @@ impl Weighing {
 
     fn has(&self, code: &ReasonCode) -> bool {
         self.rejections.iter().any(|reason| reason.code == *code)
-    }
-
-    fn is_noted(&self, code: &ReasonCode) -> bool {
-        self.notes.iter().any(|reason| reason.code == *code)
     }
 
     /// What in the log may not mean what it says.

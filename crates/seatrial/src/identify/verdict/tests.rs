@@ -143,7 +143,7 @@ impl Chain {
     fn with_independent(mut self, estimate: &Refined, largest_jump: Option<Jump>) -> Self {
         self.independent = Some(Independent {
             length: 1.0,
-            swing: 1.0,
+            rudder_variance_ratio: 1.0,
             surge_speeds_m_s: None,
             largest_jump,
             estimate: Some(estimate.clone()),

@@ -51,13 +51,13 @@ impl OffsetDrift {
 }
 
 impl Weighing {
-    /// `drift` is that of the offset from training to validation data, where both give one with its interval; `is_of_a_sea` tells that a sea
+    /// `drift` is that of the offset from training to validation data, where both give one with its interval; `is_explained` tells that a sea
     /// explains a low R^2.
     pub(super) fn validation(
         &mut self,
         validation: Option<Validation>,
         drift: Option<OffsetDrift>,
-        is_of_a_sea: bool,
+        is_explained: bool,
     ) {
         let Some(validation) = validation else {
             return self.not_validated();
@@ -69,21 +69,28 @@ impl Weighing {
             if drift.is_none_or(|drift| drift.is_certain()) {
                 self.offset_drifted(validation, drift);
             }
-        } else if is_of_a_sea && self.is_noted(&ReasonCode::Disturbed) {
-        } else if is_of_a_sea {
-            self.note(
-                ReasonCode::Disturbed,
-                format!(
-                    "R^2 on validation data is {} for heading with the offset estimated again and {} for yaw rate: the sea of the training explains that",
-                    r2_text(validation.r2_heading_offset_refit), r2_text(validation.r2_yaw_rate)
-                ),
-            );
+        } else if is_explained {
+            self.disturbed(validation);
         } else {
             self.reject(
                 ReasonCode::LowR2,
                 format!(
                     "R^2 on validation data is {} for heading, {} with the offset estimated again, {} for yaw rate; at least {LEAST_R2} is needed: repeat the run",
                     r2_text(validation.r2_heading), r2_text(validation.r2_heading_offset_refit), r2_text(validation.r2_yaw_rate)
+                ),
+            );
+        }
+    }
+
+    /// Said once, also where the disturbance has been told already.
+    fn disturbed(&mut self, validation: Validation) {
+        let is_told = |reason: &Reason| reason.code == ReasonCode::Disturbed;
+        if !self.notes.iter().any(is_told) {
+            self.note(
+                ReasonCode::Disturbed,
+                format!(
+                    "R^2 on validation data is {} for heading with the offset estimated again and {} for yaw rate: the sea of the training explains that",
+                    r2_text(validation.r2_heading_offset_refit), r2_text(validation.r2_yaw_rate)
                 ),
             );
         }
@@ -294,7 +301,7 @@ mod tests {
         let explained = |speeds, b2| {
             let apart = Independent {
                 length: 1.0,
-                swing: 1.0,
+                rudder_variance_ratio: 1.0,
                 surge_speeds_m_s: speeds,
                 largest_jump: None,
                 estimate: None,
