@@ -40,7 +40,7 @@ pub struct Weighed {
 
 /// The whole table against samples of one record. `None` where they determine nothing.
 ///
-/// Headings are averaged to at most [`MOST_COMPARISONS`] comparisons. `legs` keeps what the contest borrows.
+/// Headings are averaged to at most 200 comparisons. `legs` keeps what the contest borrows.
 pub fn contest_of<'a>(samples: &[Sample<f64>], legs: &'a mut Vec<Leg>) -> Option<Contest<'a>> {
     const LEAST_COMPARISONS: usize = 20;
     legs.clear();
