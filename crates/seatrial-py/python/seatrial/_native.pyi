@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 __all__ = [
     "Estimator", "FleetJournal", "Schedule", "__version__", "compare", "export_gains", "export_vehicle",
     "fleet", "fleet_work", "gain", "heading_gains", "health", "identify", "identify_log", "inspect",
-    "least_squares", "paper_claims", "plan", "read_log", "study", "trial", "turn", "turning_limits", "validate",
+    "least_squares", "paper_claims", "plan", "read_log", "save", "study", "trial", "turn", "turning_limits", "validate",
 ]
 
 __version__: str
