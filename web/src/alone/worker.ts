@@ -58,10 +58,25 @@ async function load(base64: string): Promise<Exports> {
   const bytes = new Uint8Array(packed.length);
   for (let at = 0; at < packed.length; at += 1) bytes[at] = packed.charCodeAt(at);
   const unpacked = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-  const page = { read };
   const response = new Response(unpacked, { headers: { "Content-Type": "application/wasm" } });
-  const { instance } = await WebAssembly.instantiateStreaming(response, { page });
+  const module = await WebAssembly.compileStreaming(response);
+  const instance = await WebAssembly.instantiate(module, { ...stubs(module), page: { read } });
   return instance.exports as unknown as Exports;
+}
+
+/**
+ * What libraries name and never call here. The reader of workbooks links a source of random numbers, which would have its own loader, and
+ * draws none. Whatever is called after all stops the program.
+ */
+function stubs(module: WebAssembly.Module): WebAssembly.Imports {
+  const imports: Record<string, Record<string, () => never>> = {};
+  for (const { module: from, name } of WebAssembly.Module.imports(module)) {
+    const stub = (): never => {
+      throw new Error(`${from}.${name} is not there`);
+    };
+    imports[from] = { ...imports[from], [name]: stub };
+  }
+  return imports;
 }
 
 /** What the module asks of the page: bytes of a held file, at an address of its memory; how many there are, -1 where the file is gone. */
