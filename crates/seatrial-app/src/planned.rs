@@ -127,7 +127,7 @@ impl Belief {
     fn of_simulator(name: &str, plan: &Plan<f64>) -> Result<Self, Error> {
         Ok(Self {
             origin: name.into(),
-            prior: simulated::prior(name, plan)?,
+            prior: simulated::prior(name, plan, &Budget::of(Budget::OWN_SAMPLES))?,
             warnings: Vec::new(),
         })
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use seatrial::FullRudder;
 use seatrial::identify::cramer_rao::Noise;
-use seatrial::preview::{Prior, PriorSpeed};
+use seatrial::preview::{Budget, Prior, PriorSpeed};
 use seatrial_core::{Axis, Plan};
 use seatrial_sim::config::HelmConfig;
 use seatrial_sim::{FaultyVehicle, Scenario, SimulatedConfig, SimulatedVehicle, VehicleFile};
@@ -66,8 +66,8 @@ impl TrialVehicle for Simulator {
         Some(scenario.display().to_string())
     }
 
-    fn prior(&self, plan: &Plan<f64>) -> Result<Prior, VehicleError> {
-        prior(&self.name, plan)
+    fn prior(&self, plan: &Plan<f64>, budget: &Budget) -> Result<Prior, VehicleError> {
+        prior(&self.name, plan, budget)
     }
 
     fn has_axis(&self, axis: Axis) -> bool {
@@ -146,11 +146,12 @@ fn rehearsed(
     FaultyVehicle::new(vehicle.on_axis(axis), &scenario, seed).map_err(|error| refused(&error))
 }
 
-/// The prior of a simulated vehicle: what it is made from.
-pub fn prior(name: &str, plan: &Plan<f64>) -> Result<Prior, VehicleError> {
+/// The prior of a simulated vehicle: what it is made from. Each thrust of a vehicle in six degrees of freedom takes most of a second.
+pub fn prior(name: &str, plan: &Plan<f64>, budget: &Budget) -> Result<Prior, VehicleError> {
     let config = config(name)?;
     let helm = config.helm();
     let truth = |thrust: f64| {
+        budget.look().map_err(VehicleError::setting)?;
         let truth = config.truth(thrust).map_err(VehicleError::unreachable)?;
         truth.ok_or_else(|| {
             VehicleError::unreachable(format!(

@@ -6,7 +6,7 @@ use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
 
 use seatrial::FullRudder;
-use seatrial::preview::Prior;
+use seatrial::preview::{Budget, Prior};
 use seatrial_app::trial_run::{Preflight, TakenVehicle, Terms, TrialVehicle, VehicleError};
 use seatrial_core::Plan;
 use seatrial_dash::{Server, Settings};
@@ -75,7 +75,7 @@ impl TrialVehicle for Refusing {
         None
     }
 
-    fn prior(&self, _: &Plan<f64>) -> Result<Prior, VehicleError> {
+    fn prior(&self, _: &Plan<f64>, _: &Budget) -> Result<Prior, VehicleError> {
         Err(VehicleError::refused("not known"))
     }
 

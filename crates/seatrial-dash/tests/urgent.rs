@@ -7,7 +7,7 @@ use std::thread::{scope, sleep};
 use std::time::{Duration, Instant};
 
 use seatrial::FullRudder;
-use seatrial::preview::Prior;
+use seatrial::preview::{Budget, Prior};
 use seatrial_app::trial_run::{Preflight, TakenVehicle, Terms, TrialVehicle, VehicleError};
 use seatrial_core::Plan;
 use seatrial_dash::{Server, Settings};
@@ -40,7 +40,7 @@ impl TrialVehicle for Slow {
         None
     }
 
-    fn prior(&self, _: &Plan<f64>) -> Result<Prior, VehicleError> {
+    fn prior(&self, _: &Plan<f64>, _: &Budget) -> Result<Prior, VehicleError> {
         sleep(SLOW);
         Err(VehicleError::refused("not known"))
     }

@@ -36,8 +36,8 @@ pub trait TrialVehicle: Send + Sync {
         None
     }
 
-    /// What is believed of it before its trial.
-    fn prior(&self, plan: &Plan<f64>) -> Result<Prior, VehicleError>;
+    /// What is believed of it before its trial, as long as the budget is wanted.
+    fn prior(&self, plan: &Plan<f64>, budget: &Budget) -> Result<Prior, VehicleError>;
 
     /// Looks whether it would refuse a trial, without touching its controls.
     fn inspect(&self, plan: &Plan<f64>) -> Result<Preflight, VehicleError>;
@@ -283,7 +283,8 @@ pub fn previewed(
             "a plan for pitch: nothing is foreseen of it",
         ));
     }
-    preview_within(plan, &vehicle.prior(plan)?, budget).map_err(VehicleError::setting)
+    let prior = vehicle.prior(plan, budget)?;
+    preview_within(plan, &prior, budget).map_err(VehicleError::setting)
 }
 
 /// The checklist before a trial: the vehicle, the plan on the vehicle expected, and whether another trial runs.

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use seatrial::FullRudder;
-use seatrial::preview::Prior;
+use seatrial::preview::{Budget, Prior};
 use seatrial_core::{Plan, RudderSense};
 use seatrial_links::autopilot::{
     Autopilot, Backup, HandBack, Profile, Response, Settings, SteeringOutputs, Tended,
@@ -215,7 +215,7 @@ impl TrialVehicle for OnMavlink {
         Some(self.options.full_rudder())
     }
 
-    fn prior(&self, _: &Plan<f64>) -> Result<Prior, VehicleError> {
+    fn prior(&self, _: &Plan<f64>, _: &Budget) -> Result<Prior, VehicleError> {
         no_prior(&self.name)
     }
 

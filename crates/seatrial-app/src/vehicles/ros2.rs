@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use seatrial::FullRudder;
-use seatrial::preview::Prior;
+use seatrial::preview::{Budget, Prior};
 use seatrial_core::{Plan, RudderSense};
 use seatrial_links::handover::Preflight;
 use seatrial_links::ros2_vehicle::{
@@ -172,7 +172,7 @@ impl TrialVehicle for OnRos2 {
         })
     }
 
-    fn prior(&self, _: &Plan<f64>) -> Result<Prior, VehicleError> {
+    fn prior(&self, _: &Plan<f64>, _: &Budget) -> Result<Prior, VehicleError> {
         no_prior(&self.name)
     }
 

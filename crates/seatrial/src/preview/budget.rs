@@ -48,23 +48,26 @@ impl<'a> Budget<'a> {
         Err(Self::too_long())
     }
 
+    /// Refuses where nobody waits for the answer any more; from then on nothing is left.
+    pub fn look(&self) -> Result<(), InvalidSetting> {
+        if !self.is_given_up.get() && (self.is_wanted)() {
+            return Ok(());
+        }
+        self.is_given_up.set(true);
+        self.left.set(0);
+        Err(InvalidSetting {
+            field: "the preview",
+            requirement: "ready in time, or still waited for; ask for a shorter plan",
+        })
+    }
+
     /// Takes one sample from the budget.
     pub(super) fn take(&self) -> Result<(), InvalidSetting> {
-        let left = self.left.get();
-        if left.is_multiple_of(LOOK_EVERY) && !(self.is_wanted)() {
-            self.is_given_up.set(true);
-            self.left.set(0);
+        if self.left.get().is_multiple_of(LOOK_EVERY) {
+            self.look()?;
         }
-        match self.left.get().checked_sub(1) {
-            Some(left) => self.left.set(left),
-            None if self.is_given_up.get() => {
-                return Err(InvalidSetting {
-                    field: "the preview",
-                    requirement: "ready in time, or still waited for; ask for a shorter plan",
-                });
-            }
-            None => return Err(Self::too_long()),
-        }
+        let left = self.left.get().checked_sub(1).ok_or_else(Self::too_long)?;
+        self.left.set(left);
         Ok(())
     }
 
