@@ -188,13 +188,12 @@ impl Explained {
         let most_gain = most_gain(&contest, first_order, interval_s, amplitude_rad)
             .filter(|[_, holding]| *holding >= least)
             .map(|[gain, _]| gain);
-        let nearest = !(is_telling && most_gain.is_some());
         Ok(Self::HigherOrder {
             alone: Some(Box::new(found.refined.clone())),
-            refined: if nearest { found.refined } else { refined },
+            refined: if is_telling { refined } else { found.refined },
             share,
             beyond: Some(Box::new(beyond)),
-            nearest,
+            nearest: !is_telling,
             most_gain,
         })
     }
