@@ -250,8 +250,12 @@ fn check_rudder(sea: &Sea, weather: Weather, (at_s, mishap): (f64, Mishap), endi
     let (Some(seen_s), true) = (sea.seen_s, ends) else {
         return;
     };
-    // Before the rudder is asked for, a stick is where its owner left it, and a vehicle that started again is not yet in a trial.
-    if matches!(mishap, Mishap::PilotStick | Mishap::Reboot) && sea.is_before_demand(seen_s) {
+    // Before the rudder is asked for, mode and sticks are where their owner left them, and a vehicle that started again is not yet in a trial.
+    let is_its_owners = matches!(
+        mishap,
+        Mishap::PilotMode | Mishap::PilotStick | Mishap::Reboot
+    );
+    if is_its_owners && sea.is_before_demand(seen_s) {
         return;
     }
     let within_s = match mishap.cuts() {
