@@ -33,9 +33,12 @@ gain of the speed after it.
 Exit code 0: the new gains are proven and stay; 4: refused, or the old ones are back; 5: aborted and handed back; 6: something \
 could not be put back.
 
-Example:
+Example, on a boat that `seatrial sim mavlink` plays in another terminal:
+  seatrial plan --thrust 0.8 --out plan.toml
+  seatrial trial --vehicle mavlink:udp:127.0.0.1:14550 \\
+      --full-rudder-deg 14.9 --plan plan.toml
   seatrial commission --vehicle mavlink:udp:127.0.0.1:14550 \\
-      --logbook seatrial.db --yes")]
+      --full-rudder-deg 14.9")]
 pub struct Args {
     /// The vehicle: mavlink:udp:HOST:PORT, mavlink:udpout:HOST:PORT, mavlink:tcp:HOST:PORT or mavlink:serial:DEVICE:BAUD, whose
     /// autopilot steers; sim:starfish, sim:FILE.toml or ros2:FILE.toml, which our own heading controller steers.

@@ -21,7 +21,7 @@ A log is identified as by `seatrial identify`, with the same windows, options an
 not it gives a model. Of a log with manoeuvres at several speeds the surest model is drawn and the others are named.
 
 Examples:
-  seatrial trial --yes --logbook seatrial.db && \\
+  seatrial trial --logbook seatrial.db && \\
       seatrial report --logbook seatrial.db
   seatrial sim log --seed 1 --out run.csv && \\
       seatrial report run.csv --out run.html")]
