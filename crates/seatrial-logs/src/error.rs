@@ -62,6 +62,14 @@ pub enum Fault {
         /// What unpacks them to standard output.
         unpack: &'static str,
     },
+    /// A file of another kind.
+    #[error("is {what}: {instead}")]
+    NoLog {
+        /// What it is, with what it holds.
+        what: &'static str,
+        /// What to give in its place.
+        instead: &'static str,
+    },
     /// A list of sensors.
     #[error(
         "is a cache file of a Slocum glider, which names the sensors of logs and holds no samples: give the log itself (.dbd, .sbd or .mbd)"
@@ -153,8 +161,8 @@ pub enum Fault {
     },
     /// No column for a quantity that is needed.
     #[error(
-        "no column for {quantity}; found the columns {}{}: say which with {} NAME",
-        list(.columns), nearest_text(.nearest), .quantity.option()
+        "no column for {quantity}; found the columns {}{}: say which with {} NAME{}",
+        list(.columns), nearest_text(.nearest), .quantity.option(), without(*.quantity)
     )]
     MissingColumn {
         /// What is needed.
@@ -428,9 +436,10 @@ impl Fault {
             Self::MissingColumn {
                 quantity, nearest, ..
             } => format!(
-                "no column for {quantity}{}: {} NAME",
+                "no column for {quantity}{}: {} NAME{}",
                 nearest_text(nearest),
-                quantity.option()
+                quantity.option(),
+                without(*quantity)
             ),
             other => other.to_string(),
         }
@@ -458,6 +467,16 @@ impl Fault {
             doing: "read",
             source,
         }
+    }
+}
+
+/// What a log cannot do without this quantity.
+fn without(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::Rudder => {
+            "; if none holds the rudder, this log cannot tell how the boat steers: record the rudder beside the heading"
+        }
+        _ => "",
     }
 }
 
