@@ -13,6 +13,7 @@ use seatrial_app::log_page::speed_rows;
 use seatrial_app::next;
 use seatrial_core::Axis;
 use seatrial_core::estimator::Method;
+use seatrial_report::promises;
 
 use crate::axis::AxisOption;
 use crate::log::{LogArgs, Reporter};
@@ -152,9 +153,10 @@ pub fn text(found: &IdentifiedLog, call: &str, schedule: Option<&Path>, width: u
     let log = &found.logs.log;
     let mut text = labelled("", &verdict.outcome().name().to_uppercase(), width);
     let rows = speed_rows(found);
-    if let Some(table) = speed_table(&rows, width) {
-        text += &table.to_string();
+    for promise in promises(&rows) {
+        text += &labelled("", &promise, width);
     }
+    text += &speed_table(&rows, width).unwrap_or_default();
     if let [only] = rows.as_slice()
         && let Some(offset) = offset_text(only, log.rudder_unit())
     {

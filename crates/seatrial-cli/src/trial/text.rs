@@ -7,6 +7,7 @@ use seatrial::campaign::{Campaign, Run};
 use seatrial_app::next;
 use seatrial_core::Outcome;
 use seatrial_logbook::{CampaignId, Logbook};
+use seatrial_report::promises;
 
 use crate::identify::cause_text;
 use crate::screen::{command, labelled};
@@ -46,14 +47,18 @@ pub(super) fn text(
     let mut text = verdict.outcome().name().to_uppercase() + "\n";
     if let Some(Outcome::Aborted(_)) = campaign.outcome {
         text += &labelled("", &aborted_text(campaign), width);
-    } else if !verdict.accepted && !campaign.accepted_runs().is_empty() {
-        text += "Run by run there were models, but together they contradict each other.\n";
+    }
+    if let Some(why) = campaign.changed_by_the_whole(&verdict) {
+        text += &labelled("", &why, width);
     }
     let rows: Vec<SpeedRow> = campaign
         .deciding_runs()
         .into_iter()
-        .map(|run| run_row(run, &verdict))
+        .map(|run| run_row(campaign, run, &verdict))
         .collect();
+    for promise in promises(&rows) {
+        text += &labelled("", &promise, width);
+    }
     if let Some(table) = speed_table(&rows, width) {
         let _ = writeln!(text, "{table}");
     }
