@@ -4,6 +4,7 @@ mod own;
 
 use std::path::PathBuf;
 
+use seatrial::figures::three_figures;
 use seatrial_app::commission::{
     Commissioned, Ending, GainsVehicle, Order, Proposal, Request, check_step, conduct, models_for,
 };
@@ -214,20 +215,34 @@ impl Args {
     }
 }
 
+/// A table of parameters, from what to what and why, broken where the screen ends.
+fn changes_text(title: &str, changes: &[Change], width: usize) -> String {
+    let rows = changes.iter().map(|change| {
+        let [from, to] = [change.from, change.to].map(three_figures);
+        [change.name.clone(), from, to, change.why.clone()]
+    });
+    let heading = ["parameter", "from", "to", title].map(str::to_owned);
+    let rows: Vec<[String; 4]> = std::iter::once(heading).chain(rows).collect();
+    let widest = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
+    let [name, from, to] = [0, 1, 2].map(|column| widest(column).unwrap_or(0));
+    let lines = rows.iter().map(|[parameter, old, new, why]| {
+        labelled(
+            &format!("{parameter:name$}  {old:>from$}  {new:>to$}  "),
+            why,
+            width,
+        )
+    });
+    lines.collect::<String>()
+}
+
 /// The autopilot's own parameters beside the proposed ones, and what both are foreseen to do.
 fn show(preflight: &Preflight, proposal: &Proposal, changes: &[Change]) {
-    for change in &preflight.changes {
-        say(format!(
-            "change  {:17} {} -> {} until the hand-back: {}",
-            change.name, change.from, change.to, change.why
-        ));
-    }
-    for change in changes {
-        say(format!(
-            "propose {:17} {} -> {}: {}",
-            change.name, change.from, change.to, change.why
-        ));
-    }
+    say_laid_out(&changes_text(
+        "until the hand-back",
+        &preflight.changes,
+        width(),
+    ));
+    say_laid_out(&changes_text("proposed", changes, width()));
     for (name, foreseen) in [
         ("old", &proposal.old_foreseen),
         ("new", &proposal.new_foreseen),
@@ -258,5 +273,40 @@ fn exit(found: &Commissioned) -> Exit {
         Ending::Kept { .. } => Exit::Done,
         Ending::PutBack { .. } | Ending::Refused => Exit::Rejected,
         Ending::Aborted { .. } => Exit::Aborted,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_what_is_proposed_stands_in_a_table_that_fits() {
+        let change = |name: &str, from: f64, to: f64| Change {
+            name: name.into(),
+            from,
+            to,
+            why: "turn rate for a heading error, as quick as the rudder allows".into(),
+        };
+        let changes = [
+            change("ATC_STR_ANG_P", 2.0, 0.501956),
+            change("ATC_STR_RAT_MAX", 120.0, 7.66484),
+        ];
+        let text = changes_text("proposed", &changes, 60);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0], "parameter        from     to  proposed");
+        assert_eq!(
+            lines[1],
+            "ATC_STR_ANG_P    2.00  0.502  turn rate for a heading"
+        );
+        assert!(
+            lines
+                .iter()
+                .any(|line| line.starts_with("ATC_STR_RAT_MAX   120   7.66  turn"))
+        );
+        assert!(
+            lines.iter().all(|line| line.chars().count() <= 60),
+            "{text}"
+        );
     }
 }
