@@ -151,10 +151,10 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         output.save(path, &toml)?;
     }
     if args.out.is_none() && !output.json {
-        eprintln!("{}", text(&document));
+        eprintln!("{}", text(&document, None));
         output.print(&document, || toml)?;
     } else {
-        output.print(&document, || text(&document))?;
+        output.print(&document, || text(&document, args.out.as_deref()))?;
     }
     Ok(match document.will_do() {
         true => Exit::Done,
