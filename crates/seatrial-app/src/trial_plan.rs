@@ -22,8 +22,8 @@ pub struct TrialPlan {
     /// itself.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub rudder_lag_s: f64,
-    /// Time constant with which the yaw rate of the vehicle follows its rudder, s, where the plan was made for it: a rehearsal without a vehicle
-    /// plays one like it.
+    /// Time constant with which the yaw rate of the vehicle follows its rudder, s, where the plan was made for it: a rehearsal without
+    /// a vehicle plays one like it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_constant_s: Option<f64>,
     /// The plan that the vehicle follows.

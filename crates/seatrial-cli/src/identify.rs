@@ -13,14 +13,13 @@ use seatrial_app::log_page::speed_rows;
 use seatrial_app::next;
 use seatrial_core::Axis;
 use seatrial_core::estimator::Method;
-use seatrial_report::promises;
 
 use crate::axis::AxisOption;
 use crate::log::{LogArgs, Reporter};
 use crate::model_text::{model_text, source_text, training_text, validation_text, verdict_text};
 use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::screen::{command, labelled, sentence, width};
-use crate::speed_table::{offset_text, speed_table};
+use crate::speed_table::{offset_text, promise_text, speed_table};
 use crate::speeds;
 use crate::windows::WindowArgs;
 
@@ -153,9 +152,7 @@ pub fn text(found: &IdentifiedLog, call: &str, schedule: Option<&Path>, width: u
     let log = &found.logs.log;
     let mut text = labelled("", &verdict.outcome().name().to_uppercase(), width);
     let rows = speed_rows(found);
-    for promise in promises(&rows) {
-        text += &labelled("", &promise, width);
-    }
+    text += &promise_text(&rows, width);
     text += &speed_table(&rows, width).unwrap_or_default();
     if let [only] = rows.as_slice()
         && let Some(offset) = offset_text(only, log.rudder_unit())

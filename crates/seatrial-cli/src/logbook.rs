@@ -13,12 +13,11 @@ use seatrial_app::models::{campaign_named, campaign_numbered};
 use seatrial_app::next;
 use seatrial_core::{Axis, Outcome};
 use seatrial_logbook::{CampaignEntry, Damage, Error, Logbook, State, Verification};
-use seatrial_report::promises;
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output, say};
 use crate::screen::{command, labelled, sentence, width};
-use crate::speed_table::{SpeedRow, run_row, speed_table};
+use crate::speed_table::{SpeedRow, promise_text, run_row, speed_table};
 use crate::table::decimals;
 
 /// Results of earlier trials: list, show, compare, export, verify.
@@ -198,9 +197,7 @@ fn show(logbook: &Logbook, number: Option<i64>, output: &Output) -> Result<Exit,
         let runs = campaign.runs.iter();
         let rows: Vec<SpeedRow> = runs.map(|run| run_row(&campaign, run, &verdict)).collect();
         let mut text = labelled("", &verdict.outcome().name().to_uppercase(), width);
-        for promise in promises(&rows) {
-            text += &labelled("", &promise, width);
-        }
+        text += &promise_text(&rows, width);
         text += &speed_table(&rows, width).unwrap_or_default();
         text += &every_cause(&verdict, width);
         text += &labelled("About  ", &heading(&entry), width);

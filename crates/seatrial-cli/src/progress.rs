@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 
-/// A bar on standard error where that is a terminal, otherwise nothing. It is as wide as the terminal and never wider: a line that the terminal
-/// breaks is not taken away whole.
+/// A bar on standard error where that is a terminal, otherwise nothing. It is as wide as the terminal and never wider: a line that the
+/// terminal breaks is not taken away whole.
 pub struct Bar(ProgressBar);
 
 /// The bar of so many runs.

@@ -4,6 +4,7 @@ use seatrial::campaign::{Campaign, Run};
 use seatrial::figures::{bounds_text, decimals_of, r2_text, three_figures, with_decimals, within};
 use seatrial::identification::{Identification, Intervals, Outcome, Verdict};
 use seatrial_core::RudderUnit;
+use seatrial_report::promises;
 
 use crate::screen::labelled;
 use crate::table::Table;
@@ -95,6 +96,14 @@ const PITCH_LAYOUTS: [&[Column]; 3] = [
     &[THRUST, SPEED, A22, M, B2, VERDICT],
     &[SPEED, A22, M, B2, VERDICT],
 ];
+
+/// What the gains promise, a paragraph each.
+pub fn promise_text(rows: &[SpeedRow], width: usize) -> String {
+    let promises = promises(rows).into_iter();
+    promises
+        .map(|promise| labelled("", &promise, width))
+        .collect()
+}
 
 /// The widest table that fits, and below it which parameters are left out. `None` where no row has anything but its verdict.
 pub fn speed_table(rows: &[SpeedRow], width: usize) -> Option<String> {

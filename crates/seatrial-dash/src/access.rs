@@ -33,8 +33,8 @@ pub fn secret() -> io::Result<String> {
 /// Letters and digits of a code: none that is taken for another (Crockford's base 32).
 const CODE_LETTERS: &[u8; 32] = b"0123456789ABCDEFGHJKMNPQRSTVWXYZ";
 
-/// A code of 40 bits that a person types, `7K3M-Q0XV`. A wrong one costs as much as a wrong token: an address tries two a second, so that a code of this
-/// server is not guessed while it runs.
+/// A code of 40 bits that a person types, `7K3M-Q0XV`. A wrong one costs as much as a wrong token: an address tries two a second, so
+/// that the code is not guessed while its server runs.
 pub fn code() -> io::Result<String> {
     let mut bytes = [0; 8];
     getrandom::fill(&mut bytes).map_err(io::Error::other)?;

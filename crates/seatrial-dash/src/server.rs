@@ -68,8 +68,8 @@ impl Settings {
     }
 }
 
-/// Addresses by which the way into a network is asked for; nothing is sent there. The first is the way to everywhere, the others those to the
-/// networks of routers and boats.
+/// Addresses by which the way into a network is asked for; nothing is sent there. The first is the way to everywhere, the others are
+/// the ways to the networks of routers and boats.
 const ELSEWHERE: [[u8; 4]; 4] = [
     [192, 0, 2, 1],
     [192, 168, 255, 254],
@@ -136,6 +136,24 @@ pub struct Server {
     thread: Option<JoinHandle<()>>,
 }
 
+/// The tokens where they are needed, those that were just made, and on a network the code of this server.
+fn of_access(
+    settings: &Settings,
+) -> Result<(Option<Tokens>, Option<NewTokens>, Option<String>), StartError> {
+    let is_loopback = settings.listen.ip().is_loopback();
+    if !settings.token_needed && is_loopback {
+        return Ok((None, None, None));
+    }
+    let path = settings.logbook.with_extension("tokens.json");
+    let (tokens, new) = Tokens::of_file(&path, settings.new_tokens)
+        .map_err(|error| StartError::Tokens(path, error))?;
+    if is_loopback {
+        return Ok((Some(tokens), new, None));
+    }
+    let code = short_code().map_err(StartError::System)?;
+    Ok((Some(tokens.with_code(&code)), new, Some(code)))
+}
+
 impl Server {
     /// Begins to serve. Trials may be run on the vehicles, commissions on the autopilots. Campaigns that an earlier, killed server left open are closed as interrupted.
     pub fn start(
@@ -145,21 +163,7 @@ impl Server {
     ) -> Result<Self, StartError> {
         let writer = Logbook::open(&settings.logbook).map_err(StartError::Logbook)?;
         let is_loopback = settings.listen.ip().is_loopback();
-        let (mut new_tokens, mut code) = (None, None);
-        let tokens = if settings.token_needed || !is_loopback {
-            let path = settings.logbook.with_extension("tokens.json");
-            let (mut tokens, new) = Tokens::of_file(&path, settings.new_tokens)
-                .map_err(|error| StartError::Tokens(path, error))?;
-            new_tokens = new;
-            if !is_loopback {
-                let made = short_code().map_err(StartError::System)?;
-                tokens = tokens.with_code(&made);
-                code = Some(made);
-            }
-            Some(tokens)
-        } else {
-            None
-        };
+        let (tokens, new_tokens, code) = of_access(settings)?;
         let listen = |error| StartError::Listen(settings.listen, error);
         let listener = TcpListener::bind(settings.listen).map_err(listen)?;
         listener.set_nonblocking(true).map_err(listen)?;
@@ -218,8 +222,8 @@ impl Server {
         self.code.as_deref()
     }
 
-    /// Where others in the network find it: the address of this machine, where it listens on all of them. `None` on a loopback address, and where
-    /// no network is known.
+    /// Where others in the network find it: the address of this machine, where it listens on all of them. `None` on a loopback
+    /// address, and where no network is known.
     pub fn network_url(&self) -> Option<String> {
         let ip = self.address.ip();
         let ip = match ip.is_unspecified() {

@@ -4,6 +4,8 @@ use std::fmt;
 use std::io;
 
 use crate::Quantity;
+pub(crate) use crate::name::clipped;
+use crate::name::list;
 
 /// Binary formats that are read, for messages.
 const BINARY_FORMATS: &str = "Parquet, ArduPilot DataFlash (.bin), MAVLink telemetry (.tlog), PX4 ULog (.ulg), Slocum (.dbd), MCAP and rosbag2 (.db3)";
@@ -162,7 +164,7 @@ pub enum Fault {
     /// No column for a quantity that is needed.
     #[error(
         "no column for {quantity}; found the columns {}{}: say which with {} NAME{}",
-        list(.columns), nearest_text(.nearest), .quantity.option(), without(*.quantity)
+        list(.columns), nearest_text(.nearest), .quantity.option(), .quantity.without()
     )]
     MissingColumn {
         /// What is needed.
@@ -439,7 +441,7 @@ impl Fault {
                 "no column for {quantity}{}: {} NAME{}",
                 nearest_text(nearest),
                 quantity.option(),
-                without(*quantity)
+                quantity.without()
             ),
             other => other.to_string(),
         }
@@ -470,46 +472,12 @@ impl Fault {
     }
 }
 
-/// What a log cannot do without this quantity.
-fn without(quantity: Quantity) -> &'static str {
-    match quantity {
-        Quantity::Rudder => {
-            "; if none holds the rudder, this log cannot tell how the boat steers: record the rudder beside the heading"
-        }
-        _ => "",
-    }
-}
-
 fn advice(error: &io::Error) -> &'static str {
     match error.kind() {
         io::ErrorKind::NotFound => "; check the name",
         io::ErrorKind::PermissionDenied => "; give yourself the right to read it",
         _ => "",
     }
-}
-
-/// At most 30 names, each cut to 40 characters.
-fn list(names: &[String]) -> String {
-    const SHOWN: usize = 30;
-    let mut text = names
-        .iter()
-        .take(SHOWN)
-        .map(|name| format!("`{}`", clipped(name)))
-        .collect::<Vec<_>>()
-        .join(", ");
-    if names.len() > SHOWN {
-        text += &format!(" and {} more", names.len() - SHOWN);
-    }
-    text
-}
-
-/// The first 40 characters, control characters escaped.
-pub(crate) fn clipped(text: &str) -> String {
-    let mut clipped: String = text.chars().take(40).collect::<String>();
-    if clipped.len() < text.len() {
-        clipped.push('…');
-    }
-    clipped.escape_debug().to_string()
 }
 
 fn nearest_text(nearest: &Option<String>) -> String {

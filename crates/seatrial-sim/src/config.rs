@@ -226,7 +226,8 @@ impl VehicleConfig {
         }
     }
 
-    /// This vehicle in so many times the time: rates of turn are divided by `times`, accelerations by its square; angles, speeds and instruments stay.
+    /// This vehicle in `times` the time: rates of turn are divided by `times`, accelerations by its square; angles, speeds and
+    /// instruments stay.
     pub fn slowed(mut self, times: f64) -> Self {
         self.surge_time_constant_s *= times;
         self.disturbance.standard_deviation_rad_s2 /= times * times;

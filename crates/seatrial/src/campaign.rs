@@ -163,8 +163,8 @@ impl Campaign {
         several_speeds::whole(&parts, UNIT, reasons)
     }
 
-    /// Why the runs that were accepted by themselves are not to be used: `whole`, the verdict of the campaign, refuses them. `None` where it
-    /// refuses none.
+    /// Why the runs that were accepted by themselves are not to be used: `whole`, the verdict of the campaign, refuses them. `None`
+    /// where it refuses none.
     pub fn changed_by_the_whole(&self, whole: &Verdict) -> Option<String> {
         let accepted = self.accepted_runs();
         if whole.accepted || accepted.is_empty() {

@@ -9,8 +9,8 @@
 //! | psi, psi_d | | heading and the heading that is asked for, rad |
 //! | K_p, -delta0 | [`GainAllowance::design`] | rudder per rad, and rad or a share of full rudder |
 //!
-//! The gain stays, the boat is drawn: [a22, b2, C0] from their covariance, wider on the side of less damping where the 95 % interval is, and the delay
-//! of the loop over one sample. The boat that explains the record beyond first order is one of the draws. The interval holds 95 % of them.
+//! The gain stays, the boat is drawn: [a22, b2, C0] from their covariance, wider on the side of less damping where the 95 % interval
+//! is, and the delay of the loop over one sample. The boat that explains the record beyond first order is one of the draws. The interval holds 95 % of them.
 //! The sea is not in it: waves move the heading besides. One course change costs some 120 steps of the model a draw, 2 ms in all.
 
 use nalgebra::{Matrix3, Vector3};

@@ -4,8 +4,8 @@ use crate::figures::three_figures;
 use crate::gain_allowance::GainAllowance;
 use crate::identification::Identification;
 
-/// A gain below this share of those beside it has fallen. In theory a22 grows with the speed and b2 with its square, so that gains of one hull are
-/// equal; over the five speeds of the paper's plan they part by a fifth from one to the next.
+/// A gain below this share of those beside it has fallen. In theory a22 grows with the speed and b2 with its square, so that gains of
+/// one hull are equal; over the five speeds of the paper's plan they part by a quarter at most from one to the next.
 const FALLEN: f64 = 0.5;
 
 /// Of a fall, the share that the allowance for an uncertain damping explains where it is named.

@@ -7,11 +7,10 @@ use seatrial::campaign::{Campaign, Run};
 use seatrial_app::next;
 use seatrial_core::Outcome;
 use seatrial_logbook::{CampaignId, Logbook};
-use seatrial_report::promises;
 
 use crate::identify::cause_text;
 use crate::screen::{command, labelled};
-use crate::speed_table::{SpeedRow, run_row, speed_table};
+use crate::speed_table::{SpeedRow, promise_text, run_row, speed_table};
 
 pub(super) fn run_line(run: &Run) -> String {
     let cause = run.verdict.cause().map_or("", |r| r.text.as_str());
@@ -56,12 +55,8 @@ pub(super) fn text(
         .into_iter()
         .map(|run| run_row(campaign, run, &verdict))
         .collect();
-    for promise in promises(&rows) {
-        text += &labelled("", &promise, width);
-    }
-    if let Some(table) = speed_table(&rows, width) {
-        let _ = writeln!(text, "{table}");
-    }
+    text += &promise_text(&rows, width);
+    text += &speed_table(&rows, width).map_or(String::new(), |table| table + "\n");
     let remarks = logbook.map(|logbook| next::remarks_of_trial(number, logbook));
     text += &cause_text(&verdict, &remarks.unwrap_or_default(), width);
     if campaign.is_rehearsal() {
