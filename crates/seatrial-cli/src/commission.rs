@@ -295,10 +295,8 @@ mod tests {
         let text = changes_text("proposed", &changes, 60);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[0], "parameter        from     to  proposed");
-        assert_eq!(
-            lines[1],
-            "ATC_STR_ANG_P    2.00  0.502  turn rate for a heading"
-        );
+        let first = "ATC_STR_ANG_P    2.00  0.502  turn rate for a heading";
+        assert!(lines[1].starts_with(first), "{text}");
         assert!(
             lines
                 .iter()
