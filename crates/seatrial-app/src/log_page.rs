@@ -4,6 +4,7 @@ use std::path::Path;
 
 use seatrial::Window;
 use seatrial::segmentation::Proposal;
+use seatrial_core::RudderUnit;
 use seatrial_logs::{LogDescription, UnitSource};
 use seatrial_report::{Fact, Log, LogModel, render_log};
 
@@ -72,22 +73,29 @@ pub fn source(title: &'static str, log: &OpenedLog) -> Vec<Fact> {
 
 /// What is shown of every speed, or of the one model.
 pub fn speed_rows(found: &IdentifiedLog) -> Vec<LogModel<'_>> {
+    // A share of full rudder ends at 1; the full angle of others is in no log.
+    let rudder_limit = match found.logs.log.rudder_unit() {
+        RudderUnit::FullRudder => Some(1.0),
+        RudderUnit::Rad => None,
+    };
     match &found.models {
         Some(models) => models
             .iter()
-            .map(|model| LogModel {
-                thrust: model.thrust,
-                surge_speed_m_s: model.surge_speed_m_s,
-                identification: model.identification.as_ref(),
-                verdict: &model.verdict,
+            .map(|model| {
+                LogModel::new(
+                    [model.thrust, model.surge_speed_m_s],
+                    model.identification.as_ref(),
+                    &model.verdict,
+                    rudder_limit,
+                )
             })
             .collect(),
-        None => vec![LogModel {
-            thrust: None,
-            surge_speed_m_s: None,
-            identification: found.identification(),
-            verdict: found.verdict(),
-        }],
+        None => vec![LogModel::new(
+            [None, None],
+            found.identification(),
+            found.verdict(),
+            rudder_limit,
+        )],
     }
 }
 

@@ -6,9 +6,12 @@ use std::path::{Path, PathBuf};
 use seatrial::FullRudder;
 use seatrial::identify::cramer_rao::Noise;
 use seatrial::preview::{Budget, Prior, PriorSpeed};
+use seatrial_core::plan::times_slower;
 use seatrial_core::{Axis, Plan};
 use seatrial_sim::config::HelmConfig;
-use seatrial_sim::{FaultyVehicle, Scenario, SimulatedConfig, SimulatedVehicle, VehicleFile};
+use seatrial_sim::{
+    FaultyVehicle, Scenario, SimulatedConfig, SimulatedVehicle, VehicleConfig, VehicleFile,
+};
 
 use crate::trial_run::{Check, Preflight, TakenVehicle, Terms, TrialVehicle, VehicleError, taken};
 
@@ -92,12 +95,38 @@ impl TrialVehicle for Simulator {
     }
 }
 
+/// What stands before the time constant of a slow vehicle, in its name.
+const SLOW: &str = "slow:";
+
+/// Time constants of vehicles that are simulated by their name, s.
+const TIME_CONSTANTS_S: std::ops::RangeInclusive<f64> = 0.1..=1000.0;
+
+/// The name of the simulated vehicle whose yaw rate follows the rudder with this time constant, s: the paper's vehicle in more time.
+pub fn slow_name(time_constant_s: f64) -> String {
+    format!("sim:{SLOW}{time_constant_s}")
+}
+
+fn slow(time_constant: &str) -> Result<SimulatedConfig, VehicleError> {
+    let time_constant_s = time_constant.parse().ok();
+    let time_constant_s = time_constant_s.filter(|t| TIME_CONSTANTS_S.contains(t));
+    let time_constant_s = time_constant_s.ok_or_else(|| {
+        VehicleError::setting(format!(
+            "vehicle sim:{SLOW}{time_constant}: expected a time constant from 0.1 to 1000 s, as in sim:{SLOW}30"
+        ))
+    })?;
+    let slowed = VehicleConfig::starfish().slowed(times_slower(time_constant_s));
+    Ok(SimulatedConfig::FirstOrder(Box::new(slowed)))
+}
+
 /// What a simulated vehicle of this name is made from.
 pub fn config(name: &str) -> Result<SimulatedConfig, VehicleError> {
     let name_of_it = name.strip_prefix("sim:").unwrap_or_default();
     if name_of_it.ends_with(".toml") || name_of_it.ends_with(".json") {
         let file = VehicleFile::load(Path::new(name_of_it));
         return Ok(file.map_err(VehicleError::unreachable)?.into());
+    }
+    if let Some(time_constant) = name_of_it.strip_prefix(SLOW) {
+        return slow(time_constant);
     }
     SimulatedConfig::built_in(name_of_it).ok_or_else(|| {
         VehicleError::setting(format!(

@@ -22,6 +22,10 @@ pub struct TrialPlan {
     /// itself.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub rudder_lag_s: f64,
+    /// Time constant with which the yaw rate of the vehicle follows its rudder, s, where the plan was made for it: a rehearsal without
+    /// a vehicle plays one like it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_constant_s: Option<f64>,
     /// The plan that the vehicle follows.
     #[serde(flatten)]
     pub plan: Plan<f64>,
@@ -32,7 +36,12 @@ pub struct TrialPlan {
 }
 
 /// What stands in a file beside the fields of [`Plan`].
-const CONDUCTORS_FIELDS: [&str; 3] = ["rudder_delay_s", "rudder_lag_s", "stop_when"];
+const CONDUCTORS_FIELDS: [&str; 4] = [
+    "rudder_delay_s",
+    "rudder_lag_s",
+    "time_constant_s",
+    "stop_when",
+];
 
 /// The record of a run is kept in memory, some 200 bytes a sample.
 const MOST_SAMPLES_OF_A_RUN: f64 = 5e6;

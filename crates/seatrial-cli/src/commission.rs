@@ -4,6 +4,7 @@ mod own;
 
 use std::path::PathBuf;
 
+use seatrial::figures::three_figures;
 use seatrial_app::commission::{
     Commissioned, Ending, GainsVehicle, Order, Proposal, Request, check_step, conduct, models_for,
 };
@@ -33,9 +34,12 @@ gain of the speed after it.
 Exit code 0: the new gains are proven and stay; 4: refused, or the old ones are back; 5: aborted and handed back; 6: something \
 could not be put back.
 
-Example:
+Example, on a boat that `seatrial sim mavlink` plays in another terminal:
+  seatrial plan --thrust 0.8 --out plan.toml
+  seatrial trial --vehicle mavlink:udp:127.0.0.1:14550 \\
+      --full-rudder-deg 14.9 --plan plan.toml
   seatrial commission --vehicle mavlink:udp:127.0.0.1:14550 \\
-      --logbook seatrial.db --yes")]
+      --full-rudder-deg 14.9")]
 pub struct Args {
     /// The vehicle: mavlink:udp:HOST:PORT, mavlink:udpout:HOST:PORT, mavlink:tcp:HOST:PORT or mavlink:serial:DEVICE:BAUD, whose
     /// autopilot steers; sim:starfish, sim:FILE.toml or ros2:FILE.toml, which our own heading controller steers.
@@ -211,20 +215,34 @@ impl Args {
     }
 }
 
+/// A table of parameters, from what to what and why, broken where the screen ends.
+fn changes_text(title: &str, changes: &[Change], width: usize) -> String {
+    let rows = changes.iter().map(|change| {
+        let [from, to] = [change.from, change.to].map(three_figures);
+        [change.name.clone(), from, to, change.why.clone()]
+    });
+    let heading = ["parameter", "from", "to", title].map(str::to_owned);
+    let rows: Vec<[String; 4]> = std::iter::once(heading).chain(rows).collect();
+    let widest = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
+    let [name, from, to] = [0, 1, 2].map(|column| widest(column).unwrap_or(0));
+    let lines = rows.iter().map(|[parameter, old, new, why]| {
+        labelled(
+            &format!("{parameter:name$}  {old:>from$}  {new:>to$}  "),
+            why,
+            width,
+        )
+    });
+    lines.collect::<String>()
+}
+
 /// The autopilot's own parameters beside the proposed ones, and what both are foreseen to do.
 fn show(preflight: &Preflight, proposal: &Proposal, changes: &[Change]) {
-    for change in &preflight.changes {
-        say(format!(
-            "change  {:17} {} -> {} until the hand-back: {}",
-            change.name, change.from, change.to, change.why
-        ));
-    }
-    for change in changes {
-        say(format!(
-            "propose {:17} {} -> {}: {}",
-            change.name, change.from, change.to, change.why
-        ));
-    }
+    say_laid_out(&changes_text(
+        "until the hand-back",
+        &preflight.changes,
+        width(),
+    ));
+    say_laid_out(&changes_text("proposed", changes, width()));
     for (name, foreseen) in [
         ("old", &proposal.old_foreseen),
         ("new", &proposal.new_foreseen),
@@ -255,5 +273,38 @@ fn exit(found: &Commissioned) -> Exit {
         Ending::Kept { .. } => Exit::Done,
         Ending::PutBack { .. } | Ending::Refused => Exit::Rejected,
         Ending::Aborted { .. } => Exit::Aborted,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_what_is_proposed_stands_in_a_table_that_fits() {
+        let change = |name: &str, from: f64, to: f64| Change {
+            name: name.into(),
+            from,
+            to,
+            why: "turn rate for a heading error, as quick as the rudder allows".into(),
+        };
+        let changes = [
+            change("ATC_STR_ANG_P", 2.0, 0.501956),
+            change("ATC_STR_RAT_MAX", 120.0, 7.66484),
+        ];
+        let text = changes_text("proposed", &changes, 60);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0], "parameter        from     to  proposed");
+        let first = "ATC_STR_ANG_P    2.00  0.502  turn rate for a heading";
+        assert!(lines[1].starts_with(first), "{text}");
+        assert!(
+            lines
+                .iter()
+                .any(|line| line.starts_with("ATC_STR_RAT_MAX   120   7.66  turn"))
+        );
+        assert!(
+            lines.iter().all(|line| line.chars().count() <= 60),
+            "{text}"
+        );
     }
 }

@@ -12,7 +12,9 @@ use crate::output::{Exit, Failure, Output, OutputPath};
 #[command(after_help = "\
 Examples, for bash and for man:
   seatrial completions bash > seatrial.bash && . ./seatrial.bash
-  seatrial completions --man man/man1 && man -M man seatrial-identify")]
+  seatrial completions --man man/man1
+
+`man -M man seatrial-identify` shows a page.")]
 pub struct Args {
     /// The shell.
     #[arg(required_unless_present = "man")]

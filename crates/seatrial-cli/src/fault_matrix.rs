@@ -20,7 +20,7 @@ model within 3 of its 95 % intervals of the truth, or be aborted or rejected for
 after an abort the rudder must be neutral and the heading held within 0.5 s. Exit code 4 where a trial does not.
 
 Example:
-  seatrial study faults --seeds 2 --kind compass_freeze --kind rudder_jam")]
+  seatrial study faults --seeds 2 --kind compass_freeze")]
 pub struct Args {
     /// The vehicle: sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml.
     #[arg(long, default_value = "sim:starfish")]

@@ -27,7 +27,7 @@ Writes field.html and field.json.
 Exit code 0: everything the paper claims holds here; 4: something does not, or a speed has no model.
 
 Example:
-  seatrial sim field --vehicle sim:starfish-6dof --out field")]
+  seatrial sim field --vehicle sim:starfish --trials 2 --out field")]
 pub struct Args {
     /// The vehicle: sim:starfish-6dof, sim:remus100, sim:starfish or sim:FILE.toml.
     #[arg(long, value_name = "VEHICLE", default_value = "sim:starfish-6dof")]

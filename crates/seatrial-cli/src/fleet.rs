@@ -30,7 +30,8 @@ stopped; OUT is written when everything is done.
 Exit code 0: done, whatever the logs hold; 3: not one of them could be read.
 
 Example:
-  mkdir -p logs && seatrial sim log --seed 1 --out logs/run.csv && seatrial fleet logs --out fleet.parquet")]
+  mkdir -p logs && seatrial sim log --seed 1 --out logs/run.csv && \\
+      seatrial fleet logs --out fleet.parquet")]
 pub struct Args {
     /// Folders, logs, patterns such as 'logs/**/*.csv', or @FILE with a name a line.
     #[arg(required = true, value_name = "DIR|GLOB|@LIST")]

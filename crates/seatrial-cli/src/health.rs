@@ -41,8 +41,8 @@ Exit code 0: no change was found, and one worth knowing would have been seen; 4:
 or the data cannot tell. The verdict says which and why.
 
 Example:
-  seatrial trial --yes --logbook sea.db --configuration clean --seed 1
-  seatrial trial --yes --logbook sea.db --configuration payload --seed 2
+  seatrial trial --logbook sea.db --configuration clean --seed 1
+  seatrial trial --logbook sea.db --configuration payload --seed 2
   seatrial health clean payload --logbook sea.db
   seatrial sim log --seed 3 --thrust 0.8 --out mission.csv && \\
       seatrial health clean --logbook sea.db --watch mission.csv")]

@@ -19,7 +19,7 @@ use crate::log::{LogArgs, Reporter};
 use crate::model_text::{model_text, source_text, training_text, validation_text, verdict_text};
 use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::screen::{command, labelled, sentence, width};
-use crate::speed_table::{offset_text, speed_table};
+use crate::speed_table::{offset_text, promise_text, speed_table};
 use crate::speeds;
 use crate::windows::WindowArgs;
 
@@ -152,9 +152,8 @@ pub fn text(found: &IdentifiedLog, call: &str, schedule: Option<&Path>, width: u
     let log = &found.logs.log;
     let mut text = labelled("", &verdict.outcome().name().to_uppercase(), width);
     let rows = speed_rows(found);
-    if let Some(table) = speed_table(&rows, width) {
-        text += &table.to_string();
-    }
+    text += &promise_text(&rows, width);
+    text += &speed_table(&rows, width).unwrap_or_default();
     if let [only] = rows.as_slice()
         && let Some(offset) = offset_text(only, log.rudder_unit())
     {

@@ -281,7 +281,15 @@ impl Observer for Reporter {
     }
 
     fn warned(&mut self, warning: &str) {
-        tell(&format!("warning: {warning}"));
+        let warn = || tell(&format!("warning: {warning}"));
+        match self
+            .reading
+            .as_ref()
+            .and_then(|reading| reading.bar.as_ref())
+        {
+            Some(bar) => bar.aside(warn),
+            None => warn(),
+        }
     }
 
     fn found(&mut self, path: &Path, proposal: &Proposal) {

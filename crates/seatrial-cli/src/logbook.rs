@@ -17,13 +17,13 @@ use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output, say};
 use crate::screen::{command, labelled, sentence, width};
-use crate::speed_table::{SpeedRow, run_row, speed_table};
+use crate::speed_table::{SpeedRow, promise_text, run_row, speed_table};
 use crate::table::decimals;
 
 /// Results of earlier trials: list, show, compare, export, verify.
 #[derive(clap::Args)]
 #[command(after_help = "Example:
-  seatrial trial --yes --logbook seatrial.db
+  seatrial trial --logbook seatrial.db
   seatrial logbook show --logbook seatrial.db")]
 pub struct Args {
     #[command(subcommand)]
@@ -41,16 +41,16 @@ pub struct Args {
 #[derive(Subcommand)]
 enum LogbookAction {
     /// Every campaign: when, on what, how many runs were accepted.
-    #[command(after_help = "Example:\n  seatrial trial --yes && seatrial logbook list")]
+    #[command(after_help = "Example:\n  seatrial trial && seatrial logbook list")]
     List,
     /// One campaign: every run with its model, its intervals and its verdict.
-    #[command(after_help = "Example:\n  seatrial trial --yes && seatrial logbook show 1")]
+    #[command(after_help = "Example:\n  seatrial trial && seatrial logbook show 1")]
     Show {
         /// Number of the campaign; the last one where it is left out.
         campaign: Option<i64>,
     },
     /// Two campaigns side by side, thrust by thrust: has the vehicle changed?
-    #[command(after_help = "Example:\n  seatrial trial --yes && seatrial logbook diff 1 1")]
+    #[command(after_help = "Example:\n  seatrial trial && seatrial logbook diff 1 1")]
     Diff {
         /// Number of a campaign, or name of a configuration (its last campaign).
         a: String,
@@ -59,7 +59,7 @@ enum LogbookAction {
     },
     /// Samples and actions as CSV; with --json the results.
     #[command(
-        after_help = "Example:\n  seatrial trial --yes && seatrial logbook export 1 --out samples.csv"
+        after_help = "Example:\n  seatrial trial && seatrial logbook export 1 --out samples.csv"
     )]
     Export {
         /// Number of the campaign; the last one where it is left out.
@@ -76,7 +76,7 @@ enum LogbookAction {
     /// Found is every value that was changed, added or taken out by itself, in samples, results, reviews and commands,
     /// and every change of the schema. Not found is what somebody does who may write the file and computes all hashes
     /// anew, for they have no key, or who takes away the newest campaigns whole. Keep a copy elsewhere.
-    #[command(after_help = "Example:\n  seatrial trial --yes && seatrial logbook verify")]
+    #[command(after_help = "Example:\n  seatrial trial && seatrial logbook verify")]
     Verify,
 }
 
@@ -195,11 +195,10 @@ fn show(logbook: &Logbook, number: Option<i64>, output: &Output) -> Result<Exit,
     output.print(&results, || {
         let width = width();
         let runs = campaign.runs.iter();
-        let rows: Vec<SpeedRow> = runs.map(|run| run_row(run, &verdict)).collect();
+        let rows: Vec<SpeedRow> = runs.map(|run| run_row(&campaign, run, &verdict)).collect();
         let mut text = labelled("", &verdict.outcome().name().to_uppercase(), width);
-        if let Some(table) = speed_table(&rows, width) {
-            text += &table.to_string();
-        }
+        text += &promise_text(&rows, width);
+        text += &speed_table(&rows, width).unwrap_or_default();
         text += &every_cause(&verdict, width);
         text += &labelled("About  ", &heading(&entry), width);
         text + &command("Next   ", &next, width)

@@ -17,6 +17,7 @@ mod field;
 mod fleet;
 mod gains;
 mod health;
+mod help;
 mod identify;
 mod inspect;
 mod interrupt;
@@ -64,7 +65,7 @@ mod world;
 
 use std::process::ExitCode;
 
-use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{ArgAction, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use output::{Exit, Failure, Output, checked, say};
 
@@ -73,8 +74,11 @@ use output::{Exit, Failure, Output, checked, say};
 #[command(name = "seatrial", version, arg_required_else_help = true)]
 struct Cli {
     /// Print one JSON document on standard output and nothing else there.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, display_order = 900)]
     json: bool,
+    /// Print help with every verb and every option.
+    #[arg(long, global = true, display_order = 901, action = ArgAction::HelpLong)]
+    help_all: Option<bool>,
     #[command(subcommand)]
     verb: Verb,
 }
@@ -148,13 +152,9 @@ impl Verb {
     }
 }
 
-/// The verbs and options, their help as wide as this.
-fn command(width: usize) -> Command {
-    Cli::command().term_width(width)
-}
-
 fn main() -> ExitCode {
-    let matches = command(screen::width()).get_matches();
+    let is_all = help::is_all(std::env::args_os());
+    let matches = help::with_help(Cli::command(), is_all, screen::width()).get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let ran = checked(&Cli::command(), &matches)
         .and_then(|files| cli.verb.run(&Output::new(cli.json, files)));
@@ -169,6 +169,7 @@ fn main() -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::Command;
 
     fn help_of(verb: &mut Command, helps: &mut Vec<(String, String)>) {
         for long in [true, false] {
@@ -185,8 +186,7 @@ mod tests {
 
     #[test]
     fn cli_help_fits_80_columns() {
-        let mut verbs = command(80);
-        verbs.build();
+        let mut verbs = help::with_help(Cli::command(), true, 80);
         let mut help = Vec::new();
         help_of(&mut verbs, &mut help);
         assert!(help.len() > 50);

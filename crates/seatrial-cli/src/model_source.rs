@@ -72,7 +72,7 @@ pub struct SourceArgs {
     )]
     logbook: Option<PathBuf>,
     /// Number of a campaign in the logbook, however it ended, or the name of a configuration.
-    #[arg(long, value_name = "CAMPAIGN", requires = "logbook")]
+    #[arg(long, value_name = "CAMPAIGN", conflicts_with_all = ["a22", "model", "schedule", "speed"])]
     campaign: Option<String>,
     /// Largest rudder angle, degrees; else the plan's or the source's, else 14.9 (0.26 rad).
     #[arg(long, value_name = "DEG")]
@@ -83,6 +83,7 @@ impl SourceArgs {
     /// Is any model given?
     pub fn is_given(&self) -> bool {
         self.numbers.a22.is_some()
+            || self.campaign.is_some()
             || [&self.model, &self.schedule, &self.logbook]
                 .into_iter()
                 .any(Option::is_some)
@@ -115,7 +116,7 @@ impl SourceArgs {
                 "no model: give --a22 and --b2, --model FILE, --schedule FILE or --logbook FILE",
             ));
         }
-        Ok(of_campaign(usual, None)?)
+        Ok(of_campaign(usual, self.campaign.as_deref())?)
     }
 }
 

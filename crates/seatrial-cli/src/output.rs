@@ -17,7 +17,7 @@ use seatrial_app::trial_run::{NotBegun, VehicleError};
 use serde::Serialize;
 
 use crate::interrupt;
-use crate::screen::{width_of_stderr, wrapped};
+use crate::screen::{coloured, has_colour, width_of_stderr, wrapped};
 use crate::standard_error;
 
 /// Exit codes of every verb. 2 (usage) is clap's.
@@ -346,7 +346,11 @@ impl Output {
         let printed = if self.json {
             without_commands(serde_json::to_string_pretty(document).map_err(Failure::internal)?)
         } else {
-            plain(&text()).into_owned()
+            let text = plain(&text()).into_owned();
+            match has_colour() {
+                true => coloured(&text),
+                false => text,
+            }
         };
         match write_out(printed.trim_end().to_owned() + "\n") {
             Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {

@@ -5,23 +5,24 @@ use std::time::Duration;
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 
-/// A bar on standard error where that is a terminal, otherwise nothing.
+/// A bar on standard error where that is a terminal, otherwise nothing. It is as wide as the terminal and never wider: a line that the
+/// terminal breaks is not taken away whole.
 pub struct Bar(ProgressBar);
 
 /// The bar of so many runs.
 pub fn bar(runs: u64) -> Bar {
-    Bar::new(runs, "{bar:40} {pos}/{len} runs {per_sec} {eta}")
+    Bar::new(runs, "{wide_bar} {pos}/{len} runs {per_sec} {eta}")
 }
 
 /// The bar of so many bytes.
 pub fn of_bytes(bytes: u64) -> Bar {
-    let template = "{bar:40} {bytes}/{total_bytes} {bytes_per_sec} {eta}";
+    let template = "{wide_bar} {bytes}/{total_bytes} {bytes_per_sec} {eta}";
     Bar::new(bytes, template)
 }
 
 /// A bar of bytes whose number is not known yet, with a note in place of the rate.
 pub fn of_bytes_with_a_note() -> Bar {
-    Bar::new(0, "{bar:40} {bytes}/{total_bytes} {msg} {eta}")
+    Bar::new(0, "{wide_bar} {bytes}/{total_bytes} {msg} {eta}")
 }
 
 /// A duration in its greatest unit.
@@ -58,6 +59,11 @@ impl Bar {
         self.0.set_length(total);
         self.0.set_position(done);
         self.0.set_message(note);
+    }
+
+    /// Takes the line away while something else is written to the terminal.
+    pub fn aside(&self, write: impl FnOnce()) {
+        self.0.suspend(write);
     }
 
     /// Takes the line away.

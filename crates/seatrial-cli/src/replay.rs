@@ -15,7 +15,7 @@ use crate::screen::{width, wrapped};
 /// estimate and every result is the same, bit for bit. Exit 0: identical; 4: not.
 #[derive(clap::Args)]
 #[command(after_help = "Example:
-  seatrial trial --yes --logbook seatrial.db
+  seatrial trial --logbook seatrial.db
   seatrial replay seatrial.db")]
 pub struct Args {
     /// The logbook that holds the recording.

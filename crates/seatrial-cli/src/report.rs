@@ -21,7 +21,7 @@ A log is identified as by `seatrial identify`, with the same windows, options an
 not it gives a model. Of a log with manoeuvres at several speeds the surest model is drawn and the others are named.
 
 Examples:
-  seatrial trial --yes --logbook seatrial.db && \\
+  seatrial trial --logbook seatrial.db && \\
       seatrial report --logbook seatrial.db
   seatrial sim log --seed 1 --out run.csv && \\
       seatrial report run.csv --out run.html")]
@@ -47,9 +47,9 @@ pub struct Args {
         conflicts_with = "logbook"
     )]
     axis: AxisOption,
-    /// The page.
-    #[arg(long, default_value = "report.html", value_name = "FILE")]
-    out: OutputPath,
+    /// The page [default: the name of the log, as run.html of run.csv; of a logbook, and of standard input, report.html].
+    #[arg(long, value_name = "FILE")]
+    out: Option<OutputPath>,
     #[command(flatten)]
     channels: ChannelArgs,
     #[command(flatten)]
@@ -69,15 +69,29 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             ));
         }
     };
-    if let Some(shown) = title_of(&args.out).filter(|shown| !page.contains(shown)) {
-        say_on_stderr(format!(
-            "{}: takes the place of {shown}",
-            args.out.display()
-        ));
+    let out = args.out();
+    if let Some(shown) = title_of(&out).filter(|shown| !page.contains(shown)) {
+        say_on_stderr(format!("{}: takes the place of {shown}", out.display()));
     }
-    output.save(&args.out, &page)?;
-    say(&args.out, &page, output)?;
+    output.save(&out, &page)?;
+    say(&out, &page, output)?;
     Ok(exit)
+}
+
+impl Args {
+    /// Where the page goes: beside nothing, into this folder.
+    fn out(&self) -> PathBuf {
+        if let Some(out) = &self.out {
+            return out.to_path_buf();
+        }
+        let log = self.log.as_deref().filter(|log| *log != Path::new("-"));
+        let name = log.and_then(Path::file_stem);
+        name.map_or("report.html".into(), |name| {
+            let mut page = name.to_owned();
+            page.push(".html");
+            page.into()
+        })
+    }
 }
 
 /// The title of the page that is there.

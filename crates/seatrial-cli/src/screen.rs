@@ -1,5 +1,8 @@
 //! Text as wide as the screen.
 
+use std::io::IsTerminal;
+
+use seatrial::identification::Outcome;
 use terminal_size::{Width, terminal_size_of};
 
 /// Columns of a terminal that does not tell, and of output that is none.
@@ -13,6 +16,32 @@ pub fn width() -> usize {
 /// Columns of the terminal that standard error is; `None` where it is none.
 pub fn width_of_stderr() -> Option<usize> {
     columns(terminal_size_of(std::io::stderr()))
+}
+
+/// Does a person see colours on standard output, and want them? (<https://no-color.org>)
+pub fn has_colour() -> bool {
+    let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    let is_plain = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
+    std::io::stdout().is_terminal() && !is_set("NO_COLOR") && !is_plain
+}
+
+/// A text whose first line begins with an outcome in capitals: this in green, yellow or red.
+pub fn coloured(text: &str) -> String {
+    let colours = [
+        (Outcome::UseWithCare, "33"),
+        (Outcome::Use, "32"),
+        (Outcome::NotValidated, "33"),
+        (Outcome::DoNotUse, "31"),
+    ];
+    for (outcome, colour) in colours {
+        let word = outcome.name().to_uppercase();
+        if let Some(rest) = text.strip_prefix(&word)
+            && rest.starts_with(['\n', ':'])
+        {
+            return format!("\x1b[1;{colour}m{word}\x1b[0m{rest}");
+        }
+    }
+    text.to_owned()
 }
 
 fn columns<Height>(size: Option<(Width, Height)>) -> Option<usize> {
@@ -75,6 +104,22 @@ fn broken(label: &str, text: &str, width: usize, end: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn exact_only_an_outcome_at_the_beginning_is_coloured() {
+        assert_eq!(coloured("USE\nspeed"), "\x1b[1;32mUSE\x1b[0m\nspeed");
+        assert_eq!(
+            coloured("USE WITH CARE\n"),
+            "\x1b[1;33mUSE WITH CARE\x1b[0m\n"
+        );
+        assert_eq!(
+            coloured("DO NOT USE: the runs part\n"),
+            "\x1b[1;31mDO NOT USE\x1b[0m: the runs part\n"
+        );
+        for plain in ["USEFUL\n", "speed\nUSE\n", ""] {
+            assert_eq!(coloured(plain), plain);
+        }
+    }
 
     #[test]
     fn exact_lines_end_where_the_screen_does() {

@@ -63,7 +63,8 @@ struct Predict {
 Exit code 4: the log does not hold the manoeuvre; the message says why.
 
 Example:
-  seatrial manoeuvres read LOG --from 10 --to 200 --length 170")]
+  seatrial sim log --seed 1 --out run.csv && \\
+      seatrial manoeuvres read run.csv --manoeuvre pull-out --length 1.7")]
 struct Read {
     /// The manoeuvre to read [default: all that the log holds].
     #[arg(long, value_name = "KIND")]

@@ -38,7 +38,7 @@ enum What {
 /// Write the log of a simulated trial: the paper's plan at one or all of its speeds.
 #[derive(ClapArgs, Debug)]
 #[command(
-    after_help = "Example:\n  seatrial sim log --seed 1 --thrust 0.8 --out run.csv --truth truth.toml && seatrial identify run.csv"
+    after_help = "Example:\n  seatrial sim log --seed 1 --thrust 0.8 --out run.csv && \\\n      seatrial identify run.csv"
 )]
 struct SimLogArgs {
     /// The vehicle: sim:starfish, sim:starfish-6dof or sim:remus100 of six degrees of freedom, or

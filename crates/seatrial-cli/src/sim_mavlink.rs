@@ -18,10 +18,10 @@ use crate::output::{Exit, Failure, Output, say};
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
 Example, in two terminals:
-  seatrial sim mavlink --seconds 300
-  seatrial plan --out plan.toml && \\
-      seatrial trial --vehicle mavlink:udp:127.0.0.1:14550 \\
-      --full-rudder-deg 14.9 --plan plan.toml --yes")]
+  seatrial sim mavlink
+  seatrial plan --thrust 0.8 --out plan.toml
+  seatrial trial --vehicle mavlink:udp:127.0.0.1:14550 \\
+      --full-rudder-deg 14.9 --plan plan.toml")]
 pub struct Args {
     /// The vehicle: sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml.
     #[arg(long, default_value = "sim:starfish")]

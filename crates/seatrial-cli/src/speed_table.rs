@@ -1,23 +1,25 @@
 //! One line of a table for each speed: the model, its bounds, its gain and its verdict.
 
-use seatrial::campaign::Run;
+use seatrial::campaign::{Campaign, Run};
 use seatrial::figures::{bounds_text, decimals_of, r2_text, three_figures, with_decimals, within};
 use seatrial::identification::{Identification, Intervals, Outcome, Verdict};
 use seatrial_core::RudderUnit;
+use seatrial_report::promises;
 
+use crate::screen::labelled;
 use crate::table::Table;
 
 /// What is shown of one speed. The numbers of a model are shown where it may be used or was only not validated.
 pub type SpeedRow<'a> = seatrial_report::LogModel<'a>;
 
 /// The row of a run. `whole` is the verdict of its campaign.
-pub fn run_row<'a>(run: &'a Run, whole: &'a Verdict) -> SpeedRow<'a> {
-    SpeedRow {
-        thrust: Some(run.thrust),
-        surge_speed_m_s: run.surge_speed_m_s,
-        identification: run.identification.as_ref(),
-        verdict: run.verdict_within(whole),
-    }
+pub fn run_row<'a>(campaign: &Campaign, run: &'a Run, whole: &'a Verdict) -> SpeedRow<'a> {
+    SpeedRow::new(
+        [Some(run.thrust), run.surge_speed_m_s],
+        run.identification.as_ref(),
+        run.verdict_within(whole),
+        Some(campaign.rudder_limit_rad),
+    )
 }
 
 /// A column: its heading, its unit and the cell of a row.
@@ -66,27 +68,73 @@ const C0: Column = column("C0", "deg/s^2", |row| {
 const R2: Column = column("R^2", "", |row| {
     Some(r2_text(Some(model(row)?.validation?.judged_r2_heading()?)))
 });
+const OVERSHOOT: Column = column("overshoot", "deg", |row| {
+    Some(row.course_change?.range_text())
+});
 const GAIN: Column = column("K_p", "", |row| Some(three_figures(row.gain()?)));
 const VERDICT: Column = column("verdict", "", |row| {
     Some(row.verdict.outcome().name().to_owned())
 });
 
-/// Tables from the widest to the narrowest.
-const LAYOUTS: [&[Column]; 4] = [
+/// Tables from the widest to the narrowest: the parameters of the model go first, its gain and its verdict never.
+const LAYOUTS: [&[Column]; 6] = [
     &[
-        THRUST, SPEED, T, K, A22_CENTRE, A22, M, B2_CENTRE, B2, C0, R2, GAIN, VERDICT,
+        THRUST, SPEED, T, K, OVERSHOOT, GAIN, A22_CENTRE, A22, M, B2_CENTRE, B2, C0, R2, VERDICT,
     ],
-    &[THRUST, SPEED, T, K, A22, M, B2, GAIN, VERDICT],
-    &[THRUST, SPEED, T, A22, M, B2, GAIN, VERDICT],
+    &[THRUST, SPEED, T, K, OVERSHOOT, GAIN, A22, M, B2, VERDICT],
+    &[THRUST, SPEED, T, K, OVERSHOOT, GAIN, VERDICT],
+    &[THRUST, SPEED, T, K, GAIN, VERDICT],
+    &[THRUST, T, K, GAIN, VERDICT],
+    &[SPEED, GAIN, VERDICT],
+];
+
+/// Of pitch, which has no gain.
+const PITCH_LAYOUTS: [&[Column]; 3] = [
+    &[
+        THRUST, SPEED, A22_CENTRE, A22, M, B2_CENTRE, B2, C0, R2, VERDICT,
+    ],
+    &[THRUST, SPEED, A22, M, B2, VERDICT],
     &[SPEED, A22, M, B2, VERDICT],
 ];
 
-/// The widest table that fits. `None` where no row has anything but its verdict.
-pub fn speed_table(rows: &[SpeedRow], width: usize) -> Option<Table> {
+/// What the gains promise, a paragraph each.
+pub fn promise_text(rows: &[SpeedRow], width: usize) -> String {
+    let promises = promises(rows).into_iter();
+    promises
+        .map(|promise| labelled("", &promise, width))
+        .collect()
+}
+
+/// The widest table that fits, and below it which parameters are left out. `None` where no row has anything but its verdict.
+pub fn speed_table(rows: &[SpeedRow], width: usize) -> Option<String> {
+    let is_pitch = |row: &SpeedRow| row.identification.is_some_and(|i| i.restoring.is_some());
+    let layouts: &[&[Column]] = match rows.iter().any(is_pitch) {
+        true => &PITCH_LAYOUTS,
+        false => &LAYOUTS,
+    };
+    let tables = || layouts.iter().map(|columns| table(columns, rows));
     rows.iter().any(is_shown).then(|| {
-        let mut tables = LAYOUTS.iter().map(|columns| table(columns, rows));
-        let fitting = tables.find(|table| table.width() <= width);
-        fitting.unwrap_or_else(|| table(LAYOUTS[LAYOUTS.len() - 1], rows))
+        let fits = |table: &Table| table.width() <= width;
+        let at = tables().position(|table| fits(&table));
+        let at = at.unwrap_or(layouts.len() - 1);
+        let left_out: Vec<&str> = [A22, B2]
+            .iter()
+            .filter(|column| layouts[at].iter().all(|shown| shown.name != column.name))
+            .filter(|column| rows.iter().any(|row| (column.cell)(row).is_some()))
+            .map(|column| column.name)
+            .collect();
+        let note = match left_out.is_empty() {
+            true => String::new(),
+            false => labelled(
+                "",
+                &format!(
+                    "On a wider screen, or with --json: {}.",
+                    left_out.join(", ")
+                ),
+                width,
+            ),
+        };
+        table(layouts[at], rows).to_string() + &note
     })
 }
 

@@ -17,7 +17,7 @@ u' = (w |w| - u |u|)/l - d r^2, w' = (s (p - p0) - w)/lag: docs/surge.md.
 Exit code 4: the drag length, and so how fast the speed follows, is not identifiable.
 
 Example:
-  seatrial trial --vehicle sim:remus100 --seed 1 --yes
+  seatrial trial --vehicle sim:remus100 --seed 1
   seatrial surge --logbook seatrial.db")]
 pub struct Args {
     /// The logbook that holds the trial.

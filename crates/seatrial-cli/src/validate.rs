@@ -20,8 +20,8 @@ Exit code 0: R^2 of heading on these data is at least 0.60, or 0.60 of heading w
 of yaw rate, and the data by themselves give no other a22 or b2 (by a fifth and with 99 % certainty); 4: otherwise.
 
 Example:
-  seatrial sim log --seed 1 --out run.csv && seatrial validate run.csv \\
-      --a22 -1.07 --b2 1.08 --c0 0.012")]
+  seatrial sim log --seed 1 --thrust 0.8 --out run.csv && \\
+      seatrial validate run.csv --a22 -1.07 --b2 1.08 --c0 0.012")]
 pub struct Args {
     #[command(flatten)]
     log: LogArgs,

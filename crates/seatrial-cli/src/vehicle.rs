@@ -10,6 +10,10 @@ use seatrial_app::vehicles::{OnMavlink, OnRos2};
 use crate::autopilot::{AtTerminal, LinkArgs, address};
 use crate::output::Failure;
 
+/// The kinds of vehicles, for who mistyped one.
+const KINDS: &str = "expected sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml for a simulated one; mavlink:udp:HOST:PORT, \
+    mavlink:udpout:HOST:PORT, mavlink:tcp:HOST:PORT or mavlink:serial:DEVICE:BAUD for an autopilot; ros2:FILE.toml for one on ROS 2";
+
 /// The vehicle of this name. `scenario` has the faults of a simulated one; what a trial changes on an autopilot is kept
 /// beside the logbook.
 pub fn named(
@@ -21,7 +25,12 @@ pub fn named(
     Ok(match name.split_once(':') {
         Some(("mavlink", _)) => Box::new(autopilot(name, link, logbook)?),
         Some(("ros2", file)) => Box::new(OnRos2::new(name, file, Arc::new(AtTerminal))),
-        _ => Box::new(Simulator::new(name, scenario)?),
+        Some(("sim", _)) => Box::new(Simulator::new(name, scenario)?),
+        _ => {
+            return Err(Failure::usage(format!(
+                "--vehicle {name}: no such kind of vehicle; {KINDS}"
+            )));
+        }
     })
 }
 

@@ -29,13 +29,17 @@ pub struct Args {
 #[derive(Debug, Subcommand)]
 enum What {
     /// Look whether a trial would be refused, without touching the controls. Exit 0: ready; 4: not, with the reasons.
-    #[command(after_help = "Example:
-  seatrial vehicle check --vehicle mavlink:udp:127.0.0.1:14550 --plan plan.toml")]
+    #[command(
+        after_help = "Example, on a boat that `seatrial sim mavlink` plays in another terminal:
+  seatrial plan --thrust 0.8 --out plan.toml
+  seatrial vehicle check --vehicle mavlink:udp:127.0.0.1:14550 \\
+      --full-rudder-deg 14.9 --plan plan.toml"
+    )]
     Check(CheckArgs),
     /// Put back the parameters and the mode that a trial has changed: shows each as it is and as it will be, and asks. Exit 0: done and
     /// read back; 4: not all of it; 5: not agreed to.
     #[command(after_help = "Example:
-  seatrial vehicle restore seatrial.restore.toml \\
+  seatrial vehicle restore seatrial.old-gains.toml \\
       --vehicle mavlink:udp:127.0.0.1:14550")]
     Restore(RestoreArgs),
 }

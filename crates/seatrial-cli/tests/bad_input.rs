@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
 
-use seatrial_dev::{program_path, run_to_text};
+use seatrial_dev::{program_path, run, run_to_text, text};
 
 fn inspect(content: &[u8], arguments: &[&str]) -> (i32, String, String) {
     let folder = tempfile::tempdir().unwrap();
@@ -45,6 +45,124 @@ fn log(header: &str, rows: u32, scale: f64) -> String {
         heading += 0.05 * rate;
     }
     text
+}
+
+/// What people have on their disks and take for a log: each is named for what it is, with what to do.
+#[test]
+fn cli_files_that_are_no_logs_are_named_for_what_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let steady: String = (0..600)
+        .map(|k| {
+            format!(
+                "{},{},{}\n",
+                0.1 * f64::from(k),
+                90.0 + 0.1 * f64::from(k % 7),
+                0.1 * f64::from(k % 5)
+            )
+        })
+        .collect();
+    let steady = format!("time_s,heading_deg,rudder_deg\n{steady}");
+    let track = "record the rudder and the heading";
+    for (name, content, says, does) in [
+        (
+            "track.gpx",
+            &b"<?xml version='1.0'?>\n<gpx version='1.1'><trk/></gpx>"[..],
+            "a GPX track",
+            track,
+        ),
+        (
+            "track.kml",
+            b"<kml xmlns='http://www.opengis.net/kml/2.2'/>",
+            "a KML track",
+            track,
+        ),
+        (
+            "photo.png",
+            b"\x89PNG\r\n\x1a\n\0\0",
+            "a picture (PNG)",
+            "give the log itself",
+        ),
+        (
+            "photo.jpg",
+            b"\xff\xd8\xff\xe0\0",
+            "a picture (JPEG)",
+            "give the log itself",
+        ),
+        (
+            "track.json",
+            b"{\"type\": \"FeatureCollection\"}",
+            "a document in JSON",
+            "export the log as CSV",
+        ),
+        (
+            "film.mp4",
+            b"\0\0\0\x18ftypmp42",
+            "a film",
+            "give the log itself",
+        ),
+        (
+            "paper.pdf",
+            b"%PDF-1.4\n",
+            "a document (PDF)",
+            "give the log itself",
+        ),
+        (
+            "log.zip",
+            b"PK\x03\x04\0\0",
+            "is packed by zip",
+            "unpack it",
+        ),
+        (
+            "phone.csv",
+            b"time,seconds_elapsed,z,y,x\n0,0,1,2,3\n",
+            "no column for rudder",
+            "record the rudder beside the heading",
+        ),
+        (
+            "compass.csv",
+            b"time_s,heading_deg\n0,90\n",
+            "this log cannot tell how the boat steers",
+            "record the rudder beside the heading",
+        ),
+        (
+            "copter.csv",
+            b"time_s,roll_deg,yaw_deg,motor1\n0,0,90,1500\n",
+            "no column for rudder",
+            "record the rudder beside the heading",
+        ),
+    ] {
+        let path = folder.path().join(name);
+        std::fs::write(&path, content).unwrap();
+        let output = run(&["identify", path.to_str().unwrap()]);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{name}: {said}");
+        assert!(said.contains(says) && said.contains(does), "{name}: {said}");
+        assert_eq!(said.trim().lines().count(), 1, "{name}: {said}");
+    }
+    let path = folder.path().join("steady_course.csv");
+    std::fs::write(&path, steady).unwrap();
+    let output = run(&["identify", path.to_str().unwrap()]);
+    let said = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(4), "{said}");
+    assert!(
+        said.contains("Cause  No manoeuvre: the rudder hardly moved."),
+        "{said}"
+    );
+}
+
+#[test]
+fn cli_a_mistyped_kind_of_vehicle_lists_all_kinds() {
+    let output = run(&["trial", "--vehicle", "mavlnk:udp:127.0.0.1:14550"]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    for kind in [
+        "sim:FILE.toml",
+        "mavlink:udp:HOST:PORT",
+        "mavlink:serial:DEVICE:BAUD",
+        "ros2:FILE.toml",
+    ] {
+        assert!(said.contains(kind), "{kind}: {said}");
+    }
 }
 
 #[test]

@@ -377,7 +377,8 @@ fn cli_the_page_for_an_ardupilot_boat_is_walked() {
         let line = line.replace("mavlink:udp:127.0.0.1:14550", &boat.address);
         let mut arguments: Vec<&str> = line.split(' ').skip(1).collect();
         // Nobody is at the terminal whom it could ask.
-        if arguments.starts_with(&["vehicle", "restore"]) {
+        let asking: [&[&str]; 3] = [&["trial"], &["commission"], &["vehicle", "restore"]];
+        if asking.iter().any(|verb| arguments.starts_with(verb)) {
             arguments.push("--yes");
         }
         let output = run_in(folder.path(), &arguments);

@@ -161,7 +161,7 @@ fn check_text(said: &str, speeds: usize, log: &Path) {
     let log = log.display().to_string();
     let lines: Vec<&str> = said.lines().collect();
     assert!(
-        lines.len() <= 12 + speeds,
+        lines.len() <= 15 + speeds,
         "{log}: {} lines\n{said}",
         lines.len()
     );

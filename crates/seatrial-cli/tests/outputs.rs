@@ -94,9 +94,17 @@ fn cli_a_page_says_which_page_it_takes_the_place_of() {
         let line = format!("sim log --seed {seed} --thrust 0.8 --out {name}");
         assert_eq!(run(folder, &line).0, Some(0));
     }
-    assert!(!run(folder, "report one.csv").1.contains("takes the place"));
-    assert!(!run(folder, "report one.csv").1.contains("takes the place"));
-    let told = run(folder, "report two.csv").1;
+    assert!(
+        !run(folder, "report one.csv --out page.html")
+            .1
+            .contains("takes the place")
+    );
+    assert!(
+        !run(folder, "report one.csv --out page.html")
+            .1
+            .contains("takes the place")
+    );
+    let told = run(folder, "report two.csv --out page.html").1;
     assert!(
         told.contains("takes the place of") && told.contains("one.csv"),
         "{told}"

@@ -135,7 +135,7 @@ fn cli_report_of_a_log_draws_it_with_and_without_a_model() {
             validate_to,
         ];
         let output = seatrial(&[&windows[..], &held_out].concat(), folder.path());
-        let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+        let page = std::fs::read_to_string(folder.path().join("run.html")).unwrap();
         assert_eq!(charts(&page).len(), 3);
         (page, output.status.code())
     };
@@ -155,7 +155,7 @@ fn cli_report_of_a_log_draws_it_with_and_without_a_model() {
     assert_eq!(output.status.code(), Some(4), "{}", text(&output.stderr));
     let page = std::fs::read_to_string(folder.path().join("still.html")).unwrap();
     assert!(page.contains("</span> Do not use.</h2>"));
-    assert!(page.contains("The rudder did not move."));
+    assert!(page.contains("No manoeuvre: the rudder hardly moved."));
     assert_eq!(charts(&page).len(), 1);
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use seatrial_dev::{document, run, text};
+use seatrial_dev::{document, run, run_in, text};
 use serde_json::Value;
 
 fn json(arguments: &[&str]) -> (Value, Option<i32>) {
@@ -529,4 +529,14 @@ fn cli_a_measured_u_turn_scales_the_circles() {
         let run = run(&["turn", "--schedule", &schedule, "--measured-u-turn", wrong]);
         assert_eq!(run.status.code(), Some(2), "{wrong}");
     }
+}
+
+#[test]
+fn cli_gains_of_a_campaign_are_looked_for_in_the_usual_logbook() {
+    let folder = tempfile::tempdir().unwrap();
+    let trial = run_in(folder.path(), &["trial", "--seed", "1"]);
+    assert!(trial.status.success());
+    let output = run_in(folder.path(), &["gains", "--campaign", "1"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains("seatrial.db, campaign 1"));
 }

@@ -12,6 +12,7 @@ mod field;
 mod fleet;
 mod full_disk;
 mod health;
+mod help_examples;
 mod identify;
 mod injections;
 mod kill;

@@ -431,7 +431,7 @@ fn cli_the_answer_begins_on_a_clean_screen() {
     assert!(played.wait().unwrap().success());
     let said = String::from_utf8_lossy(&said).into_owned();
     let (before, _) = said
-        .split_once("USE\r\n")
+        .split_once("\x1b[1;32mUSE\x1b[0m\r\n")
         .unwrap_or_else(|| panic!("{said}"));
     let mut places = before.match_indices('H').filter_map(|(end, _)| {
         let begin = before[..end].rfind("\x1b[")?;

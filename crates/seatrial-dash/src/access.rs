@@ -30,6 +30,28 @@ pub fn secret() -> io::Result<String> {
     Ok(hex(&bytes))
 }
 
+/// Letters and digits of a code: none that is taken for another (Crockford's base 32).
+const CODE_LETTERS: &[u8; 32] = b"0123456789ABCDEFGHJKMNPQRSTVWXYZ";
+
+/// A code of 40 bits that a person types, `7K3M-Q0XV`. A wrong one costs as much as a wrong token: an address tries two a second, so
+/// that the code is not guessed while its server runs.
+pub fn code() -> io::Result<String> {
+    let mut bytes = [0; 8];
+    getrandom::fill(&mut bytes).map_err(io::Error::other)?;
+    let letters: String = bytes
+        .iter()
+        .map(|byte| char::from(CODE_LETTERS[usize::from(byte % 32)]))
+        .collect();
+    let (first, last) = letters.split_at(4);
+    Ok(format!("{first}-{last}"))
+}
+
+/// A code as it was typed, without what people put between its letters.
+fn typed_code(text: &str) -> String {
+    let letters = text.chars().filter(|c| c.is_ascii_alphanumeric());
+    letters.map(|c| c.to_ascii_uppercase()).collect()
+}
+
 fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
@@ -54,9 +76,18 @@ pub struct NewTokens {
 pub struct Tokens {
     operator_sha256: String,
     viewer_sha256: String,
+    /// That of the code of this server, which is in no file.
+    #[serde(skip)]
+    code_sha256: Option<String>,
 }
 
 impl Tokens {
+    /// With a code that stands for the operator's token until this server ends.
+    pub fn with_code(mut self, code: &str) -> Self {
+        self.code_sha256 = Some(hex(&hash(&typed_code(code))));
+        self
+    }
+
     /// Reads the tokens of a file of ours that nobody else may write; makes new ones, in a file of their own, where there is none or
     /// where new ones are wanted.
     pub fn of_file(path: &Path, wants_new: bool) -> io::Result<(Self, Option<NewTokens>)> {
@@ -75,6 +106,7 @@ impl Tokens {
         let tokens = Self {
             operator_sha256: hex(&hash(&new.operator)),
             viewer_sha256: hex(&hash(&new.viewer)),
+            code_sha256: None,
         };
         let text = serde_json::to_string_pretty(&tokens).map_err(io::Error::other)?;
         let folder = path
@@ -91,8 +123,11 @@ impl Tokens {
     pub fn role(&self, token: &str) -> Option<Role> {
         let given = hex(&hash(token));
         let is = |kept: &str| bool::from(given.as_bytes().ct_eq(kept.as_bytes()));
+        let typed = hex(&hash(&typed_code(token)));
+        let kept = self.code_sha256.as_deref().unwrap_or_default();
+        let is_code = bool::from(typed.as_bytes().ct_eq(kept.as_bytes()));
         let (operator, viewer) = (is(&self.operator_sha256), is(&self.viewer_sha256));
-        match (operator, viewer) {
+        match (operator || is_code, viewer) {
             (true, _) => Some(Role::Operator),
             (false, true) => Some(Role::Viewer),
             (false, false) => None,
@@ -366,6 +401,27 @@ mod tests {
             );
         }
         assert!(is_own_origin(&HeaderMap::new(), host));
+    }
+
+    #[test]
+    fn exact_a_code_stands_for_the_operators_token() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tokens.json");
+        let (tokens, _) = Tokens::of_file(&path, false).unwrap();
+        let made = code().unwrap();
+        assert_eq!(made.len(), 9);
+        assert_eq!(tokens.role(&made), None);
+        assert_eq!(tokens.role(""), None);
+        let tokens = tokens.with_code(&made);
+        let sloppy = made.to_lowercase().replace('-', " ");
+        assert_eq!(tokens.role(&made), Some(Role::Operator));
+        assert_eq!(tokens.role(&sloppy), Some(Role::Operator));
+        assert_eq!(tokens.role(""), None);
+        assert_eq!(tokens.role(&made[1..]), None);
+        // The next server has another one, and no file tells this one.
+        let kept = std::fs::read_to_string(&path).unwrap();
+        assert!(!kept.contains("code"), "{kept}");
+        assert_ne!(code().unwrap(), made);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Starts and stops serving.
 
 use std::fmt;
-use std::net::{SocketAddr, TcpListener};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener, UdpSocket};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
@@ -14,7 +14,7 @@ use seatrial_logbook::Logbook;
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::{Semaphore, watch};
 
-use crate::access::{Leases, NewTokens, Rates, Tokens, secret};
+use crate::access::{Leases, NewTokens, Rates, Tokens, code as short_code, secret};
 use crate::background::go_last;
 use crate::board::Board;
 use crate::connections;
@@ -68,6 +68,25 @@ impl Settings {
     }
 }
 
+/// Addresses by which the way into a network is asked for; nothing is sent there. The first is the way to everywhere, the others are
+/// the ways to the networks of routers and boats.
+const ELSEWHERE: [[u8; 4]; 4] = [
+    [192, 0, 2, 1],
+    [192, 168, 255, 254],
+    [10, 255, 255, 254],
+    [172, 31, 255, 254],
+];
+
+/// The address that this machine has in its network.
+fn own_address() -> Option<IpAddr> {
+    ELSEWHERE.into_iter().find_map(|there| {
+        let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)).ok()?;
+        socket.connect((Ipv4Addr::from(there), 9)).ok()?;
+        let ip = socket.local_addr().ok()?.ip();
+        (!ip.is_unspecified() && !ip.is_loopback()).then_some(ip)
+    })
+}
+
 /// Why nothing is served.
 #[derive(Debug)]
 pub enum StartError {
@@ -112,8 +131,27 @@ impl std::error::Error for StartError {}
 pub struct Server {
     address: SocketAddr,
     new_tokens: Option<NewTokens>,
+    code: Option<String>,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
+}
+
+/// The tokens where they are needed, those that were just made, and on a network the code of this server.
+fn of_access(
+    settings: &Settings,
+) -> Result<(Option<Tokens>, Option<NewTokens>, Option<String>), StartError> {
+    let is_loopback = settings.listen.ip().is_loopback();
+    if !settings.token_needed && is_loopback {
+        return Ok((None, None, None));
+    }
+    let path = settings.logbook.with_extension("tokens.json");
+    let (tokens, new) = Tokens::of_file(&path, settings.new_tokens)
+        .map_err(|error| StartError::Tokens(path, error))?;
+    if is_loopback {
+        return Ok((Some(tokens), new, None));
+    }
+    let code = short_code().map_err(StartError::System)?;
+    Ok((Some(tokens.with_code(&code)), new, Some(code)))
 }
 
 impl Server {
@@ -125,16 +163,7 @@ impl Server {
     ) -> Result<Self, StartError> {
         let writer = Logbook::open(&settings.logbook).map_err(StartError::Logbook)?;
         let is_loopback = settings.listen.ip().is_loopback();
-        let mut new_tokens = None;
-        let tokens = if settings.token_needed || !is_loopback {
-            let path = settings.logbook.with_extension("tokens.json");
-            let (tokens, new) = Tokens::of_file(&path, settings.new_tokens)
-                .map_err(|error| StartError::Tokens(path, error))?;
-            new_tokens = new;
-            Some(tokens)
-        } else {
-            None
-        };
+        let (tokens, new_tokens, code) = of_access(settings)?;
         let listen = |error| StartError::Listen(settings.listen, error);
         let listener = TcpListener::bind(settings.listen).map_err(listen)?;
         listener.set_nonblocking(true).map_err(listen)?;
@@ -172,6 +201,7 @@ impl Server {
         Ok(Self {
             address,
             new_tokens,
+            code,
             shared,
             thread: Some(thread),
         })
@@ -185,6 +215,22 @@ impl Server {
     /// The tokens, where they were just made: they are known only now.
     pub fn new_tokens(&self) -> Option<&NewTokens> {
         self.new_tokens.as_ref()
+    }
+
+    /// The code that stands for the operator's token until this server ends, where it listens to a network.
+    pub fn code(&self) -> Option<&str> {
+        self.code.as_deref()
+    }
+
+    /// Where others in the network find it: the address of this machine, where it listens on all of them. `None` on a loopback
+    /// address, and where no network is known.
+    pub fn network_url(&self) -> Option<String> {
+        let ip = self.address.ip();
+        let ip = match ip.is_unspecified() {
+            true => own_address()?,
+            false => ip,
+        };
+        (!ip.is_loopback()).then(|| format!("http://{}/", SocketAddr::new(ip, self.address.port())))
     }
 
     /// Shows a trial that the caller conducts, which is to end when the flag is set. `None` where a trial runs already.

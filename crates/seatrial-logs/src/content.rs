@@ -54,6 +54,68 @@ const PACKERS: [(&str, &[u8], &str); 5] = [
 const WORKBOOK: [&[u8]; 2] = [b"[Content_Types].xml", b"xl/"];
 const OPEN_DOCUMENT: &[u8] = b"application/vnd.oasis.opendocument.spreadsheet";
 
+/// What is recorded where boats are, by the bytes that it begins with, and what to give in its place.
+const NO_LOGS: [(&[u8], &str, &str); 6] = [
+    (b"\x89PNG\r\n", "a picture (PNG)", LOG_INSTEAD),
+    (b"\xff\xd8\xff", "a picture (JPEG)", LOG_INSTEAD),
+    (b"GIF8", "a picture (GIF)", LOG_INSTEAD),
+    (b"%PDF-", "a document (PDF)", LOG_INSTEAD),
+    (b"{\\rtf", "a document (RTF)", LOG_INSTEAD),
+    (b"OggS", "a sound or a film (Ogg)", LOG_INSTEAD),
+];
+
+const LOG_INSTEAD: &str = "give the log itself, with time, heading and rudder";
+
+/// What a film of a phone or a camera has at its fifth byte.
+const FILM: &[u8] = b"ftyp";
+
+/// Roots of documents in XML.
+const TRACK_INSTEAD: &str =
+    "record the rudder and the heading, and give this file as the positions beside that log";
+const XML: [(&[u8], &str, &str); 4] = [
+    (
+        b"<gpx",
+        "a GPX track, positions without a rudder",
+        TRACK_INSTEAD,
+    ),
+    (
+        b"<kml",
+        "a KML track, positions without a rudder",
+        TRACK_INSTEAD,
+    ),
+    (
+        b"<TrainingCenterDatabase",
+        "a TCX track, positions without a rudder",
+        TRACK_INSTEAD,
+    ),
+    (b"<html", "a page (HTML)", LOG_INSTEAD),
+];
+
+/// A document that begins as JSON, or as XML, and no log in it.
+const JSON_INSTEAD: &str =
+    "export the log as CSV, one row per sample, with time, heading and rudder";
+
+/// A text that is the document of something else than a log.
+fn document(start: &[u8]) -> Option<(&'static str, &'static str)> {
+    let start = start
+        .strip_prefix(b"\xef\xbb\xbf")
+        .unwrap_or(start)
+        .trim_ascii_start();
+    if let Some((_, what, instead)) = XML
+        .iter()
+        .find(|(root, ..)| holds(start, root))
+        .filter(|_| start.starts_with(b"<"))
+    {
+        return Some((what, instead));
+    }
+    if start.starts_with(b"<?xml") || start.starts_with(b"<!DOCTYPE") {
+        return Some(("a document in XML", JSON_INSTEAD));
+    }
+    let is_json = start.starts_with(b"{") || start.starts_with(b"[{") || start.starts_with(b"[[");
+    (is_json && !crate::signal_k::is_start(start) && !crate::nmea2000::is_start(start))
+        .then_some(("a document in JSON", JSON_INSTEAD))
+}
+
 fn holds(start: &[u8], name: &[u8]) -> bool {
     start.windows(name.len()).any(|part| part == name)
 }
@@ -78,6 +140,19 @@ fn check_is_log(start: &[u8]) -> Result<(), Fault> {
         .find(|(_, bytes, _)| start.starts_with(bytes))
     {
         return Err(Fault::Packed { packer, unpack });
+    }
+    let known = NO_LOGS.iter().find(|(bytes, ..)| start.starts_with(bytes));
+    if let Some((_, what, instead)) = known {
+        return Err(Fault::NoLog { what, instead });
+    }
+    if start.get(4..8) == Some(FILM) {
+        return Err(Fault::NoLog {
+            what: "a film (MP4)",
+            instead: LOG_INSTEAD,
+        });
+    }
+    if let Some((what, instead)) = document(start) {
+        return Err(Fault::NoLog { what, instead });
     }
     if start.starts_with(b"s: T ") || start.starts_with(b"s: F ") {
         return Err(Fault::SlocumCache);
@@ -145,8 +220,8 @@ pub fn is_log(path: &Path) -> bool {
     else {
         return false;
     };
-    if check_is_log(&start).is_err() {
-        return !start.starts_with(b"PK");
+    if let Err(fault) = check_is_log(&start) {
+        return !start.starts_with(b"PK") && !matches!(fault, Fault::NoLog { .. });
     }
     match format(&start) {
         Format::Csv | Format::Parquet | Format::Workbook | Format::Matlab => columns(path)

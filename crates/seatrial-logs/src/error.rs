@@ -4,6 +4,8 @@ use std::fmt;
 use std::io;
 
 use crate::Quantity;
+pub(crate) use crate::name::clipped;
+use crate::name::list;
 
 /// Binary formats that are read, for messages.
 const BINARY_FORMATS: &str = "Parquet, ArduPilot DataFlash (.bin), MAVLink telemetry (.tlog), PX4 ULog (.ulg), Slocum (.dbd), MCAP and rosbag2 (.db3)";
@@ -61,6 +63,14 @@ pub enum Fault {
         packer: &'static str,
         /// What unpacks them to standard output.
         unpack: &'static str,
+    },
+    /// A file of another kind.
+    #[error("is {what}: {instead}")]
+    NoLog {
+        /// What it is, with what it holds.
+        what: &'static str,
+        /// What to give in its place.
+        instead: &'static str,
     },
     /// A list of sensors.
     #[error(
@@ -153,8 +163,8 @@ pub enum Fault {
     },
     /// No column for a quantity that is needed.
     #[error(
-        "no column for {quantity}; found the columns {}{}: say which with {} NAME",
-        list(.columns), nearest_text(.nearest), .quantity.option()
+        "no column for {quantity}; found the columns {}{}: say which with {} NAME{}",
+        list(.columns), nearest_text(.nearest), .quantity.option(), .quantity.without()
     )]
     MissingColumn {
         /// What is needed.
@@ -428,9 +438,10 @@ impl Fault {
             Self::MissingColumn {
                 quantity, nearest, ..
             } => format!(
-                "no column for {quantity}{}: {} NAME",
+                "no column for {quantity}{}: {} NAME{}",
                 nearest_text(nearest),
-                quantity.option()
+                quantity.option(),
+                quantity.without()
             ),
             other => other.to_string(),
         }
@@ -467,30 +478,6 @@ fn advice(error: &io::Error) -> &'static str {
         io::ErrorKind::PermissionDenied => "; give yourself the right to read it",
         _ => "",
     }
-}
-
-/// At most 30 names, each cut to 40 characters.
-fn list(names: &[String]) -> String {
-    const SHOWN: usize = 30;
-    let mut text = names
-        .iter()
-        .take(SHOWN)
-        .map(|name| format!("`{}`", clipped(name)))
-        .collect::<Vec<_>>()
-        .join(", ");
-    if names.len() > SHOWN {
-        text += &format!(" and {} more", names.len() - SHOWN);
-    }
-    text
-}
-
-/// The first 40 characters, control characters escaped.
-pub(crate) fn clipped(text: &str) -> String {
-    let mut clipped: String = text.chars().take(40).collect::<String>();
-    if clipped.len() < text.len() {
-        clipped.push('…');
-    }
-    clipped.escape_debug().to_string()
 }
 
 fn nearest_text(nearest: &Option<String>) -> String {

@@ -350,6 +350,30 @@ fn contained_rank(words: &[String], quantity: Quantity) -> Option<usize> {
     None
 }
 
+/// The first 40 characters, control characters escaped.
+pub(crate) fn clipped(text: &str) -> String {
+    let mut clipped: String = text.chars().take(40).collect::<String>();
+    if clipped.len() < text.len() {
+        clipped.push('…');
+    }
+    clipped.escape_debug().to_string()
+}
+
+/// At most 30 names, each cut to 40 characters.
+pub(crate) fn list(names: &[String]) -> String {
+    const SHOWN: usize = 30;
+    let mut text = names
+        .iter()
+        .take(SHOWN)
+        .map(|name| format!("`{}`", clipped(name)))
+        .collect::<Vec<_>>()
+        .join(", ");
+    if names.len() > SHOWN {
+        text += &format!(" and {} more", names.len() - SHOWN);
+    }
+    text
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -72,6 +72,16 @@ impl Quantity {
         }
     }
 
+    /// What a log cannot do without it, as the end of a sentence.
+    pub(crate) fn without(self) -> &'static str {
+        match self {
+            Self::Rudder => {
+                "; if none holds the rudder, this log cannot tell how the boat steers: record the rudder beside the heading"
+            }
+            _ => "",
+        }
+    }
+
     /// `--yaw-rate`, the option that chooses its column.
     pub fn option(self) -> String {
         format!("--{}", self.name().replace('_', "-"))

@@ -2,6 +2,7 @@
 
 use seatrial_core::{AbortReason, Outcome};
 
+use super::log_model::{LogModel, promises};
 use super::number::{decimals, percent, sentence, significant};
 use super::speed_figures::Speed;
 use seatrial::campaign::Campaign;
@@ -125,6 +126,7 @@ pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed], command: &str) 
         && judged.accepted
         && let (Some(slow), Some(fast)) = (speeds.first(), speeds.last())
     {
+        findings.extend(promises_of(campaign, speeds));
         findings.extend(how_it_steers(slow, fast));
     }
     let mut next: Vec<String> = action(&judged).into_iter().collect();
@@ -149,6 +151,19 @@ fn command_of(outcome: ModelOutcome, command: &str) -> String {
         ModelOutcome::DoNotUse => String::new(),
         _ => command.to_owned(),
     }
+}
+
+/// What the gains of a trial promise.
+fn promises_of(campaign: &Campaign, speeds: &[Speed]) -> Vec<String> {
+    let models = speeds.iter().map(|speed| {
+        LogModel::new(
+            [Some(speed.run.thrust), speed.run.surge_speed_m_s],
+            Some(speed.identification),
+            &speed.run.verdict,
+            Some(campaign.rudder_limit_rad),
+        )
+    });
+    promises(&models.collect::<Vec<_>>())
 }
 
 /// How many of the speeds that were tried have a usable model.
@@ -290,11 +305,11 @@ fn abort_cause(reason: AbortReason) -> &'static str {
 }
 
 /// The verdict on a log: the outcome, its cause, what to do about it and what to type next.
-pub(super) fn of_log(verdict: &Verdict, command: &str) -> Headline {
+pub(super) fn of_log(verdict: &Verdict, models: &[LogModel], command: &str) -> Headline {
     Headline {
         tone: verdict.outcome().into(),
         verdict: outcome_text(verdict.outcome()),
-        findings: cause(verdict),
+        findings: [promises(models), cause(verdict)].concat(),
         next: action(verdict).into_iter().collect(),
         command: command_of(verdict.outcome(), command),
     }

@@ -31,7 +31,7 @@ pub use field::render as render_field;
 pub use fit::{Overlaid, overlay};
 use headline::{Headline, Tone};
 pub use log::{Log, render as render_log};
-pub use log_model::LogModel;
+pub use log_model::{LogModel, promises};
 use number::{decimals, percent, sentence};
 use seatrial::campaign::{Campaign, Run};
 use seatrial::identification::{Reason, Verdict};

@@ -75,7 +75,7 @@ pub fn render(log: &Log) -> String {
         },
         subtitle: speeds_text(log.models),
         about: log.about.to_vec(),
-        headline: headline::of_log(log.verdict, log.command),
+        headline: headline::of_log(log.verdict, log.models, log.command),
         summary: has_models
             .then(|| tables::log_summary(log.models, log.record.rudder_unit, log.axis)),
         runs: vec![RunSection {

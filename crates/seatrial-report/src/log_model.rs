@@ -1,10 +1,12 @@
-//! A model of a log as it is shown.
+//! A model of one speed as it is shown.
 
 use super::speed_figures;
+use seatrial::course_change::CourseChange;
 use seatrial::gain_allowance::GainAllowance;
+use seatrial::gain_fall::{SpeedGain, falls};
 use seatrial::identification::{Identification, Verdict};
 
-/// A model of one speed of a log.
+/// A model of one speed of a log or of a trial.
 #[derive(Clone, Copy, Debug)]
 pub struct LogModel<'a> {
     /// A fraction of full.
@@ -15,9 +17,28 @@ pub struct LogModel<'a> {
     pub identification: Option<&'a Identification>,
     /// May it be used?
     pub verdict: &'a Verdict,
+    /// What a course change will do with the gain of an accepted model.
+    pub course_change: Option<CourseChange>,
 }
 
-impl LogModel<'_> {
+impl<'a> LogModel<'a> {
+    /// Of a speed, at this thrust and forward speed, m/s. `rudder_limit` is the full rudder in the unit of the record, where it is known.
+    pub fn new(
+        [thrust, surge_speed_m_s]: [Option<f64>; 2],
+        identification: Option<&'a Identification>,
+        verdict: &'a Verdict,
+        rudder_limit: Option<f64>,
+    ) -> Self {
+        let accepted = identification.filter(|_| verdict.accepted);
+        Self {
+            thrust,
+            surge_speed_m_s,
+            identification,
+            verdict,
+            course_change: accepted.and_then(|found| CourseChange::of(found, rudder_limit)),
+        }
+    }
+
     /// K_p of an accepted model of yaw, for a damping ratio of 0.71.
     pub fn gain(&self) -> Option<f64> {
         let is_steered =
@@ -28,4 +49,33 @@ impl LogModel<'_> {
             .ok()
             .map(|gain| gain.proportional_gain)
     }
+
+    /// `80 % thrust` or `1.63 m/s`.
+    fn name(&self) -> String {
+        match (self.thrust, self.surge_speed_m_s) {
+            (Some(thrust), _) => format!("{:.0} % thrust", 100.0 * thrust),
+            (None, Some(speed)) => format!("{speed:.2} m/s"),
+            (None, None) => "the one speed".into(),
+        }
+    }
+}
+
+/// What the gains of all speeds promise, and which of them has fallen below the others: one sentence each, for every edge.
+pub fn promises(models: &[LogModel]) -> Vec<String> {
+    let changes = models.iter().filter_map(|model| model.course_change);
+    let promised = CourseChange::of_all(changes).map(|change| change.sentence());
+    let named: Vec<(String, f64, &Identification)> = models
+        .iter()
+        .filter_map(|model| Some((model.name(), model.gain()?, model.identification?)))
+        .collect();
+    let gains: Vec<SpeedGain> = named
+        .iter()
+        .map(|(name, gain, identification)| SpeedGain {
+            name,
+            gain: *gain,
+            identification,
+        })
+        .collect();
+    let fallen = falls(&gains, speed_figures::DAMPING_RATIO);
+    promised.into_iter().chain(fallen).collect()
 }

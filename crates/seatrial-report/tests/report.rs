@@ -45,12 +45,12 @@ fn pages() -> Vec<(&'static str, String)> {
     partly.runs.push(again);
     let one = made_up_trial::campaign(&[0.8]);
     let run = &one.runs[0];
-    let models = [LogModel {
-        thrust: Some(run.thrust),
-        surge_speed_m_s: run.surge_speed_m_s,
-        identification: run.identification.as_ref(),
-        verdict: &run.verdict,
-    }];
+    let models = [LogModel::new(
+        [Some(run.thrust), run.surge_speed_m_s],
+        run.identification.as_ref(),
+        &run.verdict,
+        None,
+    )];
     let log = Log {
         axis: seatrial_core::Axis::Yaw,
         name: "run_80.csv",
@@ -311,12 +311,12 @@ fn exact_a_fraction_of_full_rudder_is_no_angle() {
             validation: None,
             identification: run.identification.as_ref(),
             verdict: &run.verdict,
-            models: &[LogModel {
-                thrust: None,
-                surge_speed_m_s: None,
-                identification: run.identification.as_ref(),
-                verdict: &run.verdict,
-            }],
+            models: &[LogModel::new(
+                [None, None],
+                run.identification.as_ref(),
+                &run.verdict,
+                None,
+            )],
             command: "",
             about: &[],
             provenance: &[],

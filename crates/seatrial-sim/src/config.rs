@@ -226,6 +226,20 @@ impl VehicleConfig {
         }
     }
 
+    /// This vehicle in `times` the time: rates of turn are divided by `times`, accelerations by its square; angles, speeds and
+    /// instruments stay.
+    pub fn slowed(mut self, times: f64) -> Self {
+        self.surge_time_constant_s *= times;
+        self.disturbance.standard_deviation_rad_s2 /= times * times;
+        self.disturbance.correlation_time_s *= times;
+        for point in &mut self.speeds {
+            point.a22_per_s /= times;
+            point.b2_per_s2 /= times * times;
+            point.c0_rad_per_s2 /= times * times;
+        }
+        self
+    }
+
     /// The vehicle of a TOML text.
     pub fn from_toml(text: &str) -> Result<Self, ConfigError> {
         let config: Self = toml::from_str(text)?;

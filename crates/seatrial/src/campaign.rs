@@ -163,6 +163,23 @@ impl Campaign {
         several_speeds::whole(&parts, UNIT, reasons)
     }
 
+    /// Why the runs that were accepted by themselves are not to be used: `whole`, the verdict of the campaign, refuses them. `None`
+    /// where it refuses none.
+    pub fn changed_by_the_whole(&self, whole: &Verdict) -> Option<String> {
+        let accepted = self.accepted_runs();
+        if whole.accepted || accepted.is_empty() {
+            return None;
+        }
+        let each: Vec<String> = accepted
+            .iter()
+            .map(|run| format!("run {} {}", run.number, run.verdict.outcome().name()))
+            .collect();
+        Some(format!(
+            "By itself {}. Together they are not to be used, for the cause below.",
+            each.join(", ")
+        ))
+    }
+
     /// Was a run refused for its compass, and did the compass then end the trial? What it said in between is not known to be right.
     fn compass_failed_again(&self) -> bool {
         let is_spoilt = |run: &Run| {

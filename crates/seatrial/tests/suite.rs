@@ -1,6 +1,7 @@
 //! Every test of the crate in one program: it links once. `cargo nextest run --workspace -E 'test(/^amplitude::/)'` runs one file.
 
 mod amplitude;
+mod course_change;
 mod drift;
 mod exact_plants;
 mod examined;

@@ -1,6 +1,7 @@
 //! `identify --json`.
 
 use seatrial::Window;
+use seatrial::course_change::CourseChange;
 use seatrial::identification::{
     HigherOrder, LagEffect, Online, Reader, Refined, RejectedSamples, Restoring, Settings,
     ValidRange, Validation, Verdict,
@@ -11,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::advice;
 use crate::identify_log::{IdentifiedLog, SpeedModel};
+use crate::log_page::speed_rows;
 use crate::logs::{OpenedLog, Source};
 
 /// What a log was identified as: a model, or several, or why there is none.
@@ -45,6 +47,9 @@ pub struct IdentificationDocument {
     pub loop_timing: Option<LoopTiming<f64>>,
     /// Over what rudder, headings, speeds and frequencies the model was seen.
     pub valid_range: Option<ValidRange>,
+    /// The overshoot of a course change with the gains of the accepted models, over all speeds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first_answer: Option<CourseChange>,
     /// May the model be used?
     pub verdict: Verdict,
     /// The model of each speed, where the log has several manoeuvres; the model above is the surest of them.
@@ -97,6 +102,11 @@ impl IdentificationDocument {
             lag_effect: model.and_then(|model| model.lag_effect),
             loop_timing: model.and_then(|model| model.loop_timing),
             valid_range: model.and_then(|model| model.valid_range),
+            first_answer: CourseChange::of_all(
+                speed_rows(found)
+                    .into_iter()
+                    .filter_map(|row| row.course_change),
+            ),
             verdict: found.verdict().clone(),
             models: found.models.clone(),
         }

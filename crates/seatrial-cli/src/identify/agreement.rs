@@ -72,7 +72,7 @@ fn most_figures(text: &str) -> usize {
 
 fn assert_fits(text: &str, speeds: usize, about: &str) {
     let lines = text.lines().count();
-    assert!(lines < 12 + speeds, "{about}: {lines} lines\n{text}");
+    assert!(lines < 15 + speeds, "{about}: {lines} lines\n{text}");
     for line in text.lines() {
         let width = line.chars().count();
         assert!(width <= PLAIN_WIDTH, "{about}: {width} columns\n{text}");
@@ -138,5 +138,42 @@ fn cli_a_log_gets_one_outcome_in_all_places() {
         Outcome::DoNotUse,
     ] {
         assert!(outcomes.contains(&outcome), "no log is {}", outcome.name());
+    }
+}
+
+/// At every width the verdict, the gain, T, K and what the gain promises; the parameters of the model only where there is room.
+#[test]
+fn cli_a_narrow_screen_drops_the_parameters_before_the_gain() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let log = folder.path().join("run.csv");
+    let out = log.to_str().expect("UTF-8");
+    let made = seatrial_dev::run(&["sim", "log", "--seed", "1", "--out", out]);
+    assert!(made.status.success());
+    let found = identify_log(&log, &Options::default()).expect("a log");
+    for (width, has_parameters) in [(60, false), (80, true), (200, true)] {
+        let text = super::text(&found, "seatrial identify run.csv", None, width);
+        let heading = text
+            .lines()
+            .find(|line| line.contains("K_p"))
+            .expect("a table");
+        let columns: Vec<&str> = heading.split_whitespace().collect();
+        for column in ["speed", "T", "K", "overshoot", "K_p", "verdict"] {
+            assert!(columns.contains(&column), "{width}: {column}\n{text}");
+        }
+        assert_eq!(columns.contains(&"a22"), has_parameters, "{width}\n{text}");
+        assert_eq!(
+            text.contains("On a wider screen"),
+            !has_parameters,
+            "{width}\n{text}"
+        );
+        let flat = seatrial_dev::unwrapped(&text);
+        assert!(
+            flat.contains("A 40 deg course change will overshoot by 0 to 3 deg"),
+            "{text}"
+        );
+        assert!(
+            text.lines().all(|line| line.chars().count() <= width),
+            "{width}\n{text}"
+        );
     }
 }

@@ -122,7 +122,7 @@ Examples:
       --out plan.toml && seatrial trial --plan plan.toml
   seatrial plan --time-constant 20 --sample-interval 0.5 --a22 -0.05 \\
       --b2 0.003 --speed 3 --out slow.toml
-  seatrial plan --target a22:10%,b2:6% --adopt recommended --out plan.toml
+  seatrial plan --target a22:15%,b2:8% --adopt recommended --out plan.toml
   seatrial plan --thrust 1 --surge --out plan.toml
   seatrial plan --a22 -0.9 --b2 0.7 --speed 1.2 --thrust 0.6 \\
       --noise-deg 1 --disturbance 0.005,2 --compare
@@ -151,10 +151,10 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         output.save(path, &toml)?;
     }
     if args.out.is_none() && !output.json {
-        eprintln!("{}", text(&document));
+        eprintln!("{}", text(&document, None));
         output.print(&document, || toml)?;
     } else {
-        output.print(&document, || text(&document))?;
+        output.print(&document, || text(&document, args.out.as_deref()))?;
     }
     Ok(match document.will_do() {
         true => Exit::Done,

@@ -1,6 +1,7 @@
 //! A plan's preview in words and tables.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use seatrial::preview::{Comparison, Predicted, Preview, SurgeStep, Target};
 use seatrial::surge_estimate::ExpectedSurge;
@@ -12,7 +13,25 @@ use super::too_little;
 use crate::screen::{width, wrapped};
 use crate::table::Table;
 
-pub(super) fn text(document: &PlannedTrial) -> String {
+/// A trial that takes longer than this is begun with one speed, s.
+const LONG_S: f64 = 3600.0;
+
+/// What to leave out of a plan that takes long.
+fn shorter(plan: &Plan<f64>, duration_s: f64) -> Option<String> {
+    let speeds = plan.thrusts.len();
+    if duration_s < LONG_S || speeds < 2 {
+        return None;
+    }
+    let thrust = plan.thrusts.iter().copied().nth(speeds / 2)?;
+    Some(format!(
+        "LONG: begin with one speed, which takes some {:.0} min of these {:.0}: the same command with --thrust {thrust}. In the file, observe_s of both stages and at_least_s of settling are what to shorten.\n",
+        duration_s / speeds as f64 / 60.0,
+        duration_s / 60.0
+    ))
+}
+
+/// The preview; `written` is the file of the plan.
+pub(super) fn text(document: &PlannedTrial, written: Option<&Path>) -> String {
     let mut text = preview_text(&document.preview, &document.plan);
     if let Some(comparison) = &document.comparison {
         let _ = write!(text, "\n{}", comparison_text(comparison));
@@ -22,6 +41,16 @@ pub(super) fn text(document: &PlannedTrial) -> String {
     }
     if let Some(surge) = &document.surge {
         let _ = write!(text, "\n{}", surge_text(surge));
+    }
+    if let Some(shorter) = shorter(&document.plan, document.preview.preview.duration_s) {
+        let _ = write!(text, "\n{shorter}");
+    }
+    if let Some(file) = written {
+        let file = file.display();
+        let _ = write!(
+            text,
+            "\nWritten {file}\nNext    seatrial trial --plan {file}\n"
+        );
     }
     wrapped(&text, width())
 }

@@ -6,6 +6,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::channel;
 
+use qrcode::QrCode;
+use qrcode::render::unicode::Dense1x2;
 use seatrial_app::commission::GainsVehicle;
 use seatrial_app::simulated::BUILT_IN;
 use seatrial_app::trial_run::{TrialVehicle, View};
@@ -14,7 +16,7 @@ use serde::Serialize;
 
 use super::{AccessArgs, Args};
 use crate::interrupt::on_interrupt;
-use crate::output::{Exit, Failure, Output, say};
+use crate::output::{Exit, Failure, Output, say, say_laid_out};
 use crate::vehicle;
 
 #[derive(Serialize)]
@@ -86,7 +88,51 @@ fn start(
             tokens.operator, tokens.viewer
         ));
     }
+    if let Some(code) = server.code() {
+        say_laid_out(&way_in(server.network_url().as_deref(), code));
+    }
     Ok(server)
+}
+
+/// How a phone in the network gets in.
+fn way_in(url: Option<&str>, code: &str) -> String {
+    let place = url.unwrap_or("the address of this machine in its network, which is not known");
+    let picture = url.map_or(String::new(), qr_code);
+    format!(
+        "{picture}On a phone or another computer in the network open\n  {place}\nand give the code {code} where a token is asked for. Until this server ends\nwhoever has the code commands."
+    )
+}
+
+/// A QR code of half blocks, two rows to a line: its light parts are filled, as a terminal writes light on dark.
+fn qr_code(url: &str) -> String {
+    let Ok(code) = QrCode::new(url) else {
+        return String::new();
+    };
+    code.render::<Dense1x2>()
+        .dark_color(Dense1x2::Light)
+        .light_color(Dense1x2::Dark)
+        .build()
+        + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_a_phone_is_told_address_and_code_and_gets_a_picture() {
+        let said = way_in(Some("http://192.168.1.20:8042/"), "7K3M-Q0XV");
+        assert!(said.contains("http://192.168.1.20:8042/") && said.contains("7K3M-Q0XV"));
+        // Version 2 has 25 modules and a margin of four on each side.
+        let picture: Vec<&str> = said.lines().take_while(|l| !l.contains("phone")).collect();
+        assert_eq!(picture.len(), 17, "{said}");
+        assert!(
+            picture.iter().all(|line| line.chars().count() == 33),
+            "{said}"
+        );
+        let unknown = way_in(None, "7K3M-Q0XV");
+        assert!(unknown.contains("not known") && !unknown.contains('\u{2588}'));
+    }
 }
 
 /// A dashboard that goes with a trial.

@@ -14,6 +14,7 @@ use seatrial::preview::{Target, parse_target};
 use seatrial_app::next;
 use seatrial_app::recording::Recording;
 use seatrial_app::report::page;
+use seatrial_app::simulated::slow_name;
 use seatrial_app::trial_run::{self, Ended, Order, Sinks};
 use seatrial_app::{TrialPlan, load_plan};
 use seatrial_core::{Axis, Outcome};
@@ -48,8 +49,9 @@ pub struct Args {
     /// for any other; mavlink:udp:HOST:PORT, which listens there, mavlink:udpout:HOST:PORT,
     /// mavlink:tcp:HOST:PORT or mavlink:serial:DEVICE:BAUD for an autopilot; ros2:FILE.toml for a vehicle on ROS 2, which
     /// needs a seatrial built with --features ros2, or ros2-zenoh.
-    #[arg(long, value_name = "VEHICLE", default_value = "sim:starfish")]
-    vehicle: String,
+    /// sim:slow:T is simulated, too, with a time constant of T s [default: sim:starfish, or one as slow as the plan is for].
+    #[arg(long, value_name = "VEHICLE")]
+    vehicle: Option<String>,
     /// Faults that befall a simulated vehicle, and sensors and sea that it meets: one that comes with the program, as bad_compass,
     /// or a TOML file as docs/faults.md describes.
     #[arg(long, value_name = "NAME|FILE")]
@@ -144,6 +146,13 @@ impl Args {
         Ok(plan.behind_servo(self.servo.rudder_delay, self.servo.rudder_lag)?)
     }
 
+    /// The vehicle that is named, else a simulated one that is as slow as the plan is for.
+    fn vehicle(&self, plan: &TrialPlan) -> String {
+        let as_slow = || plan.time_constant_s.map(slow_name);
+        let named = self.vehicle.clone().or_else(as_slow);
+        named.unwrap_or_else(|| "sim:starfish".into())
+    }
+
     fn order(&self, plan: TrialPlan, times_faster: Option<f64>, stop: Arc<AtomicBool>) -> Order {
         Order {
             plan,
@@ -162,7 +171,7 @@ impl Args {
         }
     }
 
-    fn sinks(&self, output: &Output) -> Result<Sinks, Failure> {
+    fn sinks(&self, vehicle: &str, output: &Output) -> Result<Sinks, Failure> {
         let recording = self.record.as_ref().map(|path| {
             let format = format_of(path, "--record")?;
             Recording::start(output.files(), path, format).map_err(Failure::from)
@@ -172,7 +181,7 @@ impl Args {
             logbook: self.logbook.clone(),
             recording: recording.transpose()?,
             rows: viewer.into_iter().collect(),
-            views: vec![Box::new(Terminal::new(&self.vehicle))],
+            views: vec![Box::new(Terminal::new(vehicle))],
         })
     }
 }
@@ -181,11 +190,12 @@ fn conduct(args: &Args, times_faster: Option<f64>, output: &Output) -> Result<Ex
     let plan = args.plan()?;
     let stop = interrupted().map_err(Failure::internal)?;
     let scenario = args.scenario.as_deref();
-    let vehicle = vehicle::named(&args.vehicle, scenario, &args.link, &args.logbook)?;
+    let name = args.vehicle(&plan);
+    let vehicle = vehicle::named(&name, scenario, &args.link, &args.logbook)?;
     if !vehicle.is_simulated() {
         only_simulated(args)?;
     }
-    let mut sinks = args.sinks(output)?;
+    let mut sinks = args.sinks(&name, output)?;
     let dashboard = (args.serve.as_deref())
         .map(|listen| serve::beside(listen, &args.access, &args.logbook, &stop))
         .transpose()?;

@@ -10,7 +10,7 @@ use seatrial_logbook::{CampaignId, Logbook};
 
 use crate::identify::cause_text;
 use crate::screen::{command, labelled};
-use crate::speed_table::{SpeedRow, run_row, speed_table};
+use crate::speed_table::{SpeedRow, promise_text, run_row, speed_table};
 
 pub(super) fn run_line(run: &Run) -> String {
     let cause = run.verdict.cause().map_or("", |r| r.text.as_str());
@@ -46,17 +46,17 @@ pub(super) fn text(
     let mut text = verdict.outcome().name().to_uppercase() + "\n";
     if let Some(Outcome::Aborted(_)) = campaign.outcome {
         text += &labelled("", &aborted_text(campaign), width);
-    } else if !verdict.accepted && !campaign.accepted_runs().is_empty() {
-        text += "Run by run there were models, but together they contradict each other.\n";
+    }
+    if let Some(why) = campaign.changed_by_the_whole(&verdict) {
+        text += &labelled("", &why, width);
     }
     let rows: Vec<SpeedRow> = campaign
         .deciding_runs()
         .into_iter()
-        .map(|run| run_row(run, &verdict))
+        .map(|run| run_row(campaign, run, &verdict))
         .collect();
-    if let Some(table) = speed_table(&rows, width) {
-        let _ = writeln!(text, "{table}");
-    }
+    text += &promise_text(&rows, width);
+    text += &speed_table(&rows, width).map_or(String::new(), |table| table + "\n");
     let remarks = logbook.map(|logbook| next::remarks_of_trial(number, logbook));
     text += &cause_text(&verdict, &remarks.unwrap_or_default(), width);
     if campaign.is_rehearsal() {

@@ -372,10 +372,11 @@ impl<W: Wire> Autopilot<W> {
             return;
         };
         let is_set = self.set_mode(mode, CHANGE_S);
+        let name = self.profile().mode_text(mode);
         let text = match is_set {
-            true => format!("{mode}, in which the autopilot steers to the heading that we ask for"),
+            true => format!("{name}, in which the autopilot steers to the heading that we ask for"),
             false => {
-                format!("it does not go into mode {mode}, in which it would steer to headings")
+                format!("it does not go into mode {name}, in which it would steer to headings")
             }
         };
         found.check("mode", is_set, text);

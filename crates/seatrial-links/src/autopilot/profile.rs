@@ -74,6 +74,43 @@ impl Profile {
         }
     }
 
+    /// A `custom_mode` by the name that its ground stations give it, with its number.
+    pub(super) fn mode_text(self, mode: u32) -> String {
+        let names: &[(u32, &str)] = match self {
+            Self::Rover => &[
+                (0, "Manual"),
+                (1, "Acro"),
+                (3, "Steering"),
+                (4, "Hold"),
+                (5, "Loiter"),
+                (6, "Follow"),
+                (7, "Simple"),
+                (10, "Auto"),
+                (11, "RTL"),
+                (12, "Smart RTL"),
+                (15, "Guided"),
+            ],
+            Self::Sub => &[
+                (0, "Stabilize"),
+                (1, "Acro"),
+                (2, "Depth Hold"),
+                (3, "Auto"),
+                (4, "Guided"),
+                (7, "Circle"),
+                (9, "Surface"),
+                (16, "Position Hold"),
+                (19, "Manual"),
+            ],
+            Self::Px4 => &[(1 << 16, "Manual")],
+            Self::Generic => &[],
+        };
+        let known = names.iter().find(|(number, _)| *number == mode);
+        match known {
+            Some((_, name)) => format!("{name} ({mode})"),
+            None => format!("number {mode}"),
+        }
+    }
+
     /// `custom_mode` in which the autopilot steers to headings that are sent to it.
     pub(super) fn heading_mode(self) -> Option<u32> {
         match self {

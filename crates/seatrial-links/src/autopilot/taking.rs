@@ -77,13 +77,14 @@ impl<W: Wire> Autopilot<W> {
             return true;
         };
         let is_set = self.set_mode(mode, CHANGE_S);
+        let name = self.profile().mode_text(mode);
         found.check(
             "mode",
             is_set,
             match is_set {
-                true => format!("{mode}, in which the rudder follows us"),
+                true => format!("{name}, in which the rudder follows us"),
                 false => {
-                    format!("it does not go into mode {mode}, in which the rudder would follow us")
+                    format!("it does not go into mode {name}, in which the rudder would follow us")
                 }
             },
         );

@@ -27,7 +27,7 @@ pub enum ReasonCode {
     NotAVessel,
     /// The training window holds too few usable samples.
     TooFewSamples,
-    /// The rudder did not move.
+    /// The rudder did not move, or hardly.
     RudderConstant,
     /// The heading did not move.
     HeadingConstant,

@@ -165,7 +165,7 @@ fn of_log(code: &ReasonCode) -> Option<Words> {
 fn of_compass_and_rudder(code: &ReasonCode) -> Option<Words> {
     match code {
         ReasonCode::RudderConstant => same(
-            "The rudder did not move.",
+            "No manoeuvre: the rudder hardly moved.",
             "Steer a doublet: the rudder to one side, then to the other.",
         ),
         ReasonCode::HeadingConstant => same(

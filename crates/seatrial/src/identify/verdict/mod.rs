@@ -7,13 +7,13 @@ mod parameters;
 mod record;
 mod validation;
 
-use seatrial_core::{Axis, GoodnessOfFit, YawModel};
+use seatrial_core::{Axis, GoodnessOfFit, RudderUnit, YawModel};
 
 use super::checked::Checked;
 pub use super::refusal::{refuse_record, rudder_constant};
 use crate::figures::r2_text;
 pub use crate::figures::three_figures;
-use crate::identification::{LEAST_R2, Reason, ReasonCode, Refined, Validation, Verdict};
+use crate::identification::{LEAST_R2, Outcome, Reason, ReasonCode, Refined, Validation, Verdict};
 pub use crate::identification::{WIDEST_A22, WIDEST_B2};
 use crate::plausibility::Doubt;
 use validation::OffsetDrift;
@@ -60,7 +60,22 @@ pub(super) fn judge(checked: &Checked) -> Verdict {
     }
     weighing.mishaps(checked);
     weighing.extrapolation(checked);
-    weighing.verdict(checked.validation)
+    first_of_all_the_rudder(weighing.verdict(checked.validation), checked)
+}
+
+/// A rudder that moved by less than this to either side, rad (1.5 deg), and gave no model, hardly moved.
+const HARDLY_MOVED_RAD: f64 = 0.026;
+
+/// The verdict, which names a rudder that hardly moved before all that follows from it.
+fn first_of_all_the_rudder(mut verdict: Verdict, checked: &Checked) -> Verdict {
+    let (amplitude_rad, unit) = (checked.log.rudder_amplitude_rad, checked.log.rudder_unit);
+    let has_hardly_moved = unit == RudderUnit::Rad && amplitude_rad < HARDLY_MOVED_RAD;
+    if has_hardly_moved && verdict.outcome() == Outcome::DoNotUse {
+        verdict
+            .reasons
+            .insert(0, rudder_constant(amplitude_rad, unit));
+    }
+    verdict
 }
 
 fn offset_drift(checked: &Checked) -> Option<OffsetDrift> {
