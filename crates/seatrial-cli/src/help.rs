@@ -194,10 +194,7 @@ mod tests {
             for id in first {
                 let option = format!("--{} ", id.replace('_', "-"));
                 let found = |line: &&str| format!("{line} ").starts_with(&option);
-                assert!(
-                    options(&page).iter().any(|line| found(line)),
-                    "{verb} {option}"
-                );
+                assert!(options(&page).iter().any(found), "{verb} {option}");
             }
             assert!(options(&all).len() > 30, "{all}");
         }

@@ -136,22 +136,37 @@ pub struct Server {
     thread: Option<JoinHandle<()>>,
 }
 
-/// The tokens where they are needed, those that were just made, and on a network the code of this server.
-fn of_access(
-    settings: &Settings,
-) -> Result<(Option<Tokens>, Option<NewTokens>, Option<String>), StartError> {
-    let is_loopback = settings.listen.ip().is_loopback();
-    if !settings.token_needed && is_loopback {
-        return Ok((None, None, None));
+/// What a server asks for: tokens where they are needed, those that were just made, and on a network its code.
+#[derive(Default)]
+struct Access {
+    tokens: Option<Tokens>,
+    new_tokens: Option<NewTokens>,
+    code: Option<String>,
+}
+
+impl Access {
+    fn of(settings: &Settings) -> Result<Self, StartError> {
+        let is_loopback = settings.listen.ip().is_loopback();
+        if !settings.token_needed && is_loopback {
+            return Ok(Self::default());
+        }
+        let path = settings.logbook.with_extension("tokens.json");
+        let (tokens, new_tokens) = Tokens::of_file(&path, settings.new_tokens)
+            .map_err(|error| StartError::Tokens(path, error))?;
+        let code = match is_loopback {
+            true => None,
+            false => Some(short_code().map_err(StartError::System)?),
+        };
+        let tokens = match &code {
+            Some(code) => tokens.with_code(code),
+            None => tokens,
+        };
+        Ok(Self {
+            tokens: Some(tokens),
+            new_tokens,
+            code,
+        })
     }
-    let path = settings.logbook.with_extension("tokens.json");
-    let (tokens, new) = Tokens::of_file(&path, settings.new_tokens)
-        .map_err(|error| StartError::Tokens(path, error))?;
-    if is_loopback {
-        return Ok((Some(tokens), new, None));
-    }
-    let code = short_code().map_err(StartError::System)?;
-    Ok((Some(tokens.with_code(&code)), new, Some(code)))
 }
 
 impl Server {
@@ -163,7 +178,7 @@ impl Server {
     ) -> Result<Self, StartError> {
         let writer = Logbook::open(&settings.logbook).map_err(StartError::Logbook)?;
         let is_loopback = settings.listen.ip().is_loopback();
-        let (tokens, new_tokens, code) = of_access(settings)?;
+        let access = Access::of(settings)?;
         let listen = |error| StartError::Listen(settings.listen, error);
         let listener = TcpListener::bind(settings.listen).map_err(listen)?;
         listener.set_nonblocking(true).map_err(listen)?;
@@ -173,7 +188,7 @@ impl Server {
             autopilots,
             logbook: settings.logbook.clone(),
             writer: Mutex::new(writer),
-            tokens,
+            tokens: access.tokens,
             is_loopback,
             hosts: settings.hosts.clone(),
             rates: Rates::new(settings.requests_per_s),
@@ -200,8 +215,8 @@ impl Server {
             .map_err(StartError::System)?;
         Ok(Self {
             address,
-            new_tokens,
-            code,
+            new_tokens: access.new_tokens,
+            code: access.code,
             shared,
             thread: Some(thread),
         })

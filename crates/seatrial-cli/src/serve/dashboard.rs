@@ -115,26 +115,6 @@ fn qr_code(url: &str) -> String {
         + "\n"
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn exact_a_phone_is_told_address_and_code_and_gets_a_picture() {
-        let said = way_in(Some("http://192.168.1.20:8042/"), "7K3M-Q0XV");
-        assert!(said.contains("http://192.168.1.20:8042/") && said.contains("7K3M-Q0XV"));
-        // Version 2 has 25 modules and a margin of four on each side.
-        let picture: Vec<&str> = said.lines().take_while(|l| !l.contains("phone")).collect();
-        assert_eq!(picture.len(), 17, "{said}");
-        assert!(
-            picture.iter().all(|line| line.chars().count() == 33),
-            "{said}"
-        );
-        let unknown = way_in(None, "7K3M-Q0XV");
-        assert!(unknown.contains("not known") && !unknown.contains('\u{2588}'));
-    }
-}
-
 /// A dashboard that goes with a trial.
 pub struct Beside(Server);
 
@@ -168,4 +148,24 @@ fn address(listen: &str) -> Result<SocketAddr, Failure> {
     found
         .next()
         .ok_or_else(|| Failure::usage(format!("--listen {listen}: {expected}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_a_phone_is_told_address_and_code_and_gets_a_picture() {
+        let said = way_in(Some("http://192.168.1.20:8042/"), "7K3M-Q0XV");
+        assert!(said.contains("http://192.168.1.20:8042/") && said.contains("7K3M-Q0XV"));
+        // Version 2 has 25 modules and a margin of four on each side.
+        let picture: Vec<&str> = said.lines().take_while(|l| !l.contains("phone")).collect();
+        assert_eq!(picture.len(), 17, "{said}");
+        assert!(
+            picture.iter().all(|line| line.chars().count() == 33),
+            "{said}"
+        );
+        let unknown = way_in(None, "7K3M-Q0XV");
+        assert!(unknown.contains("not known") && !unknown.contains('\u{2588}'));
+    }
 }
