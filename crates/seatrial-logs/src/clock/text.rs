@@ -25,6 +25,12 @@ pub(crate) fn instant(text: &str) -> Option<Timestamp> {
     if let Some(year_first) = year_first(text) {
         return instant(&year_first);
     }
+    // `20261120_120000.05`
+    if let (Some(date), Some(b'_' | b'-' | b' ')) = (text.get(..8), text.as_bytes().get(8))
+        && is_number(date)
+    {
+        return instant(&format!("{date}T{}", &text[9..]));
+    }
     let is_basic = text.as_bytes()[..8].iter().all(u8::is_ascii_digit) && text.contains('T');
     if !text.contains('-') && !is_basic {
         return None;
@@ -220,6 +226,8 @@ mod tests {
             "2026/11/20 12:00:00.05",
             "11/20/2026 12:00:00.05",
             "2026-11-20 12:00:00.05",
+            "20261120_120000.05",
+            "20261120-120000.05",
         ] {
             assert_eq!(instant(text), Some(expected), "{text}");
         }
