@@ -115,7 +115,7 @@ fn format(start: &[u8]) -> Format {
         Format::Expedition
     } else if crate::signal_k::is_start(start) {
         Format::SignalK
-    } else if start.starts_with(b"%%") {
+    } else if start.starts_with(b"%%%%") || start.starts_with(b"%% LOG") {
         Format::Alog
     } else if start.starts_with(ROS1) {
         Format::Rosbag1

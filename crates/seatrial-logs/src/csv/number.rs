@@ -66,10 +66,16 @@ fn of_full_width(text: &str, decimal_comma: bool) -> Option<f64> {
     number(&text.chars().map(narrow).collect::<String>(), decimal_comma)
 }
 
-/// `12.5 S` and `12.5 P` of a rudder to starboard and port, `41.5 T` of a true heading.
+/// `12.5 S`, `S 12.5` and `12.5 P` of a rudder to starboard and port, `41.5 T` of a true heading.
 fn with_a_letter(text: &str, decimal_comma: bool) -> Option<f64> {
-    let at = text.find(|c: char| c.is_ascii_alphabetic())?;
-    let (number_text, letters) = text.split_at(at);
+    let is_letter = |c: char| c.is_ascii_alphabetic();
+    let (number_text, letters) = match text.find(is_letter)? {
+        0 => {
+            let (letters, number) = text.split_at(text.find(|c| !is_letter(c))?);
+            (number.trim_start(), letters)
+        }
+        at => text.split_at(at),
+    };
     let (_, sign) = LETTERS
         .iter()
         .find(|(word, _)| word.eq_ignore_ascii_case(letters))?;
@@ -85,8 +91,17 @@ fn degrees_and_minutes(text: &str) -> Option<f64> {
     // A backslash before a quotation mark is how some programs write it.
     let rest = rest.replace('\\', "").replace(',', ".");
     let (minutes, rest) = rest.split_once(MINUTES)?;
-    let sixtieths = |text: &str| text.trim().parse().ok().filter(|n| (0.0..60.0).contains(n));
-    let seconds = match rest.trim().trim_end_matches(SECONDS) {
+    let sixtieths = |text: &str| {
+        text.trim()
+            .parse()
+            .ok()
+            .filter(|n| (0.0..=60.0).contains(n))
+    };
+    let seconds = match rest
+        .trim()
+        .trim_end_matches(SECONDS)
+        .trim_end_matches(MINUTES)
+    {
         "" => 0.0,
         seconds => sixtieths(seconds)?,
     };
@@ -186,6 +201,12 @@ mod tests {
             ("12.5° port", false, Some(-12.5)),
             ("41.5T", false, Some(41.5)),
             ("-12.5 P", false, None),
+            ("S12.5", false, Some(12.5)),
+            ("PORT 12,5", true, Some(-12.5)),
+            ("P-12.5", false, None),
+            ("X12.5", false, None),
+            ("338° 60.0'", false, Some(339.0)),
+            ("330°15\\'27''", false, Some(330.2575)),
             ("1,23,4.5", false, None),
             ("12 34", false, None),
             ("port", false, None),
