@@ -74,6 +74,7 @@ units! {
     Mil "mil" Angle TURN / 6400.0, &["mil", "mils"];
     Milliradian "mrad" Angle 1e-3, &["mrad", "milliradian", "milliradians"];
     TenthMilliradian "1e-4rad" Angle 1e-4, &["1e 4rad", "1e 4 rad", "0 0001 rad"];
+    Turn "turn" Angle TURN, &["turn", "turns", "rev", "revolution", "revolutions"];
     Count8 "turn/256" Angle TURN / 256.0, &["turn 256"];
     Count10 "turn/1024" Angle TURN / 1024.0, &["turn 1024"];
     Count12 "turn/4096" Angle TURN / 4096.0, &["turn 4096"];
