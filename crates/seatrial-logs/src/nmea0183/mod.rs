@@ -53,9 +53,31 @@ pub(crate) struct Sentences {
     interval_s: Option<f64>,
     ready: VecDeque<(usize, f64, Vec<f64>)>,
     untimed: u64,
-    has_own_times: bool,
+    stamps: Stamps,
     /// Sentences whose checksum is not that of their bytes.
     wrong_sums: u64,
+}
+
+/// Times before sentences.
+#[derive(Default)]
+struct Stamps {
+    count: u64,
+    /// Of every kind, the last.
+    last_s: Vec<f64>,
+    /// Those that are the same as the one before of their kind.
+    repeated: u64,
+    /// Do most sentences share the time of the one before of their kind?
+    are_shared: bool,
+}
+
+impl Stamps {
+    fn take(&mut self, kind: usize, own_s: f64) {
+        self.last_s
+            .resize(self.last_s.len().max(kind + 1), f64::NAN);
+        self.repeated += u64::from(self.last_s[kind] == own_s);
+        self.last_s[kind] = own_s;
+        self.count += 1;
+    }
 }
 
 /// The time of the sentences that have none of their own.
@@ -177,16 +199,22 @@ fn source_before(text: &str) -> String {
     parts.collect::<Vec<_>>().join(" ")
 }
 
-/// What stands before a sentence, and its cells. `None` of what is none or has a wrong checksum.
+/// What stands before a sentence, or else behind it, and its cells. `None` of what is none or has a wrong checksum.
 pub(crate) fn sentence(line: &str) -> Option<(&str, Vec<&str>)> {
     let at = line.find(['$', '!'])?;
     let (before, body) = (&line[..at], &line[at + 1..]);
-    let body = match body.rsplit_once('*') {
+    let (body, behind) = match body.rsplit_once('*') {
         Some((body, sum)) => {
             let found = body.bytes().fold(0, |sum, byte| sum ^ byte);
-            (u8::from_str_radix(sum.trim().get(..2)?, 16).ok()? == found).then_some(body)?
+            let (sum, behind) = sum.trim().split_at_checked(2)?;
+            (u8::from_str_radix(sum, 16).ok()? == found).then_some((body, behind))?
         }
-        None => body,
+        None => (body, ""),
+    };
+    // Some write the time behind the sentence.
+    let before = match before.trim().is_empty() {
+        true => behind.trim_start_matches([',', ';', ' ', '\t']),
+        false => before,
     };
     let cells: Vec<&str> = body.split(',').map(str::trim).collect();
     let address = cells.first()?;
@@ -210,7 +238,7 @@ impl Sentences {
             interval_s: None,
             ready: VecDeque::new(),
             untimed: 0,
-            has_own_times: false,
+            stamps: Stamps::default(),
             wrong_sums: 0,
         };
         let mut message = Message::default();
@@ -229,6 +257,7 @@ impl Sentences {
                 ),
             });
         }
+        log.stamps.are_shared = 2 * log.stamps.repeated > log.stamps.count;
         log.name_kinds();
         log.bytes.begin_again()?;
         log.clock = Clock::default();
@@ -353,10 +382,16 @@ impl Sentences {
     /// Takes in a sentence: at its own time, or held until the next time comes.
     fn take(&mut self, before: &str, cells: &[&str], wanted: Option<&[bool]>) {
         let (talker, name) = cells[0].split_at(cells[0].len() - 3);
-        let own_s = time_before(before);
-        self.has_own_times |= own_s.is_some();
+        let stamp_s = time_before(before);
         let last_s = self.clock.last_s;
-        self.clock.take(name, cells);
+        let (own_s, shared_s) = match self.stamps.are_shared {
+            true => (None, stamp_s),
+            false => (stamp_s, None),
+        };
+        match shared_s {
+            Some(_) => self.clock.last_s = shared_s,
+            None => self.clock.take(name, cells),
+        }
         if let Some(from_s) = last_s.filter(|last| Some(*last) != self.clock.last_s) {
             self.spread(from_s, self.clock.last_s);
         }
@@ -376,6 +411,9 @@ impl Sentences {
         let Some(kind) = kind.filter(|kind| wanted.is_none_or(|wanted| wanted[*kind])) else {
             return;
         };
+        if let Some(own_s) = own_s {
+            self.stamps.take(kind, own_s);
+        }
         let values = SENTENCES[sentence]
             .1
             .iter()
@@ -462,9 +500,14 @@ impl Messages for Sentences {
 
     fn warnings(&self) -> Vec<String> {
         let mut warnings = self.bytes.damage.warnings();
-        if !self.has_own_times {
+        if self.stamps.count == 0 {
             warnings.push(
                 "no sentence has a time before it: sentences are spread evenly between the times of RMC, ZDA, GGA or GLL sentences".into(),
+            );
+        }
+        if self.stamps.are_shared {
+            warnings.push(
+                "most sentences share the time before them with others: they are spread evenly between these times".into(),
             );
         }
         if self.untimed > 0 {
