@@ -5,6 +5,7 @@ use seatrial_core::attitude::euler_rad;
 
 use crate::choice::ChannelChoice;
 use crate::clock::unix_s;
+use crate::csv::number;
 use crate::error::Fault;
 use crate::matching::pair_of_columns;
 use crate::name::ColumnName;
@@ -14,8 +15,10 @@ use crate::{Quantity, Unit};
 
 /// Metres of a minute of latitude.
 const NAUTICAL_MILE_M: f64 = 1852.0;
-/// Positions in 1e-7 deg exceed all angles.
+/// Positions in 1e-7 deg, or in degrees and minutes, exceed all angles.
 const LARGEST_DEG: f64 = 360.0;
+/// 180 degrees and no minutes as `dddmm.mmmm`.
+const LARGEST_DEG_MIN: f64 = 18_000.0;
 
 /// Words of columns of the time of day.
 const HOURS: &[&str] = &["hour", "hours", "hh", "hr", "stunde"];
@@ -308,7 +311,7 @@ impl<'a> Names<'a> {
 
 /// Is one of these words in the name, and no word of another kind behind it?
 fn names_a_coordinate(words: &[String], of: &[&str]) -> bool {
-    const HARMLESS: [&str; 6] = ["deg", "degrees", "value", "1", "0", "wgs84"];
+    const HARMLESS: [&str; 7] = ["deg", "degrees", "value", "1", "0", "wgs84", "e7"];
     let at = words.iter().position(|word| of.contains(&word.as_str()));
     at.is_some_and(|at| {
         words[at + 1..]
@@ -347,10 +350,10 @@ impl Computed {
             return date_and_time(date, time);
         }
         let mut numbers = Vec::with_capacity(sources.len());
-        for cell in sources {
+        for cell in sources.iter().map(coordinate) {
             match cell {
-                Cell::Number(number) => numbers.push(*number),
-                other => return other.clone(),
+                Cell::Number(number) => numbers.push(number),
+                other => return other,
             }
         }
         self.number(&numbers)
@@ -415,12 +418,27 @@ pub(crate) fn metres(
     ]
 }
 
-/// Degrees of a latitude or longitude, which autopilots log in 1e-7 deg.
+/// Degrees of a latitude or longitude, which autopilots log in whole 1e-7 deg, and receivers write as `dddmm.mmmm`.
 fn degrees(number: f64) -> f64 {
-    if number.abs() > LARGEST_DEG {
+    let size = number.abs();
+    if size <= LARGEST_DEG {
+        number
+    } else if size.fract() == 0.0 && size > LARGEST_DEG_MIN {
         number * 1e-7
     } else {
-        number
+        ((size / 100.0).floor() + size % 100.0 / 60.0).copysign(number)
+    }
+}
+
+/// `33°51.4'S` and `151°12.5'W` are less than 0.
+fn coordinate(cell: &Cell) -> Cell {
+    let Cell::Text(text) = cell else {
+        return cell.clone();
+    };
+    let southern = text.trim().strip_suffix(['S', 's']);
+    match southern.and_then(|text| number(text.trim_end(), false)) {
+        Some(degrees) => Cell::Number(-degrees),
+        None => cell.clone(),
     }
 }
 

@@ -130,19 +130,7 @@ impl FirstRows {
                 }
                 Quantity::Roll | Quantity::Pitch => (heading, "as the heading".to_string()),
                 Quantity::YawRate => self.yaw_rate_unit(heading),
-                Quantity::Thrust if self.largest(quantity) > LARGEST_FRACTION => {
-                    let largest = self.largest(quantity);
-                    if largest > 100.0 * LARGEST_FRACTION {
-                        inferred.warnings.push(format!(
-                            "thrust reaches {largest}, which is no share of full in percent; give the share in one of its numbers as scale of the thrust in a [channels] file"
-                        ));
-                    }
-                    (Unit::Percent, format!("reaches {largest}"))
-                }
-                Quantity::Thrust => (
-                    Unit::Fraction,
-                    format!("stays within {}", self.largest(quantity)),
-                ),
+                Quantity::Thrust => self.thrust_unit(&mut inferred.warnings),
                 Quantity::Speed => {
                     if columns
                         .get(&quantity)
@@ -313,6 +301,19 @@ impl FirstRows {
             .unwrap_or_default()
             .windows(2)
             .any(|pair| (WRAP * turn..=1.0001 * turn).contains(&(pair[1] - pair[0]).abs()))
+    }
+
+    fn thrust_unit(&self, warnings: &mut Vec<String>) -> (Unit, String) {
+        let largest = self.largest(Quantity::Thrust);
+        if largest <= LARGEST_FRACTION {
+            return (Unit::Fraction, format!("stays within {largest}"));
+        }
+        if largest > 100.0 * LARGEST_FRACTION {
+            warnings.push(format!(
+                "thrust reaches {largest}, which is no share of full in percent; give the share in one of its numbers as scale of the thrust in a [channels] file"
+            ));
+        }
+        (Unit::Percent, format!("reaches {largest}"))
     }
 
     /// The unit of the yaw rate that integrates to the heading.

@@ -67,7 +67,7 @@ units! {
     Hour "h" Time 3600.0, &["h", "hr", "hrs", "hour", "hours", "stunden", "heures"];
     Day "d" Time 86_400.0, &["d", "day", "days", "tage", "jours", "日"];
     Radian "rad" Angle 1.0, &["rad", "radian", "radians", "radiant", "bogenmaß", "ラジアン"];
-    Degree "deg" Angle DEGREE, &["deg", "degree", "degrees", "grad", "度"];
+    Degree "deg" Angle DEGREE, &["deg", "degree", "degrees", "grad", "度", "deg t", "deg m", "deg true", "deg mag"];
     Centidegree "cdeg" Angle 0.01 * DEGREE, &["cdeg", "centideg", "centidegree", "centidegrees"];
     Decidegree "ddeg" Angle 0.1 * DEGREE, &["ddeg", "decideg", "decidegree", "decidegrees"];
     Gradian "gon" Angle TURN / 400.0, &["gon", "gradian", "gradians", "neugrad"];

@@ -375,6 +375,13 @@ fn io_frames_of_other_adapters_and_of_the_analyzer_are_read() {
     };
     for (name, log) in [
         (
+            "Yacht Devices, with dates",
+            lines("", &|(t, id, _, _, data)| {
+                let time = iso(t).replace(['T', 'Z'], " ");
+                format!("{time}R {id:08X} {}", hex(&data, " "))
+            }),
+        ),
+        (
             "candump -x",
             lines("", &|(t, id, _, _, data)| {
                 format!(
@@ -469,4 +476,79 @@ fn io_heave_and_engines_are_read_past_or_chosen() {
         error.contains("127250") && error.contains("heave"),
         "{error}"
     );
+}
+
+#[test]
+fn io_a_text_that_is_no_table_is_asked_for_no_column() {
+    for (text, expected) in [
+        ("FMT, 128, 89, FMT, BBnNZ, Type,Length\nATT, 1, 2\n", ".bin"),
+        (
+            "{\"time\": 0.1, \"heading\": 2.0, \"rudder\": 3.0}\n",
+            "jq -r",
+        ),
+        (
+            "[{\"time\": 0.1, \"heading\": 2.0, \"rudder\": 3.0}]",
+            "jq -r",
+        ),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let error = opened(text.as_bytes(), &folder).err().unwrap().to_string();
+        assert!(
+            error.contains(expected) && !error.contains("--time NAME"),
+            "{error}"
+        );
+    }
+}
+
+/// The third places are 100 m north and 50 m west of the first, to the centimetres of their last digits.
+#[test]
+fn io_positions_are_read_as_receivers_and_charts_write_them() {
+    let rows = |names: &str, places: [&str; 3]| {
+        let row = |(k, place): (usize, &str)| format!("{k}.0,{place},{},5\n", 10 + k);
+        let rows: String = places.into_iter().enumerate().map(row).collect();
+        format!("time_s,{names},heading_deg,rudder_deg\n{rows}")
+    };
+    let (degrees, receiver, chart, south, autopilot) = (
+        ["50.0,-20.0", "50.0,-20.0", "50.0008999,-20.0007000"],
+        [
+            "5000.0000,-2000.0000",
+            "5000.0000,-2000.0000",
+            "5000.05400,-2000.04200",
+        ],
+        [
+            "50°00.000'N,20°00.000'W",
+            "50°00.000'N,20°00.000'W",
+            "50°00.0540'N,20°00.0420'W",
+        ],
+        [
+            "50°00.000'S,20°00.000'W",
+            "50°00.000'S,20°00.000'W",
+            "49°59.9460'S,20°00.0420'W",
+        ],
+        [
+            "500000000,-200000000",
+            "500000000,-200000000",
+            "500008999,-200007000",
+        ],
+    );
+    for (names, places) in [
+        ("lat,lon", degrees),
+        ("lat,lon", receiver),
+        ("Latitude,Longitude", chart),
+        ("Latitude,Longitude", south),
+        ("lat_e7,lon_e7", autopilot),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let log = rows(names, places);
+        let last = opened(log.as_bytes(), &folder)
+            .unwrap()
+            .last()
+            .unwrap()
+            .unwrap();
+        let moved = last.north_m.zip(last.east_m);
+        let is_there = |(north_m, east_m): (f64, f64)| {
+            (north_m - 100.0).abs() < 0.1 && (east_m + 50.0).abs() < 0.1
+        };
+        assert!(moved.is_some_and(is_there), "{log}: {last:?}");
+    }
 }

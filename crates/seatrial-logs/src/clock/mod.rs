@@ -237,14 +237,7 @@ impl Clock {
                 is_doubtful: false,
             };
         }
-        let (unit, because, is_doubtful) = match stated {
-            Some(unit) => (unit, None, false),
-            None => match &eras[..] {
-                [] => inferred_unit(&numbers, median),
-                // The count alone would be two times of ours, at two rates.
-                eras => (eras[0].unit, Some(several(first, eras)), true),
-            },
-        };
+        let (unit, because, is_doubtful) = plain_unit(&numbers, median, &eras, stated);
         ClockFound {
             clock: Self::Plain {
                 per_second: per_second(unit),
@@ -253,6 +246,21 @@ impl Clock {
             because,
             is_doubtful,
         }
+    }
+}
+
+/// The unit of counts that are no date, why, and whether it is a guess.
+fn plain_unit(
+    numbers: &[f64],
+    median: f64,
+    eras: &[Era],
+    stated: Option<Unit>,
+) -> (Unit, Option<String>, bool) {
+    match (stated, eras) {
+        (Some(unit), _) => (unit, None, false),
+        (None, []) => inferred_unit(numbers, median),
+        // The count alone would be two times of ours, at two rates.
+        (None, [era, ..]) => (era.unit, Some(several(numbers[0], eras)), true),
     }
 }
 

@@ -17,7 +17,8 @@ use crate::error::{Fault, Place, clipped};
 use crate::name::{ColumnName, StatedUnit};
 use crate::table::{Cell, Table, hexadecimal};
 use header::{Dialect, Header, with_units};
-use number::{is_no_value, number};
+use number::is_no_value;
+pub(crate) use number::number;
 
 /// Bytes read at once; the delimiter is found in the first of these.
 const BUFFER: usize = 1 << 16;

@@ -117,8 +117,16 @@ fn canboat(line: &str) -> Option<Frame> {
 fn yacht_devices(line: &str) -> Option<Frame> {
     let mut cells = line.split_whitespace();
     let time = cells.next()?;
-    let time_s = time_of_day(time).or_else(|| stamp_s(time))?;
-    let way = cells.next()?;
+    let mut way = cells.next()?;
+    let time_s = match time_of_day(way) {
+        // A date before the time.
+        Some(_) => {
+            let time_s = date_s(&format!("{time}T{way}"));
+            way = cells.next()?;
+            time_s
+        }
+        None => time_of_day(time).or_else(|| stamp_s(time)),
+    }?;
     let identifier = identifier(cells.next()?)?;
     let data = bytes(cells)?;
     let is_frame = matches!(way, "R" | "T") && (1..=8).contains(&data.len());

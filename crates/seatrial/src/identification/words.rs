@@ -103,7 +103,7 @@ fn of_log(code: &ReasonCode) -> Option<Words> {
         ),
         ReasonCode::TimesShared => each(
             "Rows that differ have the same time.",
-            "Write the time with more digits, or name another column with --time. Where the rows are of several vehicles, read one of them at a time.",
+            "Write the time with more digits, or name another column with --time. Where the rows are of several vehicles, read one of them with --where COLUMN=VALUE.",
             "Write the time with more digits, or enter another column for the time. Keep the rows of one vehicle.",
             "Write the time with more digits, or pass columns={\"time\": ...}. Keep the rows of one vehicle.",
         ),
