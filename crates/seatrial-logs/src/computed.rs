@@ -5,6 +5,7 @@ use seatrial_core::attitude::euler_rad;
 
 use crate::choice::ChannelChoice;
 use crate::clock::unix_s;
+use crate::csv::number;
 use crate::error::Fault;
 use crate::matching::pair_of_columns;
 use crate::name::ColumnName;
@@ -14,8 +15,39 @@ use crate::{Quantity, Unit};
 
 /// Metres of a minute of latitude.
 const NAUTICAL_MILE_M: f64 = 1852.0;
-/// Positions in 1e-7 deg exceed all angles.
+/// Positions in 1e-7 deg, or in degrees and minutes, exceed all angles.
 const LARGEST_DEG: f64 = 360.0;
+/// 180 degrees and no minutes as `dddmm.mmmm`.
+const LARGEST_DEG_MIN: f64 = 18_000.0;
+
+/// Words of columns of the time of day.
+const HOURS: &[&str] = &["hour", "hours", "hh", "hr", "stunde"];
+const MINUTES: &[&str] = &["minute", "minutes", "min", "mi", "mn"];
+const SECONDS: &[&str] = &["second", "seconds", "sec", "secs", "ss", "sekunde"];
+/// Words of columns of a fraction of a second, and its counts in a second.
+const FRACTIONS: [(&[&str], f64); 4] = [
+    (
+        &["nsecs", "nsec", "nanosec", "nanosecs", "nanoseconds"],
+        1e9,
+    ),
+    (
+        &["usecs", "usec", "microsec", "microsecs", "microseconds"],
+        1e6,
+    ),
+    (
+        &[
+            "ms",
+            "msec",
+            "msecs",
+            "millis",
+            "millisec",
+            "milliseconds",
+            "millisecond",
+        ],
+        1e3,
+    ),
+    (&["cs", "hundredths", "centiseconds"], 1e2),
+];
 
 /// A column that is computed from others.
 #[derive(Debug)]
@@ -31,12 +63,10 @@ pub(crate) struct Computed {
 #[derive(Debug)]
 enum Rule {
     HalfDifference,
-    /// Whole seconds, and a fraction in counts of a second.
-    Seconds {
-        per_second: f64,
+    /// Seconds, or hour, minute, second, or those behind year, month, day; then a fraction in counts of a second.
+    Parts {
+        per_second: Option<f64>,
     },
-    /// Year, month, day, hour, minute, second.
-    Calendar,
     /// A date, and a time of day.
     DateAndTime,
     /// x, y, z, w: from east, north, up to a heading.
@@ -78,8 +108,9 @@ pub(crate) fn computed(
     if !is_known && is_free(Quantity::Time) {
         found.extend(
             names
-                .stamp()
-                .or_else(|| names.calendar())
+                .calendar()
+                .or_else(|| names.time_of_day())
+                .or_else(|| names.stamp())
                 .or_else(|| names.date_and_time()),
         );
     }
@@ -153,38 +184,50 @@ impl<'a> Names<'a> {
         }
     }
 
+    /// Columns of parts of a time, with one of fractions of a second where there is one.
+    fn parts<const N: usize>(&self, groups: [&[&str]; N]) -> Option<Computed> {
+        let found = self.group(groups)?;
+        let (_, prefix) = self.words[found[0]].split_last()?;
+        let fraction = FRACTIONS.iter().find_map(|(names, per_second)| {
+            let column = self.column(prefix, names)?;
+            Some((column, *per_second))
+        });
+        let sources = [&found[..], fraction.map(|(column, _)| column).as_slice()].concat();
+        let per_second = fraction.map(|(_, per_second)| per_second);
+        let name = self.list(&sources);
+        Some(self.of(Quantity::Time, name, &sources, Rule::Parts { per_second }))
+    }
+
     /// `stamp.secs` and `stamp.nsecs`.
     fn stamp(&self) -> Option<Computed> {
-        const SECONDS: &[&str] = &["secs", "sec", "seconds"];
-        let fractions: [(&[&str], f64); 2] = [
-            (
-                &["nsecs", "nsec", "nanosec", "nanosecs", "nanoseconds"],
-                1e9,
-            ),
-            (
-                &["usecs", "usec", "microsec", "microsecs", "microseconds"],
-                1e6,
-            ),
-        ];
-        fractions.into_iter().find_map(|(fraction, per_second)| {
-            let sources = self.group([SECONDS, fraction])?;
-            let name = self.list(&sources);
-            Some(self.of(Quantity::Time, name, &sources, Rule::Seconds { per_second }))
-        })
+        let has_fraction = |parts: &Computed| parts.sources.len() == 2;
+        let is_of_a_minute = self.group([MINUTES, SECONDS]).is_some();
+        let stamp = self.parts([SECONDS]).filter(has_fraction);
+        stamp.filter(|_| !is_of_a_minute)
+    }
+
+    /// Columns of hour, minute and second, where no other says the time.
+    fn time_of_day(&self) -> Option<Computed> {
+        let parts = self.parts([HOURS, MINUTES, SECONDS])?;
+        let is_other = |column: &usize| !parts.sources.contains(column);
+        let names_the_time = |column: usize| {
+            let name = ColumnName::new(&self.columns[column]);
+            name.fit(Quantity::Time).is_some()
+        };
+        let mut others = (0..self.columns.len()).filter(is_other);
+        (!others.any(names_the_time)).then_some(parts)
     }
 
     /// Columns of year, month, day, hour, minute and second.
     fn calendar(&self) -> Option<Computed> {
-        let sources = self.group([
+        self.parts([
             &["year", "yyyy", "yy", "yr", "jahr"],
             &["month", "mon", "mo", "mm", "monat"],
             &["day", "dd", "tag"],
-            &["hour", "hours", "hh", "hr", "stunde"],
-            &["minute", "minutes", "min", "mi", "mn"],
-            &["second", "seconds", "sec", "secs", "ss", "sekunde"],
-        ])?;
-        let name = self.list(&sources);
-        Some(self.of(Quantity::Time, name, &sources, Rule::Calendar))
+            HOURS,
+            MINUTES,
+            SECONDS,
+        ])
     }
 
     /// A column of the date and one of the time of day.
@@ -192,17 +235,19 @@ impl<'a> Names<'a> {
         let of = |wanted: &[&str]| {
             let is_wanted = |words: &Vec<String>| {
                 let clocks = ["utc", "gmt", "local", "gps"];
-                let mut words = words.iter().filter(|word| !clocks.contains(&word.as_str()));
-                words
-                    .next()
-                    .is_some_and(|word| wanted.contains(&word.as_str()))
-                    && words.next().is_none()
+                let mut others = words.iter().filter(|word| !clocks.contains(&word.as_str()));
+                let is_of_a_clock = words.len() == 1 && wanted.contains(&words[0].as_str());
+                is_of_a_clock
+                    || others
+                        .next()
+                        .is_some_and(|word| wanted.contains(&word.as_str()))
+                        && others.next().is_none()
             };
             self.words.iter().position(is_wanted)
         };
         let sources = [
             of(&["date", "datum"])?,
-            of(&["time", "clock", "zeit", "uhrzeit"])?,
+            of(&["time", "clock", "zeit", "uhrzeit", "utc", "gmt"])?,
         ];
         let name = self.list(&sources);
         Some(self.of(Quantity::Time, name, &sources, Rule::DateAndTime))
@@ -266,7 +311,7 @@ impl<'a> Names<'a> {
 
 /// Is one of these words in the name, and no word of another kind behind it?
 fn names_a_coordinate(words: &[String], of: &[&str]) -> bool {
-    const HARMLESS: [&str; 6] = ["deg", "degrees", "value", "1", "0", "wgs84"];
+    const HARMLESS: [&str; 7] = ["deg", "degrees", "value", "1", "0", "wgs84", "e7"];
     let at = words.iter().position(|word| of.contains(&word.as_str()));
     at.is_some_and(|at| {
         words[at + 1..]
@@ -276,11 +321,21 @@ fn names_a_coordinate(words: &[String], of: &[&str]) -> bool {
 }
 
 impl Computed {
+    /// What the rule assumes and no value shows.
+    pub fn remark(&self) -> Option<String> {
+        matches!(self.rule, Rule::Quaternion).then(|| {
+            format!(
+                "{} is that of ROS, x forward and z up, from east to north: where z points down, turns have the other sign",
+                self.name
+            )
+        })
+    }
+
     /// Its unit, where the rule says.
     pub fn unit(&self) -> Option<Unit> {
         match self.rule {
             Rule::HalfDifference | Rule::DateAndTime => None,
-            Rule::Seconds { .. } | Rule::Calendar => Some(Unit::Second),
+            Rule::Parts { .. } => Some(Unit::Second),
             Rule::Quaternion => Some(Unit::Radian),
             Rule::North { .. } | Rule::East { .. } => Some(Unit::Metre),
         }
@@ -295,10 +350,10 @@ impl Computed {
             return date_and_time(date, time);
         }
         let mut numbers = Vec::with_capacity(sources.len());
-        for cell in sources {
+        for cell in sources.iter().map(coordinate) {
             match cell {
-                Cell::Number(number) => numbers.push(*number),
-                other => return other.clone(),
+                Cell::Number(number) => numbers.push(number),
+                other => return other,
             }
         }
         self.number(&numbers)
@@ -308,11 +363,12 @@ impl Computed {
 
     fn number(&mut self, numbers: &[f64]) -> Option<f64> {
         match (&mut self.rule, numbers) {
-            (Rule::Seconds { per_second }, [seconds, fraction]) => {
-                Some(seconds + fraction / *per_second)
-            }
-            (Rule::Calendar, [year, month, day, hour, minute, second]) => {
-                unix_s(*year, *month, *day, 3600.0 * hour + 60.0 * minute + second)
+            (Rule::Parts { per_second }, numbers) => {
+                let (parts, fraction_s) = match (*per_second, numbers.split_last()) {
+                    (Some(per_second), Some((count, parts))) => (parts, count / per_second),
+                    _ => (numbers, 0.0),
+                };
+                of_parts(parts, fraction_s)
             }
             // From x forward, y port, z up in east, north, up.
             (Rule::Quaternion, [x, y, z, w]) => {
@@ -334,6 +390,22 @@ impl Computed {
     }
 }
 
+/// Seconds of a time in parts.
+fn of_parts(parts: &[f64], fraction_s: f64) -> Option<f64> {
+    let (date, of_day) = parts
+        .split_at_checked(3)
+        .filter(|(_, of_day)| !of_day.is_empty())
+        .unwrap_or((&[], parts));
+    let whole_s = of_day.iter().fold(0.0, |sum, part| 60.0 * sum + part);
+    let of_day_s = whole_s + fraction_s;
+    match date {
+        [year, month, day] => unix_s(*year, *month, *day, of_day_s),
+        // Some write the whole time in the column of the fraction.
+        _ if fraction_s >= 1.0 && fraction_s.floor() == whole_s => Some(fraction_s),
+        _ => Some(of_day_s),
+    }
+}
+
 /// Metres north and east of another place, both latitude and longitude, deg.
 pub(crate) fn metres(
     [latitude, longitude]: [f64; 2],
@@ -346,12 +418,27 @@ pub(crate) fn metres(
     ]
 }
 
-/// Degrees of a latitude or longitude, which autopilots log in 1e-7 deg.
+/// Degrees of a latitude or longitude, which autopilots log in whole 1e-7 deg, and receivers write as `dddmm.mmmm`.
 fn degrees(number: f64) -> f64 {
-    if number.abs() > LARGEST_DEG {
+    let size = number.abs();
+    if size <= LARGEST_DEG {
+        number
+    } else if size.fract() == 0.0 && size > LARGEST_DEG_MIN {
         number * 1e-7
     } else {
-        number
+        ((size / 100.0).floor() + size % 100.0 / 60.0).copysign(number)
+    }
+}
+
+/// `33°51.4'S` and `151°12.5'W` are less than 0.
+fn coordinate(cell: &Cell) -> Cell {
+    let Cell::Text(text) = cell else {
+        return cell.clone();
+    };
+    let southern = text.trim().strip_suffix(['S', 's']);
+    match southern.and_then(|text| number(text.trim_end(), false)) {
+        Some(degrees) => Cell::Number(-degrees),
+        None => cell.clone(),
     }
 }
 

@@ -41,6 +41,18 @@ const MATLAB: &[u8] = b"MATLAB 5.0 MAT-file";
 const MATLAB_73: &[u8] = b"MATLAB 7.3 MAT-file";
 const ROS1: &[u8] = b"#ROSBAG V2.0\n";
 
+/// What texts begin with that are no tables, their names, and what is expected of them.
+const NO_TABLES: [(&[u8], &str, &str); 3] = [
+    (
+        b"FMT,",
+        "text copy of a DataFlash",
+        "expected the log as the autopilot wrote it, .bin",
+    ),
+    (b"{", "JSON", TABLE_OF_JSON),
+    (b"[{", "JSON", TABLE_OF_JSON),
+];
+const TABLE_OF_JSON: &str = "expected messages of canboat or Signal K; write the values as a table, as `jq -r '[.time, .heading, .rudder] | @csv'` does";
+
 /// What packs files, the bytes it begins them with, and the command that unpacks to standard output.
 const PACKERS: [(&str, &[u8], &str); 5] = [
     ("gzip", b"\x1f\x8b\x08", "gzip -dc"),
@@ -190,7 +202,7 @@ fn format(start: &[u8]) -> Format {
         Format::Expedition
     } else if crate::signal_k::is_start(start) {
         Format::SignalK
-    } else if start.starts_with(b"%%") {
+    } else if start.starts_with(b"%%%%") || start.starts_with(b"%% LOG") {
         Format::Alog
     } else if start.starts_with(ROS1) {
         Format::Rosbag1
@@ -364,13 +376,21 @@ fn built_in(
 }
 
 /// Delimited text, in whatever encoding.
-fn text(file: Input) -> Result<Box<dyn Table>, Fault> {
+fn text(mut file: Input) -> Result<Box<dyn Table>, Fault> {
+    let first = start(&mut file)?;
+    file.rewind().map_err(Fault::read)?;
+    if let Some((_, format, what)) = NO_TABLES
+        .iter()
+        .find(|(begin, ..)| first.starts_with(begin))
+    {
+        return Err(Fault::NothingToRead {
+            format,
+            what: (*what).into(),
+        });
+    }
     #[cfg(feature = "containers")]
     {
-        let mut file = file;
-        let start = start(&mut file)?;
-        file.rewind().map_err(Fault::read)?;
-        if let Some(encoding) = crate::as_text::encoding(&start) {
+        if let Some(encoding) = crate::as_text::encoding(&first) {
             return Ok(Box::new(AsText::encoded(file, encoding)?));
         }
         Ok(Box::new(Text::open(file)?))

@@ -380,7 +380,7 @@ pub enum Fault {
         most_per_s: f64,
     },
     /// A sound file of a known format without a message that is read.
-    #[error("is a {format} file in which nothing can be read: {what}; was the logger running?")]
+    #[error("is a {format} file in which nothing can be read: {what}")]
     NothingToRead {
         /// Name of the format.
         format: &'static str,

@@ -23,7 +23,8 @@ pub(crate) struct Inferred {
 }
 
 /// Units of a heading, by the number at which a whole turn ends.
-const TURNS: [Unit; 12] = [
+const TURNS: [Unit; 13] = [
+    Unit::Turn,
     Unit::Radian,
     Unit::Count8,
     Unit::Degree,
@@ -43,6 +44,10 @@ const LARGEST_TURN: Unit = Unit::Count16;
 const LEAST_HEADINGS: usize = 20;
 /// A step by this share of a turn is a wrap.
 const WRAP: f64 = 0.8;
+/// Parts of the numbers of a turn, each of which a heading passes that turns through all of them.
+const PARTS: usize = 20;
+/// Wraps at least of a heading that does not pass all parts.
+const LEAST_WRAPS: usize = 3;
 /// The unit of the yaw rate settles that of the heading where it agrees by this factor.
 const AGREES: f64 = 1.1;
 
@@ -125,13 +130,7 @@ impl FirstRows {
                 }
                 Quantity::Roll | Quantity::Pitch => (heading, "as the heading".to_string()),
                 Quantity::YawRate => self.yaw_rate_unit(heading),
-                Quantity::Thrust if self.largest(quantity) > LARGEST_FRACTION => {
-                    (Unit::Percent, format!("reaches {}", self.largest(quantity)))
-                }
-                Quantity::Thrust => (
-                    Unit::Fraction,
-                    format!("stays within {}", self.largest(quantity)),
-                ),
+                Quantity::Thrust => self.thrust_unit(&mut inferred.warnings),
                 Quantity::Speed => {
                     if columns
                         .get(&quantity)
@@ -214,7 +213,7 @@ impl FirstRows {
         {
             return Ok((unit, "changes as the yaw rate says".into()));
         }
-        if largest > LARGEST_HEADING_DEG || !begins_in_a_turn {
+        if largest > LARGEST_HEADING_DEG || !begins_in_a_turn || self.wraps_elsewhere() {
             Err(self.unit_unknown(Quantity::Heading, columns))
         } else if largest > TURN_RAD {
             Ok((Unit::Degree, format!("reaches {largest}")))
@@ -241,11 +240,35 @@ impl FirstRows {
         let are_whole = finite().all(|heading| heading.fract() == 0.0);
         let is_count = |unit: Unit| unit.symbol().starts_with("turn/");
         let of_turn = |unit: Unit| std::f64::consts::TAU / unit.factor();
+        let may_be = |unit: Unit| match unit {
+            // Whole numbers beside north, or a step of one degree, are no turns.
+            Unit::Turn => !are_whole && low >= -1.0 && high <= 1.0,
+            unit => are_whole || !is_count(unit),
+        };
         // Rounding may write the last number of a turn.
-        let holds =
-            |unit: &Unit| high - low <= 1.0001 * of_turn(*unit) && (are_whole || !is_count(*unit));
+        let holds = |unit: &Unit| high - low <= 1.0001 * of_turn(*unit) && may_be(*unit);
         let unit = TURNS.into_iter().chain([LARGEST_TURN]).find(holds)?;
         self.wraps_at(of_turn(unit)).then_some(unit)
+    }
+
+    /// Does the heading jump between 0 and its largest number as at the end of a turn? Of no unit that is known.
+    fn wraps_elsewhere(&self) -> bool {
+        let headings = self.of(Quantity::Heading).unwrap_or_default();
+        let turn = self.largest(Quantity::Heading);
+        let part = |heading: f64| (heading / turn * PARTS as f64) as usize;
+        let mut parts = [false; PARTS + 1];
+        for heading in headings.iter().filter(|heading| heading.is_finite()) {
+            if *heading < 0.0 {
+                return false;
+            }
+            parts[part(*heading).min(PARTS)] = true;
+        }
+        let is_everywhere = parts[..PARTS].iter().all(|is_there| *is_there);
+        let is_wrap = |pair: &&[f64]| (pair[1] - pair[0]).abs() > WRAP * turn;
+        let wraps = headings.windows(2).filter(is_wrap).count();
+        // A compass that is disturbed jumps away and comes back.
+        let least = if is_everywhere { 1 } else { LEAST_WRAPS };
+        headings.len() >= LEAST_HEADINGS && parts[0] && wraps >= least
     }
 
     /// Are there rows enough, and between them small steps and whole turns alone?
@@ -278,6 +301,19 @@ impl FirstRows {
             .unwrap_or_default()
             .windows(2)
             .any(|pair| (WRAP * turn..=1.0001 * turn).contains(&(pair[1] - pair[0]).abs()))
+    }
+
+    fn thrust_unit(&self, warnings: &mut Vec<String>) -> (Unit, String) {
+        let largest = self.largest(Quantity::Thrust);
+        if largest <= LARGEST_FRACTION {
+            return (Unit::Fraction, format!("stays within {largest}"));
+        }
+        if largest > 100.0 * LARGEST_FRACTION {
+            warnings.push(format!(
+                "thrust reaches {largest}, which is no share of full in percent; give the share in one of its numbers as scale of the thrust in a [channels] file"
+            ));
+        }
+        (Unit::Percent, format!("reaches {largest}"))
     }
 
     /// The unit of the yaw rate that integrates to the heading.

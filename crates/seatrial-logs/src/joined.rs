@@ -302,7 +302,7 @@ impl<M: Messages> Table for Joined<M> {
 
     fn known(&self) -> Known {
         let mut known = self.messages.known();
-        if !known.channels.is_empty() {
+        if !known.is_empty() {
             known.add(Quantity::Time, TIME_COLUMN.into(), Some(Unit::Second), "");
         }
         known

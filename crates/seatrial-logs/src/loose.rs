@@ -170,7 +170,7 @@ pub(crate) fn from_long(
             .collect::<Vec<_>>(),
     );
     let mut heap = Heap::new(Vec::new());
-    let mut kind_of = BTreeMap::new();
+    let mut kind_of: BTreeMap<Vec<String>, usize> = BTreeMap::new();
     let mut cells = Vec::new();
     loop {
         match table.next_row(&mut cells) {
@@ -187,13 +187,13 @@ pub(crate) fn from_long(
             heap.left_out += 1;
             continue;
         };
-        let name = name_of(names);
+        let name: Vec<String> = names.iter().map(text_of).collect();
         let kind = match kind_of.get(&name) {
             Some(kind) => *kind,
             None if heap.kinds.len() == MOST_NAMES => continue,
             None => {
                 heap.kinds.push(Kind {
-                    name: name.clone(),
+                    name: String::new(),
                     fields: vec![String::new()],
                 });
                 kind_of.insert(name, heap.kinds.len() - 1);
@@ -202,20 +202,37 @@ pub(crate) fn from_long(
         };
         heap.push(time, kind, *value)?;
     }
+    let telling = telling(&kind_of);
+    for (name, kind) in &kind_of {
+        heap.kinds[*kind].name = name_of(name, &telling);
+    }
     let stated = unit_of_time(&column, &choice);
     let table = heap.into_table(table, &column, stated)?;
     Ok((table, without_time(choice)))
 }
 
+fn text_of(cell: &Cell) -> String {
+    match cell {
+        Cell::Text(text) => text.to_string(),
+        cell => cell.to_string(),
+    }
+}
+
+/// Does each column of names tell channels apart? One name for all of them, such as the boat's, tells nothing.
+fn telling(kind_of: &BTreeMap<Vec<String>, usize>) -> Vec<bool> {
+    let Some(first) = kind_of.keys().next() else {
+        return Vec::new();
+    };
+    let differs = |at: usize| kind_of.keys().any(|name| name[at] != first[at]);
+    let is_only = kind_of.len() == 1;
+    (0..first.len()).map(|at| is_only || differs(at)).collect()
+}
+
 /// The name of a row's channel: the texts of its columns but for `value`, which databases call a field without a name.
-fn name_of(cells: &[Cell]) -> String {
-    let mut texts: Vec<String> = Vec::new();
-    for cell in cells {
-        let text = match cell {
-            Cell::Text(text) => text.to_string(),
-            cell => cell.to_string(),
-        };
-        if !text.is_empty() && text != "value" && !texts.contains(&text) {
+fn name_of(name: &[String], telling: &[bool]) -> String {
+    let mut texts: Vec<&str> = Vec::new();
+    for (text, _) in name.iter().zip(telling).filter(|(_, tells)| **tells) {
+        if !text.is_empty() && text != "value" && !texts.contains(&text.as_str()) {
             texts.push(text);
         }
     }
@@ -246,9 +263,11 @@ impl Long {
         let is_name =
             |words: &&Vec<String>| words.iter().any(|word| NAMES.contains(&word.as_str()));
         let value = words.iter().position(is_value)?;
-        let names: Vec<usize> = (0..columns.len())
+        let mut names: Vec<usize> = (0..columns.len())
             .filter(|at| is_name(&&words[*at]))
             .collect();
+        // InfluxDB writes the field before the measurement that it is a field of.
+        names.sort_by_key(|at| words[*at].iter().any(|word| word == "field"));
         let chosen = choice.columns.get(&Quantity::Time);
         let time = match chosen {
             Some(chosen) => columns.iter().position(|name| name == chosen)?,
@@ -266,7 +285,8 @@ pub(crate) fn is_sparse(found: &Matches, rows: &VecDeque<Row>) -> bool {
     else {
         return false;
     };
-    let holds = |cells: &[Cell], at: usize| matches!(cells[at], Cell::Number(_));
+    let holds =
+        |cells: &[Cell], at: usize| matches!(cells[at], Cell::Number(number) if !number.is_nan());
     let count =
         |of: &dyn Fn(&[Cell]) -> bool| rows.iter().flatten().filter(|(_, cells)| of(cells)).count();
     let headings = count(&|cells| holds(cells, heading));
@@ -306,8 +326,10 @@ pub(crate) fn from_sparse(
     let mut take = |cells: &[Cell]| -> Result<(), Fault> {
         for (kind, cell) in cells.iter().enumerate().filter(|(kind, _)| *kind != at) {
             match cell {
-                Cell::Number(value) => heap.push(&cells[at], kind, *value)?,
-                Cell::Missing => {}
+                Cell::Number(value) if !value.is_nan() => {
+                    heap.push(&cells[at], kind, *value)?;
+                }
+                Cell::Missing | Cell::Number(_) => {}
                 Cell::Instant(_) | Cell::Text(_) => heap.left_out += 1,
             }
         }

@@ -108,7 +108,8 @@ const COMMANDS: [&str; 11] = [
 ];
 
 /// Words after a quantity's name that leave it the same quantity.
-const SAME_QUANTITY: [&str; 23] = [
+const SAME_QUANTITY: [&str; 24] = [
+    "sensor",
     "utc",
     "gmt",
     "fwd",
@@ -141,8 +142,9 @@ const CLOCKS: [&str; 16] = [
 ];
 
 /// Words in brackets that say to what a value refers or in which sense it counts, and no unit.
-const REMARKS: [&str; 24] = [
+const REMARKS: [&str; 25] = [
     "t",
+    "m",
     "true",
     "mag",
     "magnetic",
@@ -422,6 +424,9 @@ mod tests {
             ("船速（ノット）", Speed, 3, Some(Unit::Knot)),
             ("Heading (°T)", Heading, 0, Some(Unit::Degree)),
             ("Heading (true)", Heading, 0, None),
+            ("HDG(M)", Heading, 0, None),
+            ("Hdg °M", Heading, 0, Some(Unit::Degree)),
+            ("Rudder Sensor Angle", Rudder, 10, None),
             ("Kurs (rw)", Heading, 3, None),
             ("Rudder (° stbd +)", Rudder, 0, Some(Unit::Degree)),
             (

@@ -67,13 +67,14 @@ units! {
     Hour "h" Time 3600.0, &["h", "hr", "hrs", "hour", "hours", "stunden", "heures"];
     Day "d" Time 86_400.0, &["d", "day", "days", "tage", "jours", "日"];
     Radian "rad" Angle 1.0, &["rad", "radian", "radians", "radiant", "bogenmaß", "ラジアン"];
-    Degree "deg" Angle DEGREE, &["deg", "degree", "degrees", "grad", "度"];
+    Degree "deg" Angle DEGREE, &["deg", "degree", "degrees", "grad", "度", "deg t", "deg m", "deg true", "deg mag"];
     Centidegree "cdeg" Angle 0.01 * DEGREE, &["cdeg", "centideg", "centidegree", "centidegrees"];
     Decidegree "ddeg" Angle 0.1 * DEGREE, &["ddeg", "decideg", "decidegree", "decidegrees"];
     Gradian "gon" Angle TURN / 400.0, &["gon", "gradian", "gradians", "neugrad"];
     Mil "mil" Angle TURN / 6400.0, &["mil", "mils"];
     Milliradian "mrad" Angle 1e-3, &["mrad", "milliradian", "milliradians"];
     TenthMilliradian "1e-4rad" Angle 1e-4, &["1e 4rad", "1e 4 rad", "0 0001 rad"];
+    Turn "turn" Angle TURN, &["turn", "turns", "rev", "revolution", "revolutions"];
     Count8 "turn/256" Angle TURN / 256.0, &["turn 256"];
     Count10 "turn/1024" Angle TURN / 1024.0, &["turn 1024"];
     Count12 "turn/4096" Angle TURN / 4096.0, &["turn 4096"];

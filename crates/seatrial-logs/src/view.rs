@@ -164,7 +164,9 @@ impl Table for View {
     }
 
     fn warnings(&self) -> Vec<String> {
-        self.table.warnings()
+        let mut warnings = self.table.warnings();
+        warnings.extend(self.computed.iter().filter_map(Computed::remark));
+        warnings
     }
 
     fn is_damaged(&self) -> bool {

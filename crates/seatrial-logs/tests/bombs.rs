@@ -12,13 +12,13 @@ use crate::memory::peak_memory_kb;
 /// A bomb is refused or read in this time, on a busy machine.
 const SOON: Duration = Duration::from_secs(4);
 /// What a reader may hold beside twice the log.
-const MOST_MEMORY_KB: u64 = 64 << 10;
+pub const MOST_MEMORY_KB: u64 = 64 << 10;
 
 /// Blocks of 128 kB that are 256 MB.
 const BLOCKS: u32 = 2048;
 
 /// Samples of a log of these bytes and the fault that ends it.
-fn read(folder: &Path, bytes: &[u8]) -> (usize, Option<Fault>) {
+pub fn read(folder: &Path, bytes: &[u8]) -> (usize, Option<Fault>) {
     let path = folder.join("log");
     std::fs::write(&path, bytes).unwrap();
     let mut choice = ChannelChoice::default();
@@ -67,7 +67,7 @@ fn zstd_zeros(blocks: u32) -> Vec<u8> {
 }
 
 /// 256 MB of zeros as a frame of LZ4: a zero, copied in lengths of 255 through each block of 4 MB.
-fn lz4_zeros() -> Vec<u8> {
+pub fn lz4_zeros() -> Vec<u8> {
     let mut block = vec![0x1f, 0, 1, 0];
     block.extend([255; 16_448]);
     block.extend([0, 0x50, 0, 0, 0, 0, 0]);

@@ -170,6 +170,7 @@ fn io_a_heading_says_its_unit_where_it_wraps() {
     for (turn, decimals, expected) in [
         (360.0, 1, Unit::Degree),
         (std::f64::consts::TAU, 4, Unit::Radian),
+        (1.0, 5, Unit::Turn),
         (3600.0, 0, Unit::Decidegree),
         (36_000.0, 0, Unit::Centidegree),
         (6400.0, 0, Unit::Mil),

@@ -2,10 +2,12 @@
 
 mod bombs;
 mod channels;
+mod container_bombs;
 mod damage;
 mod examples;
 mod foxglove;
 mod fuzzed;
+mod layouts;
 mod memory;
 mod native_damage;
 mod native_logs;

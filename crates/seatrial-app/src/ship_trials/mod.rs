@@ -187,6 +187,9 @@ fn notes(vehicle: &IdentifiedVehicle, thrust: f64) -> Vec<String> {
     notes
 }
 
+/// Positions over which the speed before a manoeuvre is taken, s.
+const APPROACH_S: f64 = 10.0;
+
 /// The figures of the manoeuvres of a record: of one kind, or of all that it holds.
 pub fn of_record(
     name: &str,
@@ -204,7 +207,7 @@ pub fn of_record(
     };
     wanted.check()?;
     let found = recorded(samples, kind).map_err(|why| Error::Rejected(format!("{name}: {why}")))?;
-    let speed_m_s = samples.first().and_then(|s| s.surge_speed_m_s);
+    let speed_m_s = approach_m_s(samples);
     let mut document = ShipManoeuvres {
         schema: "seatrial.ship_manoeuvres.v1",
         vehicle: name.to_owned(),
@@ -221,6 +224,20 @@ pub fn of_record(
         add_recorded(&mut document, one, length_m.zip(speed_m_s));
     }
     Ok(document)
+}
+
+/// Speed before the manoeuvre: as measured, else between the positions of the first seconds.
+fn approach_m_s(samples: &[Sample<f64>]) -> Option<f64> {
+    let between_positions = || {
+        let place = |s: &Sample<f64>| Some((s.time_s, s.north_m?, s.east_m?));
+        let mut places = samples.iter().filter_map(place);
+        let (from_s, north_m, east_m) = places.next()?;
+        let last = places.take_while(|(time_s, ..)| *time_s <= from_s + APPROACH_S);
+        let (to_s, to_north_m, to_east_m) = last.last()?;
+        Some(libm::hypot(to_north_m - north_m, to_east_m - east_m) / (to_s - from_s))
+    };
+    let measured = samples.first().and_then(|s| s.surge_speed_m_s);
+    measured.or_else(between_positions)
 }
 
 /// Adds the figures and criteria of a manoeuvre; `ship` is the length, m, and the speed, m/s, where both are known.

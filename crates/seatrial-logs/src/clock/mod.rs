@@ -21,9 +21,11 @@ pub(crate) enum Clock {
         start: f64,
         era: Era,
     },
-    /// Digits of a time of day, `hhmmss.sss`, or of a date and time, `yyyymmddhhmmss.sss`.
+    /// Digits of a time of day, `hhmmss.sss`, or of a date and time, `yyyymmddhhmmss.sss`; without the point where
+    /// a second has `per_second` counts.
     Digits {
         start_s: f64,
+        per_second: f64,
     },
     Calendar {
         start: Timestamp,
@@ -47,16 +49,24 @@ const fn era(unit: Unit, zero_unix_s: f64, name: &'static str) -> Era {
     }
 }
 
-/// The eras of loggers; of several that give a year of our time the first counts.
-const ERAS: [Era; 12] = [
+/// Beginnings of two of the eras, in seconds since 1970.
+const WINDOWS_UNIX_S: f64 = -11_644_473_600.0;
+const LABVIEW_UNIX_S: f64 = -2_082_844_800.0;
+
+/// The eras of loggers; of several in one unit that give a year of our time the first counts.
+const ERAS: [Era; 16] = [
     era(Unit::Second, 0.0, "1970"),
+    era(Unit::Centisecond, 0.0, "1970"),
     era(Unit::Millisecond, 0.0, "1970"),
     era(Unit::Microsecond, 0.0, "1970"),
     era(Unit::Nanosecond, 0.0, "1970"),
     era(Unit::Tick, 0.0, "1970"),
-    era(Unit::Tick, -11_644_473_600.0, "1601, as Windows counts"),
+    era(Unit::Tick, WINDOWS_UNIX_S, "1601, as Windows counts"),
+    era(Unit::Microsecond, WINDOWS_UNIX_S, "1601, as Windows counts"),
+    era(Unit::Millisecond, WINDOWS_UNIX_S, "1601, as Windows counts"),
     era(Unit::Tick, -62_135_596_800.0, "year 1, as .NET counts"),
-    era(Unit::Second, -2_082_844_800.0, "1904, as LabVIEW counts"),
+    era(Unit::Second, LABVIEW_UNIX_S, "1904, as LabVIEW counts"),
+    era(Unit::Millisecond, LABVIEW_UNIX_S, "1904, as LabVIEW counts"),
     era(Unit::Day, -2_209_161_600.0, "1900, as a spreadsheet counts"),
     era(
         Unit::Day,
@@ -133,7 +143,13 @@ impl Clock {
             (Self::Epoch { start, era }, Cell::Number(time)) => {
                 Some((time - start) / era.per_second())
             }
-            (Self::Digits { start_s }, Cell::Number(time)) => Some(of_digits(*time)? - start_s),
+            (
+                Self::Digits {
+                    start_s,
+                    per_second,
+                },
+                Cell::Number(time),
+            ) => Some(of_digits(time / per_second)? - start_s),
             (Self::Calendar { start }, Cell::Instant(time)) => {
                 let nanoseconds = time.as_nanosecond() - start.as_nanosecond();
                 Some(nanoseconds as f64 / 1e9)
@@ -157,7 +173,7 @@ impl Clock {
             Self::Plain { .. } => None,
             Self::Epoch { start, era } => Some(era.unix_s(*start)),
             // A time of day has no date.
-            Self::Digits { start_s } => Some(*start_s).filter(|s| OUR_YEARS_UNIX_S.contains(s)),
+            Self::Digits { start_s, .. } => Some(*start_s).filter(|s| OUR_YEARS_UNIX_S.contains(s)),
             Self::Calendar { start } => Some(start.as_nanosecond() as f64 / 1e9),
         }
     }
@@ -194,10 +210,13 @@ impl Clock {
             };
         }
         let first = numbers.first().copied().unwrap_or(0.0);
-        if stated.is_none() && are_digits(&numbers) {
+        if stated.is_none()
+            && let Some(per_second) = digits_per_second(&numbers)
+        {
             return ClockFound {
                 clock: Self::Digits {
-                    start_s: of_digits(first).unwrap_or(0.0),
+                    start_s: of_digits(first / per_second).unwrap_or(0.0),
+                    per_second,
                 },
                 unit: Unit::Second,
                 because: Some("digits of hours, minutes and seconds".into()),
@@ -205,7 +224,11 @@ impl Clock {
             };
         }
         let median = median_step(&numbers);
-        if let Some(era) = era_of(first, median, stated) {
+        let eras = eras_of(first, median, stated);
+        if let [era, others @ ..] = &eras[..]
+            && others.iter().all(|other| other.unit == era.unit)
+        {
+            let era = *era;
             let because = format!("{first} counts {} since {}", era.unit, era.name);
             return ClockFound {
                 clock: Self::Epoch { start: first, era },
@@ -214,10 +237,7 @@ impl Clock {
                 is_doubtful: false,
             };
         }
-        let (unit, because, is_doubtful) = match stated {
-            Some(unit) => (unit, None, false),
-            None => inferred_unit(&numbers, median),
-        };
+        let (unit, because, is_doubtful) = plain_unit(&numbers, median, &eras, stated);
         ClockFound {
             clock: Self::Plain {
                 per_second: per_second(unit),
@@ -229,14 +249,38 @@ impl Clock {
     }
 }
 
-/// The era from whose beginning the first time is counted, where it is one of our years.
-fn era_of(first: f64, median_step: f64, stated: Option<Unit>) -> Option<Era> {
+/// The unit of counts that are no date, why, and whether it is a guess.
+fn plain_unit(
+    numbers: &[f64],
+    median: f64,
+    eras: &[Era],
+    stated: Option<Unit>,
+) -> (Unit, Option<String>, bool) {
+    match (stated, eras) {
+        (Some(unit), _) => (unit, None, false),
+        (None, []) => inferred_unit(numbers, median),
+        // The count alone would be two times of ours, at two rates.
+        (None, [era, ..]) => (era.unit, Some(several(numbers[0], eras)), true),
+    }
+}
+
+/// `1 counts us since 1601 or 100ns since 1970`.
+fn several(first: f64, eras: &[Era]) -> String {
+    let each: Vec<String> = eras
+        .iter()
+        .map(|era| format!("{} since {}", era.unit, era.name))
+        .collect();
+    format!("size: {first} counts {}", each.join(" or "))
+}
+
+/// The eras from whose beginning the first time may be counted, where it is one of our years.
+fn eras_of(first: f64, median_step: f64, stated: Option<Unit>) -> Vec<Era> {
     let is_in = |era: &Era| {
         let is_of_days = era.unit == Unit::Day;
         let steps_fit = stated.is_some() || !is_of_days || median_step < SHORTEST_STEP_S;
         stated.is_none_or(|unit| unit == era.unit) && era.is_ours(first) && steps_fit
     };
-    ERAS.into_iter().find(is_in)
+    ERAS.into_iter().filter(is_in).collect()
 }
 
 /// Units of plain counts.
@@ -265,6 +309,14 @@ fn inferred_unit(numbers: &[f64], median: f64) -> (Unit, Option<String>, bool) {
         .unwrap_or(Unit::Second);
     let because = format!("median step {}", (median * 1e6).round() / 1e6);
     (unit, Some(because), unit != Unit::Second)
+}
+
+/// The counts of a second where these times are written as digits: 1, or 1000 of `hhmmssmmm`.
+fn digits_per_second(numbers: &[f64]) -> Option<f64> {
+    [1.0, 1e3].into_iter().find(|per_second| {
+        let times: Vec<f64> = numbers.iter().map(|number| number / per_second).collect();
+        are_digits(&times)
+    })
 }
 
 /// Are these times written as digits? A date shows by itself; a time of day by minutes that end at 59 seconds.

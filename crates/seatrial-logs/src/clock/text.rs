@@ -22,8 +22,17 @@ pub(crate) fn instant(text: &str) -> Option<Timestamp> {
     if let Some(numeric) = with_a_month(text) {
         return instant(&numeric);
     }
+    if let Some(with_a_point) = with_a_point(text) {
+        return instant(&with_a_point);
+    }
     if let Some(year_first) = year_first(text) {
         return instant(&year_first);
+    }
+    // `20261120_120000.05`
+    if let (Some(date), Some(b'_' | b'-' | b' ')) = (text.get(..8), text.as_bytes().get(8))
+        && is_number(date)
+    {
+        return instant(&format!("{date}T{}", &text[9..]));
     }
     let is_basic = text.as_bytes()[..8].iter().all(u8::is_ascii_digit) && text.contains('T');
     if !text.contains('-') && !is_basic {
@@ -96,6 +105,17 @@ fn with_a_month(text: &str) -> Option<String> {
     Some(format!("{:04}-{month:02}-{:02} {time}{half}", year?, day?))
 }
 
+/// `14:07:09:050`, with milliseconds behind the third colon, as `14:07:09.050`.
+fn with_a_point(text: &str) -> Option<String> {
+    let (before, milliseconds) = text.rsplit_once(':')?;
+    let is_sound = milliseconds.len() == 3
+        && is_number(milliseconds)
+        && before.ends_with(|c: char| c.is_ascii_digit())
+        && before.matches(':').count() == 2
+        && !before.contains(['.', ',']);
+    is_sound.then(|| format!("{before}.{milliseconds}"))
+}
+
 /// `14時07分09秒` as `14:07:09`.
 fn with_colons(text: &str) -> String {
     text.replace(['時', '分'], ":").replace('秒', "")
@@ -135,6 +155,9 @@ pub(crate) fn time_of_day(text: &str) -> Option<f64> {
         && seconds.contains(['.', ','])
     {
         return time_of_day(&format!("00:{minutes:0>2}:{seconds}"));
+    }
+    if let Some(with_a_point) = with_a_point(text) {
+        return time_of_day(&with_a_point);
     }
     let mut parts = text.split(':');
     let [hours, minutes, seconds] = [parts.next()?, parts.next()?, parts.next()?];
@@ -203,6 +226,9 @@ mod tests {
             ("14:07", None),
             ("14:7:09", None),
             ("1:2:3:4", None),
+            ("14:07:09:500", Some(50_829.5)),
+            ("14:07:09:500:1", None),
+            ("14:07:09.5:500", None),
             ("14:07:xx", None),
         ] {
             assert_eq!(time_of_day(text), seconds, "{text}");
@@ -220,6 +246,9 @@ mod tests {
             "2026/11/20 12:00:00.05",
             "11/20/2026 12:00:00.05",
             "2026-11-20 12:00:00.05",
+            "2026-11-20 12:00:00:050",
+            "20261120_120000.05",
+            "20261120-120000.05",
         ] {
             assert_eq!(instant(text), Some(expected), "{text}");
         }

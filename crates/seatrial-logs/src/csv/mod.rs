@@ -17,7 +17,8 @@ use crate::error::{Fault, Place, clipped};
 use crate::name::{ColumnName, StatedUnit};
 use crate::table::{Cell, Table, hexadecimal};
 use header::{Dialect, Header, with_units};
-use number::{is_no_value, number};
+use number::is_no_value;
+pub(crate) use number::number;
 
 /// Bytes read at once; the delimiter is found in the first of these.
 const BUFFER: usize = 1 << 16;
@@ -38,6 +39,9 @@ const NO_VALUES: [&[u8]; 12] = [
     b"k.A.",
     "欠測".as_bytes(),
 ];
+/// Bytes of a first line that may be garbage, and lines of text behind them.
+const MOST_GARBAGE: usize = 256;
+const LEAST_LINES: usize = 3;
 /// The most columns.
 const MOST_COLUMNS: usize = 4096;
 
@@ -132,7 +136,8 @@ impl<R: Read> Text<R> {
         while !text.at_end && text.unread.end < BUFFER {
             text.fill()?;
         }
-        let start = &text.buffer[text.unread.clone()];
+        let start = &mut text.buffer[text.unread.clone()];
+        blank_garbage(start);
         check_is_text(start)?;
         let header = Header::find(start).ok_or(Fault::Empty)?;
         text.dialect = header.dialect;
@@ -385,6 +390,28 @@ fn decoded(bytes: &[u8]) -> Cow<'_, str> {
     }
 }
 
+fn is_control(byte: &u8) -> bool {
+    *byte < b'\t' || (0x0e..0x20).contains(byte) || *byte == 0x7f
+}
+
+/// Blanks the bytes that a logger wrote before its first line, where the lines behind them are text.
+fn blank_garbage(start: &mut [u8]) {
+    let Some(end) = start.iter().position(|&byte| byte == b'\n') else {
+        return;
+    };
+    if !start[..end].iter().any(is_control) {
+        return;
+    }
+    let (first, rest) = start.split_at_mut(end);
+    let is_text = |byte: &u8| matches!(*byte, b'\t' | b'\n' | b'\r' | b' '..=b'~');
+    let lines = rest.iter().filter(|byte| **byte == b'\n').count();
+    if first.len() <= MOST_GARBAGE && lines > LEAST_LINES && rest.iter().all(is_text) {
+        for byte in first.iter_mut().filter(|byte| !is_text(byte)) {
+            *byte = b' ';
+        }
+    }
+}
+
 /// No control characters, and nothing outside UTF-8 but single letters and signs of Latin-1.
 fn check_is_text(start: &[u8]) -> Result<(), Fault> {
     let is_wide = [[0xff, 0xfe], [0xfe, 0xff]]
@@ -402,7 +429,6 @@ fn check_is_text(start: &[u8]) -> Result<(), Fault> {
         .iter()
         .position(|&byte| byte == b'\n')
         .unwrap_or(start.len());
-    let is_control = |byte: &u8| *byte < b'\t' || (0x0e..0x20).contains(byte) || *byte == 0x7f;
     if let Some(offset) = start[..first_line].iter().position(is_control) {
         return Err(not_text(offset));
     }

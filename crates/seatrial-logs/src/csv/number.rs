@@ -41,7 +41,7 @@ const LETTERS: [(&str, f64); 9] = [
 
 /// The number of a cell: a point or a comma before the decimals, thousands in groups, a minus of typography, a unit
 /// behind it, or minutes and seconds behind that. `None` where it is none.
-pub(super) fn number(text: &str, decimal_comma: bool) -> Option<f64> {
+pub(crate) fn number(text: &str, decimal_comma: bool) -> Option<f64> {
     match decimal_comma {
         false => text.parse().ok(),
         true if is_grouped(text, '.') => None,
@@ -66,27 +66,47 @@ fn of_full_width(text: &str, decimal_comma: bool) -> Option<f64> {
     number(&text.chars().map(narrow).collect::<String>(), decimal_comma)
 }
 
-/// `12.5 S` and `12.5 P` of a rudder to starboard and port, `41.5 T` of a true heading.
+/// `12.5 S`, `S 12.5` and `12.5 P` of a rudder to starboard and port, `41.5 T` of a true heading.
 fn with_a_letter(text: &str, decimal_comma: bool) -> Option<f64> {
-    let at = text.find(|c: char| c.is_ascii_alphabetic())?;
-    let (number_text, letters) = text.split_at(at);
+    let is_letter = |c: char| c.is_ascii_alphabetic();
+    let (number_text, letters) = match text.find(is_letter)? {
+        0 => {
+            let (letters, number) = text.split_at(text.find(|c| !is_letter(c))?);
+            (number.trim_start(), letters)
+        }
+        at => text.split_at(at),
+    };
     let (_, sign) = LETTERS
         .iter()
         .find(|(word, _)| word.eq_ignore_ascii_case(letters))?;
-    let number = number(number_text.trim_end(), decimal_comma)?;
+    // Minutes before S are those of a latitude as well.
+    let is_of_minutes = letters.eq_ignore_ascii_case("S") && number_text.contains(MINUTES);
+    let number = number(number_text.trim_end(), decimal_comma).filter(|_| !is_of_minutes)?;
     (number >= 0.0 || *sign > 0.0).then_some(sign * number)
 }
 
 /// Degrees of `12°30.5'`, `-0°15'` or `12° 30' 15"`.
 fn degrees_and_minutes(text: &str) -> Option<f64> {
     let (degrees, rest) = text.split_once(['°', 'º'])?;
-    let is_negative = degrees.starts_with(['-', '−']);
+    // South is no letter of these: it may be starboard.
+    let is_west = rest.ends_with('W');
+    let rest = rest.trim_end_matches(['N', 'E', 'W']);
+    let is_negative = is_west || degrees.starts_with(['-', '−']);
     let degrees: f64 = degrees.trim_start_matches(['-', '−', '+']).parse().ok()?;
     // A backslash before a quotation mark is how some programs write it.
     let rest = rest.replace('\\', "").replace(',', ".");
     let (minutes, rest) = rest.split_once(MINUTES)?;
-    let sixtieths = |text: &str| text.trim().parse().ok().filter(|n| (0.0..60.0).contains(n));
-    let seconds = match rest.trim().trim_end_matches(SECONDS) {
+    let sixtieths = |text: &str| {
+        text.trim()
+            .parse()
+            .ok()
+            .filter(|n| (0.0..=60.0).contains(n))
+    };
+    let seconds = match rest
+        .trim()
+        .trim_end_matches(SECONDS)
+        .trim_end_matches(MINUTES)
+    {
         "" => 0.0,
         seconds => sixtieths(seconds)?,
     };
@@ -181,11 +201,20 @@ mod tests {
             ("12°30,6′", true, Some(12.51)),
             ("12°30.6\\'", false, Some(12.51)),
             ("12°75'", false, None),
+            ("12°30.0'N", false, Some(12.5)),
+            ("12° 30.0' W", false, Some(-12.5)),
+            ("12°30.0'S", false, None),
             ("12.5 S", false, Some(12.5)),
             ("12,5 P", true, Some(-12.5)),
             ("12.5° port", false, Some(-12.5)),
             ("41.5T", false, Some(41.5)),
             ("-12.5 P", false, None),
+            ("S12.5", false, Some(12.5)),
+            ("PORT 12,5", true, Some(-12.5)),
+            ("P-12.5", false, None),
+            ("X12.5", false, None),
+            ("338° 60.0'", false, Some(339.0)),
+            ("330°15\\'27''", false, Some(330.2575)),
             ("1,23,4.5", false, None),
             ("12 34", false, None),
             ("port", false, None),

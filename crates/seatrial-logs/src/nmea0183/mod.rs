@@ -4,11 +4,9 @@
 //! counts); sentences without one are spread between the times of RMC, ZDA, GGA or GLL sentences. The sentences of each instrument are a kind.
 
 mod sentences;
+mod times;
 
 use std::collections::VecDeque;
-
-use jiff::civil::DateTime;
-use jiff::tz::TimeZone;
 
 use crate::Quantity;
 use crate::bytes::Bytes;
@@ -18,8 +16,7 @@ use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
 use crate::table::Known;
 use sentences::{CHANNELS, MOST_FIELDS, SENTENCES};
-
-const DAY_S: f64 = 86_400.0;
+use times::{Clock, Stamps};
 
 /// Instruments that are told apart; more send as the last of them.
 const MOST_INSTRUMENTS: usize = 64;
@@ -53,75 +50,9 @@ pub(crate) struct Sentences {
     interval_s: Option<f64>,
     ready: VecDeque<(usize, f64, Vec<f64>)>,
     untimed: u64,
-    has_own_times: bool,
+    stamps: Stamps,
     /// Sentences whose checksum is not that of their bytes.
     wrong_sums: u64,
-}
-
-/// The time of the sentences that have none of their own.
-#[derive(Default)]
-struct Clock {
-    /// Seconds since 1970 of the day, 0 where no sentence said so.
-    day_s: f64,
-    /// Seconds since 1970, or since midnight.
-    last_s: Option<f64>,
-}
-
-impl Clock {
-    /// Takes the time of a sentence that has one.
-    fn take(&mut self, name: &str, cells: &[&str]) {
-        let cell = |index: usize| cells.get(index).copied().unwrap_or_default();
-        let date = match name {
-            "RMC" => {
-                let text = cell(9);
-                (text.len() == 6 && text.is_ascii()).then(|| {
-                    (
-                        cell(1),
-                        format!("20{}", &text[4..]),
-                        &text[2..4],
-                        &text[..2],
-                    )
-                })
-            }
-            "ZDA" => Some((cell(1), cell(4).into(), cell(3), cell(2))),
-            _ => None,
-        };
-        if let Some((_, year, month, day)) = &date {
-            let midnight = format!("{year}-{month:0>2}-{day:0>2}T00:00:00").parse::<DateTime>();
-            if let Some(zoned) = midnight
-                .ok()
-                .and_then(|day| day.to_zoned(TimeZone::UTC).ok())
-            {
-                self.day_s = zoned.timestamp().as_second() as f64;
-            }
-        }
-        let time = match name {
-            "RMC" | "ZDA" | "GGA" => cell(1),
-            "GLL" => cell(5),
-            _ => return,
-        };
-        let Some(second_s) = second_of_day(time) else {
-            return;
-        };
-        let mut time_s = self.day_s + second_s;
-        // Behind midnight the date comes with the next RMC or ZDA.
-        if date.is_none() && self.last_s.is_some_and(|last| last - time_s > DAY_S / 2.0) {
-            self.day_s += DAY_S;
-            time_s += DAY_S;
-        }
-        self.last_s = Some(time_s);
-    }
-}
-
-/// `hhmmss.ss`
-fn second_of_day(text: &str) -> Option<f64> {
-    if text.len() < 6 || !text.is_ascii() {
-        return None;
-    }
-    let part = |from: usize| text[from..from + 2].parse::<u8>().ok().map(f64::from);
-    let seconds: f64 = text[4..].parse().ok()?;
-    let is_time = (0.0..61.0).contains(&seconds);
-    is_time.then_some(3600.0 * part(0)? + 60.0 * part(2)? + seconds)
 }
 
 /// The time before a sentence, s, wherever it stands among the other cells.
@@ -177,16 +108,22 @@ fn source_before(text: &str) -> String {
     parts.collect::<Vec<_>>().join(" ")
 }
 
-/// What stands before a sentence, and its cells. `None` of what is none or has a wrong checksum.
+/// What stands before a sentence, or else behind it, and its cells. `None` of what is none or has a wrong checksum.
 pub(crate) fn sentence(line: &str) -> Option<(&str, Vec<&str>)> {
     let at = line.find(['$', '!'])?;
     let (before, body) = (&line[..at], &line[at + 1..]);
-    let body = match body.rsplit_once('*') {
+    let (body, behind) = match body.rsplit_once('*') {
         Some((body, sum)) => {
             let found = body.bytes().fold(0, |sum, byte| sum ^ byte);
-            (u8::from_str_radix(sum.trim().get(..2)?, 16).ok()? == found).then_some(body)?
+            let (sum, behind) = sum.trim().split_at_checked(2)?;
+            (u8::from_str_radix(sum, 16).ok()? == found).then_some((body, behind))?
         }
-        None => body,
+        None => (body, ""),
+    };
+    // Some write the time behind the sentence.
+    let before = match before.trim().is_empty() {
+        true => behind.trim_start_matches([',', ';', ' ', '\t']),
+        false => before,
     };
     let cells: Vec<&str> = body.split(',').map(str::trim).collect();
     let address = cells.first()?;
@@ -210,7 +147,7 @@ impl Sentences {
             interval_s: None,
             ready: VecDeque::new(),
             untimed: 0,
-            has_own_times: false,
+            stamps: Stamps::default(),
             wrong_sums: 0,
         };
         let mut message = Message::default();
@@ -229,6 +166,7 @@ impl Sentences {
                 ),
             });
         }
+        log.stamps.are_shared = 2 * log.stamps.repeated > log.stamps.count;
         log.name_kinds();
         log.bytes.begin_again()?;
         log.clock = Clock::default();
@@ -353,10 +291,16 @@ impl Sentences {
     /// Takes in a sentence: at its own time, or held until the next time comes.
     fn take(&mut self, before: &str, cells: &[&str], wanted: Option<&[bool]>) {
         let (talker, name) = cells[0].split_at(cells[0].len() - 3);
-        let own_s = time_before(before);
-        self.has_own_times |= own_s.is_some();
+        let stamp_s = time_before(before);
         let last_s = self.clock.last_s;
-        self.clock.take(name, cells);
+        let (own_s, shared_s) = match self.stamps.are_shared {
+            true => (None, stamp_s),
+            false => (stamp_s, None),
+        };
+        match shared_s {
+            Some(_) => self.clock.last_s = shared_s,
+            None => self.clock.take(name, cells),
+        }
         if let Some(from_s) = last_s.filter(|last| Some(*last) != self.clock.last_s) {
             self.spread(from_s, self.clock.last_s);
         }
@@ -376,6 +320,9 @@ impl Sentences {
         let Some(kind) = kind.filter(|kind| wanted.is_none_or(|wanted| wanted[*kind])) else {
             return;
         };
+        if let Some(own_s) = own_s {
+            self.stamps.take(kind, own_s);
+        }
         let values = SENTENCES[sentence]
             .1
             .iter()
@@ -462,9 +409,14 @@ impl Messages for Sentences {
 
     fn warnings(&self) -> Vec<String> {
         let mut warnings = self.bytes.damage.warnings();
-        if !self.has_own_times {
+        if self.stamps.count == 0 {
             warnings.push(
                 "no sentence has a time before it: sentences are spread evenly between the times of RMC, ZDA, GGA or GLL sentences".into(),
+            );
+        }
+        if self.stamps.are_shared {
+            warnings.push(
+                "most sentences share the time before them with others: they are spread evenly between these times".into(),
             );
         }
         if self.untimed > 0 {

@@ -16,6 +16,7 @@ pub(super) struct Group {
 
 #[derive(Clone, Copy)]
 pub(super) enum Type {
+    I8,
     U16,
     I16,
     U32,
@@ -27,6 +28,9 @@ impl Type {
     /// The three largest values mean that there is none.
     pub fn number(self, bytes: &[u8], at: usize) -> Option<f64> {
         match self {
+            Self::I8 => number::<i8>(bytes, at)
+                .filter(|n| *n < i8::MAX - 2)
+                .map(f64::from),
             Self::U16 => number::<u16>(bytes, at)
                 .filter(|n| *n < u16::MAX - 2)
                 .map(f64::from),
@@ -46,7 +50,7 @@ impl Type {
     }
 }
 
-pub(super) const GROUPS: [Group; 10] = [
+pub(super) const GROUPS: [Group; 13] = [
     Group {
         number: 127_245,
         name: "rudder",
@@ -70,6 +74,30 @@ pub(super) const GROUPS: [Group; 10] = [
         has_instance: false,
         is_fast: false,
         fields: &[("rate_rad_s", 1, Type::I32, 1e-6 / 32.0)],
+    },
+    Group {
+        number: 127_252,
+        name: "heave",
+        has_instance: false,
+        is_fast: false,
+        fields: &[("heave_m", 1, Type::I16, 0.01)],
+    },
+    Group {
+        number: 127_488,
+        name: "engine",
+        has_instance: true,
+        is_fast: false,
+        fields: &[("speed_rpm", 1, Type::U16, 0.25)],
+    },
+    Group {
+        number: 127_489,
+        name: "engine_dynamic",
+        has_instance: true,
+        is_fast: true,
+        fields: &[
+            ("load_percent", 24, Type::I8, 1.0),
+            ("torque_percent", 25, Type::I8, 1.0),
+        ],
     },
     Group {
         number: 127_257,

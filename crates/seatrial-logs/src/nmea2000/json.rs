@@ -1,6 +1,7 @@
-//! Messages that canboat's analyzer wrote as JSON, one a line.
+//! Messages that canboat's analyzer wrote, one a line, as JSON or as text:
+//! `2026-06-08-01:51:24.127 2 15 255 127250 Vessel Heading:  SID = 0; Heading = 78.4 deg; ...`
 
-use serde_json::Value;
+use serde_json::{Map, Value, json};
 
 use super::MOST_KINDS;
 use super::text::date_s;
@@ -12,7 +13,7 @@ use crate::{Quantity, Unit};
 
 /// What is read: number, field, and the quantity that it feeds, the preferred first. Angles are in degrees or radians, as the
 /// analyzer was told.
-const FIELDS: [(u64, &str, Option<Quantity>); 14] = [
+const FIELDS: [(u64, &str, Option<Quantity>); 18] = [
     (127_250, "Heading", Some(Quantity::Heading)),
     (127_257, "Yaw", Some(Quantity::Heading)),
     (127_245, "Position", Some(Quantity::Rudder)),
@@ -23,6 +24,10 @@ const FIELDS: [(u64, &str, Option<Quantity>); 14] = [
     (129_026, "SOG", Some(Quantity::Speed)),
     (127_257, "Roll", Some(Quantity::Roll)),
     (127_257, "Pitch", Some(Quantity::Pitch)),
+    (127_252, "Heave", None),
+    (127_488, "Speed", None),
+    (127_489, "Percent Engine Load", None),
+    (127_489, "Percent Engine Torque", None),
     (129_025, "Latitude", None),
     (129_025, "Longitude", None),
     (129_029, "Latitude", None),
@@ -38,15 +43,49 @@ pub(super) struct Objects {
     ready: Vec<(usize, f64, f64)>,
 }
 
-/// Does a file begin with such an object?
+/// Does a file begin with such messages?
 pub(super) fn is_start(start: &[u8]) -> bool {
     let text = String::from_utf8_lossy(start);
-    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
     // The analyzer begins with its version.
-    lines
-        .by_ref()
-        .take(3)
-        .any(|line| line.starts_with('{') && line.contains("\"pgn\""))
+    let is_message =
+        |line: &str| line.starts_with('{') && line.contains("\"pgn\"") || of_text(line).is_some();
+    lines.take(3).any(is_message)
+}
+
+/// A message in text as the object that it is in JSON.
+fn of_text(line: &str) -> Option<Value> {
+    let (head, fields) = line.split_once(':').and_then(|(hours, _)| {
+        // The first colon behind those of the time ends the description.
+        let at = hours.len() + line[hours.len()..].find(' ')?;
+        let end = at + line[at..].find(": ")?;
+        Some((&line[..end], &line[end + 2..]))
+    })?;
+    let mut head = head.split_whitespace();
+    let time = head.next().filter(|time| date_s(time).is_some())?;
+    let mut count = || head.next()?.parse::<u64>().ok();
+    let [_, source, _, number] = [count()?, count()?, count()?, count()?];
+    let fields: Map<String, Value> = fields
+        .split(';')
+        .filter_map(|field| {
+            let (name, value) = field.split_once('=')?;
+            let number: f64 = value.split_whitespace().next()?.parse().ok()?;
+            Some((name.trim().to_owned(), json!(number)))
+        })
+        .collect();
+    Some(json!({"timestamp": time, "pgn": number, "src": source, "fields": fields}))
+}
+
+/// A field by its name, which one option of the analyzer writes in camel case.
+fn field<'a>(fields: &'a Value, name: &str) -> Option<&'a Value> {
+    let plain = |name: &str| -> String {
+        let letters = name.chars().filter(|c| c.is_alphanumeric());
+        letters.flat_map(char::to_lowercase).collect()
+    };
+    let is_it = |(known, _): &(&String, &Value)| plain(known) == plain(name);
+    fields
+        .get(name)
+        .or_else(|| Some(fields.as_object()?.iter().find(is_it)?.1))
 }
 
 /// A number, or the value of an object with a name beside it.
@@ -95,9 +134,13 @@ impl Objects {
                 continue;
             }
             let length = line.len();
-            match serde_json::from_slice::<Value>(line) {
-                Ok(object) => self.take(&object, wanted.is_none()),
-                Err(_) => self.bytes.not_a_line(position, length),
+            let object = match line.starts_with(b"{") {
+                true => serde_json::from_slice::<Value>(line).ok(),
+                false => of_text(&String::from_utf8_lossy(line)),
+            };
+            match object {
+                Some(object) => self.take(&object, wanted.is_none()),
+                None => self.bytes.not_a_line(position, length),
             }
         }
     }
@@ -113,13 +156,15 @@ impl Objects {
         let Some(fields) = object.get("fields") else {
             return;
         };
-        let instance = fields.get("Instance").and_then(as_number).unwrap_or(0.0) as u64;
-        for (place, (of, name, _)) in FIELDS.iter().enumerate() {
-            let value = fields
-                .get(name)
-                .and_then(as_number)
-                .filter(|_| *of == number);
-            let Some(value) = value else { continue };
+        let instance = field(fields, "Instance").and_then(as_number).unwrap_or(0.0) as u64;
+        let of_message = FIELDS
+            .iter()
+            .enumerate()
+            .filter(|(_, (of, ..))| *of == number);
+        for (place, (_, name, _)) in of_message {
+            let Some(value) = field(fields, name).and_then(as_number) else {
+                continue;
+            };
             let key = (place, source, instance);
             let known = self.sources.iter().position(|(known, _)| *known == key);
             if let Some(kind) = known {

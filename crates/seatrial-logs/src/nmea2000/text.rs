@@ -7,6 +7,8 @@
 //! | iKonvert | `!PDGY,127250,2,15,255,481.000,/8Ae/3//f/0=` |
 //! | candump | `(1614817798.000000) can0 09F1120F#FFC0...` or `(...) can0 09F1120F [8] FF C0 ...` |
 //! | PCAN | `1) 1059.9 Rx 09F1120F 8 FF C0 ...` |
+//! | Vector (.asc) | `0.001000 1 9F1120Fx Rx d 8 FF C0 ...` |
+//! | SavvyCAN | `1000,09F1120F,true,Rx,0,8,FF,C0,...` |
 //! | Garmin | `0,486942,127250,Vessel Heading,Garmin,15,255,2,1,8,0xFFC0...` |
 //! | SeaSmart | `$PCDIN,01F112,000C72EA,0F,FFC0...*5A` |
 //! | Actisense | `A000057.055 0FFF2 1F112 FFC0...` |
@@ -15,6 +17,8 @@ use super::{Frame, MOST_BYTES};
 use crate::clock::{instant, stamp_s, time_of_day};
 use crate::nmea0183;
 
+/// Cells of a line that are looked at.
+const MOST_CELLS: usize = 32;
 /// Lines that are looked at, of which half are frames.
 const LINES: usize = 20;
 
@@ -29,12 +33,14 @@ pub(super) fn container(start: &[u8]) -> Option<fn(&str) -> Option<Frame>> {
         .take(LINES)
         .collect();
     let whole = lines.len() - usize::from(is_cut && lines.len() > 1 && lines.len() < LINES);
-    let all: [fn(&str) -> Option<Frame>; 8] = [
+    let all: [fn(&str) -> Option<Frame>; 10] = [
         canboat,
         yacht_devices,
         ikonvert,
         candump,
         pcan,
+        vector,
+        savvy,
         garmin,
         sea_smart,
         actisense,
@@ -111,8 +117,16 @@ fn canboat(line: &str) -> Option<Frame> {
 fn yacht_devices(line: &str) -> Option<Frame> {
     let mut cells = line.split_whitespace();
     let time = cells.next()?;
-    let time_s = time_of_day(time).or_else(|| stamp_s(time))?;
-    let way = cells.next()?;
+    let mut way = cells.next()?;
+    let time_s = match time_of_day(way) {
+        // A date before the time.
+        Some(_) => {
+            let time_s = date_s(&format!("{time}T{way}"));
+            way = cells.next()?;
+            time_s
+        }
+        None => time_of_day(time).or_else(|| stamp_s(time)),
+    }?;
     let identifier = identifier(cells.next()?)?;
     let data = bytes(cells)?;
     let is_frame = matches!(way, "R" | "T") && (1..=8).contains(&data.len());
@@ -171,13 +185,13 @@ fn candump(line: &str) -> Option<Frame> {
     let time_s = date_s(time).or_else(|| stamp_s(time.trim()))?;
     let mut cells = rest.split_whitespace();
     let _bus = cells.next()?;
-    let cell = cells.next()?;
+    // `RX - -` of `candump -x`.
+    let cell = cells.find(|cell| !matches!(*cell, "RX" | "TX" | "-" | "B" | "E"))?;
     if let Some((id, digits)) = cell.split_once('#') {
         let data = hexadecimal(digits).filter(|data| data.len() <= 8)?;
         return Some(Frame::of_bus(time_s, identifier(id)?, data));
     }
     let identifier = identifier(cell)?;
-    // `RX - -` of `candump -x`.
     let length = cells.find(|cell| cell.starts_with('['))?;
     let length: usize = length.trim_matches(['[', ']']).parse().ok()?;
     let data = bytes(cells.take(length.min(8)))?;
@@ -185,15 +199,41 @@ fn candump(line: &str) -> Option<Frame> {
 }
 
 fn pcan(line: &str) -> Option<Frame> {
-    let cells: Vec<&str> = line.split_whitespace().take(32).collect();
+    let cells: Vec<&str> = line.split_whitespace().take(MOST_CELLS).collect();
     let _place: u64 = cells.first()?.trim_end_matches(')').parse().ok()?;
-    let milliseconds: f64 = cells.get(1)?.parse().ok()?;
-    let at = 2 + cells[2..]
-        .iter()
-        .position(|cell| identifier(cell).is_some())?;
-    let identifier = identifier(cells[at])?;
-    // Behind it a direction or not, then the length and as many bytes.
-    let lengths = at + 1..cells.len().min(at + 5);
+    adapter(cells.get(1)?, 1e3, cells.get(2..)?)
+}
+
+fn vector(line: &str) -> Option<Frame> {
+    let cells: Vec<&str> = line.split_whitespace().take(MOST_CELLS).collect();
+    // An identifier of 29 bits ends with x, and has no zeros before it.
+    let at = cells.iter().position(|cell| cell.ends_with('x'))?;
+    let long = format!("{:0>8}", cells[at].trim_end_matches('x'));
+    adapter(
+        cells.first()?,
+        1.0,
+        &[&[long.as_str()], &cells[at + 1..]].concat(),
+    )
+}
+
+fn savvy(line: &str) -> Option<Frame> {
+    let cells: Vec<&str> = line
+        .trim_end_matches(',')
+        .split(',')
+        .take(MOST_CELLS)
+        .collect();
+    // Is the identifier one of 29 bits?
+    cells
+        .get(2)
+        .filter(|flag| ["true", "false", "1", "0"].contains(*flag))?;
+    adapter(cells.first()?, 1e6, cells.get(1..)?)
+}
+
+/// A frame as CAN adapters write it: a time, and behind it an identifier, a direction or not, a length, and as many bytes.
+fn adapter(time: &str, per_second: f64, cells: &[&str]) -> Option<Frame> {
+    let time: f64 = time.parse().ok().filter(|time: &f64| time.is_finite())?;
+    let at = cells.iter().position(|cell| identifier(cell).is_some())?;
+    let lengths = at + 1..cells.len().min(at + 6);
     let data = lengths.into_iter().find_map(|at| {
         let length: usize = cells[at]
             .parse()
@@ -202,8 +242,11 @@ fn pcan(line: &str) -> Option<Frame> {
         let rest = cells.get(at + 1..)?;
         (rest.len() == length).then(|| bytes(rest.iter().copied()))?
     })?;
-    let time_s = Some(milliseconds / 1e3).filter(|time_s| time_s.is_finite())?;
-    Some(Frame::of_bus(time_s, identifier, data))
+    Some(Frame::of_bus(
+        time / per_second,
+        identifier(cells[at])?,
+        data,
+    ))
 }
 
 fn garmin(line: &str) -> Option<Frame> {

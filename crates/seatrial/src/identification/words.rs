@@ -103,7 +103,7 @@ fn of_log(code: &ReasonCode) -> Option<Words> {
         ),
         ReasonCode::TimesShared => each(
             "Rows that differ have the same time.",
-            "Write the time with more digits, or name another column with --time. Where the rows are of several vehicles, read one of them at a time.",
+            "Write the time with more digits, or name another column with --time. Where the rows are of several vehicles, read one of them with --where COLUMN=VALUE.",
             "Write the time with more digits, or enter another column for the time. Keep the rows of one vehicle.",
             "Write the time with more digits, or pass columns={\"time\": ...}. Keep the rows of one vehicle.",
         ),
@@ -118,7 +118,7 @@ fn of_log(code: &ReasonCode) -> Option<Words> {
             "Log both faster: ten samples in the time that a turn takes to die out.",
         ),
         ReasonCode::HeadingUnitDoubtful => each(
-            "The heading is not in the unit that its column says.",
+            "The heading is not in the unit that it is read in.",
             "Give its unit with --unit heading=rad or --unit heading=deg.",
             "Choose rad or deg as “Heading is in” under “Columns and units”.",
             "Pass units={\"heading\": \"rad\"} or units={\"heading\": \"deg\"}.",

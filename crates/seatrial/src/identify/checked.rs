@@ -209,10 +209,17 @@ fn doubts(prepared: &Prepared, chosen: &Chosen, data: Option<ValidationData>) ->
             .into_iter()
             .filter(|doubt| !prepared.log.unit_doubts.contains(doubt)),
     );
-    doubts.extend(plausibility::timing_doubts(
-        prepared.accepted,
-        chosen.model.a22_per_s,
-    ));
+    // A model whose rudder may turn nothing has no time constant to hold the log against.
+    let turns = |refined: &Refined| {
+        let [low, high] = refined.interval_95.b2_per_s2;
+        low * high > 0.0
+    };
+    if chosen.refined.as_ref().is_none_or(turns) {
+        doubts.extend(plausibility::timing_doubts(
+            prepared.accepted,
+            chosen.model.a22_per_s,
+        ));
+    }
     if prepared.log.times_are_shared {
         doubts.extend(plausibility::shared_times(
             prepared.accepted,

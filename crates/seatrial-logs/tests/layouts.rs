@@ -1,0 +1,554 @@
+//! One run in the layouts that recorders, loggers and databases write: each gives the samples of the run.
+
+use std::fmt::Write;
+
+use seatrial_logs::{ChannelChoice, Fault, LogReader, UnitSource, open};
+
+/// Noon of 1 May 2024 in seconds since 1970.
+const START_S: f64 = 1_714_564_800.0;
+
+/// A row of the run: time in s, heading and rudder in degrees.
+type Row = (f64, f64, f64);
+
+/// Two minutes at 10 Hz, with a heading that passes north.
+fn run() -> Vec<Row> {
+    (0..1200)
+        .map(|k| {
+            let time_s = 0.1 * f64::from(k);
+            let heading = 350.0 + 40.0 * (0.2 * time_s).sin();
+            (
+                time_s,
+                heading.rem_euclid(360.0),
+                10.0 * (0.2 * time_s).cos(),
+            )
+        })
+        .collect()
+}
+
+fn text(head: &str, row: impl Fn(Row) -> String) -> String {
+    run()
+        .into_iter()
+        .fold(head.to_owned(), |text, of| text + &row(of) + "\n")
+}
+
+fn opened(bytes: &[u8], folder: &tempfile::TempDir) -> Result<LogReader, Fault> {
+    let path = folder.path().join("log");
+    std::fs::write(&path, bytes).unwrap();
+    open(&path, &ChannelChoice::default()).map_err(|error| error.fault)
+}
+
+/// Reads the run: times to 15 ms, since recorders stamp one channel behind the other and days have eight decimals; headings to
+/// a tenth of a degree; rudders to what they move in between, 0.2 degrees.
+#[track_caller]
+fn assert_is_the_run(name: &str, bytes: &[u8]) -> Vec<String> {
+    let folder = tempfile::tempdir().unwrap();
+    let mut reader = opened(bytes, &folder).unwrap_or_else(|fault| panic!("{name}: {fault}"));
+    let read: Result<Vec<_>, _> = reader.by_ref().collect();
+    let read = read.unwrap_or_else(|error| panic!("{name}: {error}"));
+    let run = run();
+    let missing = run.len() - read.len();
+    // A first row that lacks a channel is left out, and a last time has none behind it.
+    assert!(missing <= 10, "{name}: {missing} rows are missing");
+    let begin = run.len() - read.len();
+    let is_cut_at_the_end = (read[0].heading_rad.to_degrees() - run[0].1).abs() < 0.1;
+    let from = if is_cut_at_the_end { 0 } else { begin };
+    for (sample, row) in read.iter().zip(&run[from..]) {
+        let late_s = (sample.time_s - read[0].time_s) - (row.0 - run[from].0);
+        let turned = (sample.heading_rad - row.1.to_radians()).sin().to_degrees();
+        let moved = sample.rudder_rad.to_degrees() - row.2;
+        let is_same = late_s.abs() < 0.015 && turned.abs() < 0.1 && moved.abs() < 0.25;
+        assert!(is_same, "{name}: {sample:?} for {row:?}");
+    }
+    let warnings = reader.description().warnings.clone();
+    [warnings, reader.warnings()].concat()
+}
+
+/// Hours, minutes and seconds of the clock, with room for rounding.
+fn clock(time_s: f64) -> (u32, u32, f64) {
+    let tenths = (10.0 * time_s).round() as u32;
+    (12, tenths / 600, f64::from(tenths % 600) / 10.0)
+}
+
+fn hhmmss(time_s: f64) -> String {
+    let (hours, minutes, seconds) = clock(time_s);
+    format!("{hours:02}{minutes:02}{seconds:06.3}")
+}
+
+fn iso(time_s: f64) -> String {
+    let (hours, minutes, seconds) = clock(time_s);
+    format!("2024-05-01T{hours:02}:{minutes:02}:{seconds:06.3}Z")
+}
+
+#[test]
+fn io_times_in_parts_in_digits_and_of_other_eras_are_read() {
+    let angles = |heading: f64, rudder: f64| format!("{heading:.3},{rudder:.2}");
+    let of = |names: &str, time: &dyn Fn(f64) -> String| {
+        let head = format!("{names},heading_deg,rudder_deg\n");
+        text(&head, |(t, h, d)| format!("{},{}", time(t), angles(h, d)))
+    };
+    let parts = |t: f64| {
+        let (hours, minutes, seconds) = clock(t);
+        let tenths = (10.0 * seconds).round() as u32;
+        (hours, minutes, tenths / 10, 100 * (tenths % 10))
+    };
+    for (names, written) in [
+        (
+            "hour,min,sec",
+            of("hour,min,sec", &|t| {
+                let (hours, minutes, seconds) = clock(t);
+                format!("{hours},{minutes},{seconds:.1}")
+            }),
+        ),
+        (
+            "seconds,milliseconds",
+            of("seconds,milliseconds", &|t| {
+                let tenths = (10.0 * t).round() as u32;
+                format!("{},{}", tenths / 10, 100 * (tenths % 10))
+            }),
+        ),
+        (
+            "t_sec,t_ms",
+            of("t_sec,t_ms", &|t| {
+                format!("{},{:.0}", (t + 1e-9).floor(), 1e3 * t)
+            }),
+        ),
+        (
+            "YY,MM,DD,hh,mi,ss,ms",
+            of("YY,MM,DD,hh,mi,ss,ms", &|t| {
+                let (hours, minutes, seconds, milliseconds) = parts(t);
+                format!("24,5,1,{hours},{minutes},{seconds},{milliseconds}")
+            }),
+        ),
+        (
+            "date,utc",
+            of("date,utc", &|t| format!("010524,{}", hhmmss(t))),
+        ),
+        ("hhmmssmmm", of("time", &|t| hhmmss(t).replace('.', ""))),
+        (
+            "yyyymmdd_hhmmss",
+            of("time", &|t| format!("20240501_{}", hhmmss(t))),
+        ),
+        (
+            "ms since 1904",
+            of("timestamp", &|t| {
+                format!("{:.0}", 1e3 * (START_S + 2_082_844_800.0 + t))
+            }),
+        ),
+        (
+            "ms since 1601",
+            of("timestamp", &|t| {
+                format!("{:.0}", 1e3 * (START_S + 11_644_473_600.0 + t))
+            }),
+        ),
+        (
+            "hundredths since 1970",
+            of("timestamp", &|t| format!("{:.0}", 1e2 * (START_S + t))),
+        ),
+    ] {
+        assert_is_the_run(names, written.as_bytes());
+    }
+}
+
+/// The count of microseconds since 1601 of today is that of 100 ns since 1970 of 2012.
+#[test]
+fn io_a_count_of_two_eras_is_no_date() {
+    let since_1601_s = START_S + 11_644_473_600.0;
+    let log = text("timestamp,heading_deg,rudder_deg\n", |(t, h, d)| {
+        format!("{:.0},{h:.3},{d:.2}", 1e6 * (since_1601_s + t))
+    });
+    let folder = tempfile::tempdir().unwrap();
+    let reader = opened(log.as_bytes(), &folder).unwrap();
+    let found = reader.description();
+    assert_eq!(found.start_utc, None);
+    assert_eq!(found.channels[0].unit_source, UnitSource::Assumed);
+    let doubts = found.warnings.join("\n");
+    assert!(
+        doubts.contains("us since 1601") && doubts.contains("--unit time=UNIT"),
+        "{doubts}"
+    );
+}
+
+#[test]
+fn io_tables_are_read_whatever_stands_before_and_in_them() {
+    let plain = |head: &str| text(head, |(t, h, d)| format!("{t:.1},{h:.3},{d:.2}"));
+    let names = "time_s,heading_deg,rudder_deg\n";
+    let degrees = |heading: f64| {
+        let seconds = (3600.0 * heading).round() as u32;
+        (seconds / 3600, seconds / 60 % 60, seconds % 60)
+    };
+    let filled = |none: &str| {
+        let head = "time_s,heading_deg,rudder_deg\n";
+        text(head, |(t, h, d)| {
+            format!("{t:.3},{h:.3},{none}\n{:.3},{none},{d:.2}", t + 0.001)
+        })
+    };
+    let heading = |(t, h, _): Row| format!(",,0,{},{h:.3},heading_deg,boat", iso(t));
+    let rudder = |(t, _, d): Row| format!(",,1,{},{d:.3},rudder_deg,boat", iso(t));
+    let names_of_influx = "#group,false,false\n,result,table,_time,_value,_field,_measurement\n";
+    let grafana = |(t, h, d): Row| {
+        let (time, heading, rudder) = (iso(t), h.to_radians(), d.to_radians());
+        format!(
+            "\"navigation.headingTrue\";\"{time}\";{heading:.5}\n\"steering.rudderAngle\";\"{time}\";{rudder:.5}"
+        )
+    };
+    for (name, log) in [
+        (
+            "per cent signs",
+            plain("%% exported\n% t [s], psi [deg], delta [deg]\n"),
+        ),
+        (
+            "garbage",
+            plain(&format!("\0\u{7f}\u{1}boot\n\n***\n{names}")),
+        ),
+        (
+            "degrees, minutes, seconds",
+            text("time_s,heading,rudder_deg\n", |(t, h, d)| {
+                let (degrees, minutes, seconds) = degrees(h);
+                format!("{t:.1},{degrees}°{minutes:02}'{seconds:02}'',{d:.2}")
+            }),
+        ),
+        (
+            "sides",
+            text("time_s,heading_deg,rudder (deg)\n", |(t, h, d)| {
+                let side = if d < 0.0 { "P" } else { "S" };
+                format!("{t:.1},{h:.3},{side}{:.2}", d.abs())
+            }),
+        ),
+        ("empty cells", filled("")),
+        ("NaN for no value", filled("NaN")),
+        (
+            "InfluxDB",
+            text(names_of_influx, heading) + "\n" + &text(names_of_influx, rudder),
+        ),
+        ("Grafana", text("\"Series\";\"Time\";\"Value\"\n", grafana)),
+        (
+            "Expedition",
+            text(
+                "!Boat,Utc,BSP,RudderFwd,HDG\n!boat,0,1,7,13\n!v12\n",
+                |(t, h, d)| format!("0,{:.8},7,{d:.2},13,{h:.2}", 45_413.5 + t / 86_400.0),
+            ),
+        ),
+    ] {
+        assert_is_the_run(name, log.as_bytes());
+    }
+}
+
+#[test]
+fn io_a_heading_that_wraps_at_no_known_turn_is_refused() {
+    let log = text("time_s,heading,rudder_deg\n", |(t, _, d)| {
+        // Two turns in points of the compass.
+        format!("{t:.1},{:.3},{d:.2}", (0.6 * t).rem_euclid(32.0))
+    });
+    let folder = tempfile::tempdir().unwrap();
+    let refused = opened(log.as_bytes(), &folder).err();
+    assert!(
+        matches!(refused, Some(Fault::ImplausibleValues { .. })),
+        "{refused:?}"
+    );
+}
+
+/// A sentence with its checksum.
+fn sentence(body: &str) -> String {
+    let sum = body.bytes().fold(0, |sum, byte| sum ^ byte);
+    format!("${body}*{sum:02X}")
+}
+
+fn fix(time_s: f64) -> String {
+    let body = format!(
+        "GPRMC,{},A,5000.0000,N,00100.0000,W,6.0,120.0,010524,,,A",
+        hhmmss(time_s)
+    );
+    sentence(&body)
+}
+
+/// Sentences of a heading and a rudder.
+fn sentences((_, heading, rudder): Row) -> [String; 2] {
+    [
+        format!("HEHDT,{heading:.1},T"),
+        format!("IIRSA,{rudder:.1},A,,V"),
+    ]
+    .map(|body| sentence(&body))
+}
+
+#[test]
+fn io_sentences_are_read_with_times_before_behind_and_between_them() {
+    let is_whole = |t: f64| (t - t.round()).abs() < 0.01;
+    let between = |more: &dyn Fn(Row) -> String| {
+        text("", |row| {
+            let fix = if is_whole(row.0) {
+                fix(row.0) + "\n"
+            } else {
+                String::new()
+            };
+            fix + &sentences(row).join("\n") + &more(row)
+        })
+    };
+    let recorder = text("timestamp,type,id,message\n", |row| {
+        let line = |sentence: String| format!("{},NMEA0183,,\"{sentence}\"", iso(row.0));
+        sentences(row).map(line).join("\n")
+    });
+    let whole = text("", |row| {
+        let line = |sentence: String| {
+            format!(
+                "\\s:ST,c:{}*00\\{sentence}",
+                START_S + (row.0 + 1e-9).floor()
+            )
+        };
+        sentences(row).map(line).join("\n")
+    });
+    let behind = text("", |row| {
+        let line = |sentence: String| format!("{sentence},{:.0}", 1e3 * (START_S + row.0));
+        sentences(row).map(line).join("\n")
+    });
+    let none = |_: Row| String::new();
+    let second = |(_, heading, _): Row| {
+        let heading = (heading + 8.0).rem_euclid(360.0);
+        "\n".to_owned() + &sentence(&format!("IIHDT,{heading:.1},T"))
+    };
+    for (name, log, warning) in [
+        ("a voyage recorder", recorder, ""),
+        (
+            "times once a second",
+            between(&none),
+            "spread evenly between the times of RMC",
+        ),
+        ("two compasses", between(&second), "2 instruments send HDT"),
+        (
+            "tag blocks of whole seconds",
+            whole,
+            "share the time before them",
+        ),
+        ("times behind", behind, ""),
+    ] {
+        let warnings = assert_is_the_run(name, log.as_bytes()).join("\n");
+        assert!(warnings.contains(warning), "{name}: {warnings}");
+    }
+}
+
+/// Frames of the run: time in s, identifier, number, source, bytes.
+fn frames() -> Vec<(f64, u32, u32, u8, [u8; 8])> {
+    let count = |degrees: f64| (1e4 * degrees.to_radians()).round();
+    let frames = run().into_iter().flat_map(|(time_s, heading, rudder)| {
+        let [low, high] = (count(heading) as u16).to_le_bytes();
+        let [less, more] = (count(rudder) as i16).to_le_bytes();
+        [
+            (
+                time_s,
+                0x09f1_120f,
+                127_250,
+                15,
+                [0xff, low, high, 0xff, 0x7f, 0xff, 0x7f, 0xfd],
+            ),
+            (
+                time_s,
+                0x09f1_0d1a,
+                127_245,
+                26,
+                [0, 0xff, 0xff, 0x7f, less, more, 0xff, 0xff],
+            ),
+        ]
+    });
+    frames.collect()
+}
+
+#[test]
+fn io_frames_of_other_adapters_and_of_the_analyzer_are_read() {
+    let hex = |data: &[u8; 8], between: &str| data.map(|byte| format!("{byte:02X}")).join(between);
+    let lines = |head: &str, line: &dyn Fn((f64, u32, u32, u8, [u8; 8])) -> String| {
+        frames()
+            .into_iter()
+            .fold(head.to_owned(), |mut log, frame| {
+                writeln!(log, "{}", line(frame)).unwrap();
+                log
+            })
+    };
+    let angle = |number: u32, data: &[u8; 8]| match number {
+        127_250 => f64::from(u16::from_le_bytes([data[1], data[2]])) * 1e-4,
+        _ => f64::from(i16::from_le_bytes([data[4], data[5]])) * 1e-4,
+    };
+    let field = |number: u32| {
+        if number == 127_250 {
+            "Heading"
+        } else {
+            "Position"
+        }
+    };
+    for (name, log) in [
+        (
+            "Yacht Devices, with dates",
+            lines("", &|(t, id, _, _, data)| {
+                let time = iso(t).replace(['T', 'Z'], " ");
+                format!("{time}R {id:08X} {}", hex(&data, " "))
+            }),
+        ),
+        (
+            "candump -x",
+            lines("", &|(t, id, _, _, data)| {
+                format!(
+                    " ({:.6})  can0  RX - -  {id:08X}   [8]  {}",
+                    START_S + t,
+                    hex(&data, " ")
+                )
+            }),
+        ),
+        (
+            "Vector",
+            lines(
+                "date Wed May 1 12:00:00 2024\nbase hex  timestamps absolute\n",
+                &|(t, id, _, _, data)| {
+                    format!("{t:11.6} 1  {id:X}x       Rx   d 8 {}", hex(&data, " "))
+                },
+            ),
+        ),
+        (
+            "SavvyCAN",
+            lines(
+                "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8\n",
+                &|(t, id, _, _, data)| {
+                    format!("{:.0},{id:08X},true,Rx,0,8,{},", 1e6 * t, hex(&data, ","))
+                },
+            ),
+        ),
+        (
+            "the analyzer's text",
+            lines("", &|(t, _, number, source, data)| {
+                let (time, degrees) = (iso(t), angle(number, &data).to_degrees());
+                format!(
+                    "{time} 2 {source:3} 255 {number} Name: of it:  SID = 255; {} = {degrees:.1} deg; Reference = True",
+                    field(number)
+                )
+            }),
+        ),
+        (
+            "the analyzer's camel case",
+            lines("{\"version\":\"6\"}\n", &|(t, _, number, source, data)| {
+                let (time, radians) = (iso(t), angle(number, &data));
+                format!(
+                    "{{\"timestamp\":\"{time}\",\"src\":{source},\"pgn\":{number},\"fields\":{{\"{}\":{radians:.4}}}}}",
+                    field(number).to_lowercase()
+                )
+            }),
+        ),
+    ] {
+        assert_is_the_run(name, log.as_bytes());
+    }
+}
+
+/// Heave stands beside; an engine's speed can be chosen for the thrust.
+#[test]
+fn io_heave_and_engines_are_read_past_or_chosen() {
+    let engine = [0x09f2_001f_u32, 0x09f1_141e];
+    let mut log = String::new();
+    for (t, id, _, _, data) in frames() {
+        let line = |id: u32, data: [u8; 8]| {
+            let data = data.map(|byte| format!("{byte:02X}")).join("");
+            format!("({:.6}) can0 {id:08X}#{data}\n", START_S + t)
+        };
+        log += &line(id, data);
+        log += &line(engine[0], [0, 0x70, 0x17, 0xff, 0xff, 0x7f, 0xff, 0xff]);
+        log += &line(engine[1], [0xff, 0x0a, 0x00, 0xff, 0xff, 0xff, 0xff, 0xff]);
+    }
+    assert_is_the_run("heave and an engine", log.as_bytes());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log");
+    std::fs::write(&path, &log).unwrap();
+    let mut choice = ChannelChoice::default();
+    let speed = "engine.31.0.speed_rpm";
+    choice
+        .columns
+        .insert(seatrial_logs::Quantity::Thrust, speed.into());
+    let mut reader = open(&path, &choice).unwrap();
+    let last = reader.by_ref().last().unwrap().unwrap();
+    // 1500 rpm as a share of 100.
+    assert_eq!(last.thrust, Some(15.0));
+
+    let heave: String = log
+        .lines()
+        .filter(|line| line.contains("09F1141E"))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    std::fs::write(&path, heave).unwrap();
+    let error = open(&path, &ChannelChoice::default())
+        .err()
+        .unwrap()
+        .to_string();
+    assert!(
+        error.contains("127250") && error.contains("heave"),
+        "{error}"
+    );
+}
+
+#[test]
+fn io_a_text_that_is_no_table_is_asked_for_no_column() {
+    for (text, expected) in [
+        ("FMT, 128, 89, FMT, BBnNZ, Type,Length\nATT, 1, 2\n", ".bin"),
+        (
+            "{\"time\": 0.1, \"heading\": 2.0, \"rudder\": 3.0}\n",
+            "jq -r",
+        ),
+        (
+            "[{\"time\": 0.1, \"heading\": 2.0, \"rudder\": 3.0}]",
+            "jq -r",
+        ),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let error = opened(text.as_bytes(), &folder).err().unwrap().to_string();
+        assert!(
+            error.contains(expected) && !error.contains("--time NAME"),
+            "{error}"
+        );
+    }
+}
+
+/// The third places are 100 m north and 50 m west of the first, to the centimetres of their last digits.
+#[test]
+fn io_positions_are_read_as_receivers_and_charts_write_them() {
+    let rows = |names: &str, places: [&str; 3]| {
+        let row = |(k, place): (usize, &str)| format!("{k}.0,{place},{},5\n", 10 + k);
+        let rows: String = places.into_iter().enumerate().map(row).collect();
+        format!("time_s,{names},heading_deg,rudder_deg\n{rows}")
+    };
+    let (degrees, receiver, chart, south, autopilot) = (
+        ["50.0,-20.0", "50.0,-20.0", "50.0008999,-20.0007000"],
+        [
+            "5000.0000,-2000.0000",
+            "5000.0000,-2000.0000",
+            "5000.05400,-2000.04200",
+        ],
+        [
+            "50°00.000'N,20°00.000'W",
+            "50°00.000'N,20°00.000'W",
+            "50°00.0540'N,20°00.0420'W",
+        ],
+        [
+            "50°00.000'S,20°00.000'W",
+            "50°00.000'S,20°00.000'W",
+            "49°59.9460'S,20°00.0420'W",
+        ],
+        [
+            "500000000,-200000000",
+            "500000000,-200000000",
+            "500008999,-200007000",
+        ],
+    );
+    for (names, places) in [
+        ("lat,lon", degrees),
+        ("lat,lon", receiver),
+        ("Latitude,Longitude", chart),
+        ("Latitude,Longitude", south),
+        ("lat_e7,lon_e7", autopilot),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let log = rows(names, places);
+        let last = opened(log.as_bytes(), &folder)
+            .unwrap()
+            .last()
+            .unwrap()
+            .unwrap();
+        let moved = last.north_m.zip(last.east_m);
+        let is_there = |(north_m, east_m): (f64, f64)| {
+            (north_m - 100.0).abs() < 0.1 && (east_m + 50.0).abs() < 0.1
+        };
+        assert!(moved.is_some_and(is_there), "{log}: {last:?}");
+    }
+}
