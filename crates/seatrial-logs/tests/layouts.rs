@@ -325,8 +325,11 @@ fn io_sentences_are_read_with_times_before_behind_and_between_them() {
     }
 }
 
-/// Frames of the run: time in s, identifier, number, source, bytes.
-fn frames() -> Vec<(f64, u32, u32, u8, [u8; 8])> {
+/// Time in s, identifier, number, source, bytes.
+type Frame = (f64, u32, u32, u8, [u8; 8]);
+
+/// Frames of the run.
+fn frames() -> Vec<Frame> {
     let count = |degrees: f64| (1e4 * degrees.to_radians()).round();
     let frames = run().into_iter().flat_map(|(time_s, heading, rudder)| {
         let [low, high] = (count(heading) as u16).to_le_bytes();
@@ -354,7 +357,7 @@ fn frames() -> Vec<(f64, u32, u32, u8, [u8; 8])> {
 #[test]
 fn io_frames_of_other_adapters_and_of_the_analyzer_are_read() {
     let hex = |data: &[u8; 8], between: &str| data.map(|byte| format!("{byte:02X}")).join(between);
-    let lines = |head: &str, line: &dyn Fn((f64, u32, u32, u8, [u8; 8])) -> String| {
+    let lines = |head: &str, line: &dyn Fn(Frame) -> String| {
         frames()
             .into_iter()
             .fold(head.to_owned(), |mut log, frame| {
