@@ -5,9 +5,10 @@ use std::thread;
 use seatrial::campaign::{Campaign, Run, Stage};
 use seatrial::identify::cramer_rao::Noise;
 use seatrial::preview::{
-    Design, Prior, PriorSpeed, Target, compare_designs, parse_target, preview, recommend,
+    Budget, Design, Prior, PriorSpeed, Target, compare_designs, parse_target, preview, recommend,
 };
 use seatrial_app::conduct::{Unwatched, conduct};
+use seatrial_app::simulated;
 use seatrial_core::{AbortReason, Excitation, List, Outcome, Plan, Sample};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
@@ -417,4 +418,23 @@ fn io_targets_are_read_and_refused_by_name() {
             "{wrong}: {message}"
         );
     }
+}
+
+/// What a vehicle in six degrees of freedom does at a thrust costs a simulation: each is made only while somebody waits.
+#[test]
+fn exact_no_thrust_is_simulated_for_somebody_who_has_left() {
+    let plan = Plan::default();
+    let looks = std::cell::Cell::new(0);
+    let leaves_after_two = || {
+        looks.set(looks.get() + 1);
+        looks.get() <= 2
+    };
+    let budget = Budget::while_wanted(Budget::OWN_SAMPLES, &leaves_after_two);
+    let refused = simulated::prior("sim:remus100", &plan, &budget).unwrap_err();
+    assert!(
+        refused.to_string().contains("still waited for"),
+        "{refused}"
+    );
+    assert_eq!(looks.get(), 3);
+    assert!(plan.thrusts.len() > 3);
 }

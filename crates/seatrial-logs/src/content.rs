@@ -41,18 +41,6 @@ const MATLAB: &[u8] = b"MATLAB 5.0 MAT-file";
 const MATLAB_73: &[u8] = b"MATLAB 7.3 MAT-file";
 const ROS1: &[u8] = b"#ROSBAG V2.0\n";
 
-/// What texts begin with that are no tables, their names, and what is expected of them.
-const NO_TABLES: [(&[u8], &str, &str); 3] = [
-    (
-        b"FMT,",
-        "text copy of a DataFlash",
-        "expected the log as the autopilot wrote it, .bin",
-    ),
-    (b"{", "JSON", TABLE_OF_JSON),
-    (b"[{", "JSON", TABLE_OF_JSON),
-];
-const TABLE_OF_JSON: &str = "expected messages of canboat or Signal K; write the values as a table, as `jq -r '[.time, .heading, .rudder] | @csv'` does";
-
 /// What packs files, the bytes it begins them with, and the command that unpacks to standard output.
 const PACKERS: [(&str, &[u8], &str); 5] = [
     ("gzip", b"\x1f\x8b\x08", "gzip -dc"),
@@ -103,9 +91,11 @@ const XML: [(&[u8], &str, &str); 4] = [
     (b"<html", "a page (HTML)", LOG_INSTEAD),
 ];
 
-/// A document that begins as JSON, or as XML, and no log in it.
-const JSON_INSTEAD: &str =
+/// What is to be done with a document in XML or JSON, and with a text copy of a DataFlash.
+const XML_INSTEAD: &str =
     "export the log as CSV, one row per sample, with time, heading and rudder";
+const JSON_INSTEAD: &str = "export the log as CSV, one row per sample, as `jq -r '[.time, .heading, .rudder] | @csv'` does";
+const DATAFLASH_INSTEAD: &str = "give the log as the autopilot wrote it, .bin";
 
 /// A text that is the document of something else than a log.
 fn document(start: &[u8]) -> Option<(&'static str, &'static str)> {
@@ -121,7 +111,10 @@ fn document(start: &[u8]) -> Option<(&'static str, &'static str)> {
         return Some((what, instead));
     }
     if start.starts_with(b"<?xml") || start.starts_with(b"<!DOCTYPE") {
-        return Some(("a document in XML", JSON_INSTEAD));
+        return Some(("a document in XML", XML_INSTEAD));
+    }
+    if start.starts_with(b"FMT,") {
+        return Some(("a text copy of a DataFlash log", DATAFLASH_INSTEAD));
     }
     let is_json = start.starts_with(b"{") || start.starts_with(b"[{") || start.starts_with(b"[[");
     (is_json && !crate::signal_k::is_start(start) && !crate::nmea2000::is_start(start))
@@ -379,15 +372,6 @@ fn built_in(
 fn text(mut file: Input) -> Result<Box<dyn Table>, Fault> {
     let first = start(&mut file)?;
     file.rewind().map_err(Fault::read)?;
-    if let Some((_, format, what)) = NO_TABLES
-        .iter()
-        .find(|(begin, ..)| first.starts_with(begin))
-    {
-        return Err(Fault::NothingToRead {
-            format,
-            what: (*what).into(),
-        });
-    }
     #[cfg(feature = "containers")]
     {
         if let Some(encoding) = crate::as_text::encoding(&first) {

@@ -120,6 +120,7 @@ const OPTIONS: &[(&str, Has, Has)] = &[
     ("steering-outputs", Terminal, Terminal),
     ("vehicle-id", Terminal, Terminal),
     ("without-rc", Terminal, Terminal),
+    ("where", Terminal, Terminal),
 ];
 
 const WINDOW: Has = Words("the training window under “Windows”");
@@ -228,7 +229,9 @@ fn value(after: &str) -> (Option<&str>, &str) {
 /// What comes behind the word that stands for a name or a number where an option is explained.
 fn behind_placeholder(after: &str) -> &str {
     match value(after) {
-        (Some("NAME" | "DEG" | "US" | "S" | "M_S" | "FILE" | "LOG"), behind) => behind,
+        (Some("NAME" | "DEG" | "US" | "S" | "M_S" | "FILE" | "LOG" | "COLUMN=VALUE"), behind) => {
+            behind
+        }
         _ => after,
     }
 }

@@ -72,7 +72,9 @@ fn with_a_letter(text: &str, decimal_comma: bool) -> Option<f64> {
     let (number_text, letters) = match text.find(is_letter)? {
         0 => {
             let (letters, number) = text.split_at(text.find(|c| !is_letter(c))?);
-            (number.trim_start(), letters)
+            // `S1` and `m1` are names.
+            let is_number = number.starts_with(' ') || number.contains(['.', ',']);
+            (is_number.then(|| number.trim_start())?, letters)
         }
         at => text.split_at(at),
     };
@@ -210,6 +212,8 @@ mod tests {
             ("41.5T", false, Some(41.5)),
             ("-12.5 P", false, None),
             ("S12.5", false, Some(12.5)),
+            ("S1", false, None),
+            ("m1", false, None),
             ("PORT 12,5", true, Some(-12.5)),
             ("P-12.5", false, None),
             ("X12.5", false, None),
