@@ -250,12 +250,13 @@ fn check_rudder(sea: &Sea, weather: Weather, (at_s, mishap): (f64, Mishap), endi
     let (Some(seen_s), true) = (sea.seen_s, ends) else {
         return;
     };
-    // Before the rudder is asked for, mode and sticks are where their owner left them, and a vehicle that started again is not yet in a trial.
-    let is_its_owners = matches!(
+    // Before the rudder is asked for, mode and sticks are where their owner left them, a vehicle that started again is not yet in a trial, and
+    // the vehicle itself has contradicted a stranger.
+    let ends_none = matches!(
         mishap,
-        Mishap::PilotMode | Mishap::PilotStick | Mishap::Reboot
+        Mishap::PilotMode | Mishap::PilotStick | Mishap::Reboot | Mishap::ForgedDisarm
     );
-    if is_its_owners && sea.is_before_demand(seen_s) {
+    if ends_none && sea.is_before_demand(seen_s) {
         return;
     }
     let within_s = match mishap.cuts() {
