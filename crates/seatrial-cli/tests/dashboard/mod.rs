@@ -13,6 +13,7 @@ mod stalled;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use seatrial_dev::{program, python_with};
@@ -213,14 +214,17 @@ fn cli_abort_in_mid_doublet() {
     assert_eq!(server.get("/campaigns")[0]["state"], "aborted");
     let (status, refused) = server.ask("POST", "/trial/abort").send();
     assert_eq!((status, &refused["code"]), (409, &json!("no_trial")));
-    let results: Vec<Value> = server
-        .get("/audit")
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|entry| entry["result"].clone())
-        .collect();
-    assert_eq!(results, ["no_trial", "done", "done", "done", "done"]);
+    let results = || -> Vec<Value> {
+        let audit = server.get("/audit");
+        let entries = audit.as_array().unwrap().iter();
+        entries.map(|entry| entry["result"].clone()).collect()
+    };
+    // An abort is answered before its entry is on the disk.
+    let begun = Instant::now();
+    while results().len() < 5 && begun.elapsed() < Duration::from_secs(10) {
+        thread::sleep(Duration::from_millis(20));
+    }
+    assert_eq!(results(), ["no_trial", "done", "done", "done", "done"]);
 }
 
 #[test]
@@ -458,7 +462,7 @@ fn cli_a_trial_of_the_command_line_is_shown_and_aborted() {
             break trial;
         }
         assert!(begun.elapsed() < Duration::from_secs(30));
-        std::thread::sleep(Duration::from_millis(10));
+        thread::sleep(Duration::from_millis(10));
     };
     assert_eq!(
         (&trial["campaign"], &trial["running"]),
