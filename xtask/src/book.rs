@@ -101,15 +101,18 @@ fn copy(from: &Path, to: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// The page of the verbs: what the program says of each with `--help`, and of the verbs below it.
+/// The page of the verbs: what the program says of each with `--help-all`, and of the verbs below it.
 fn verbs() -> Result<String, String> {
     let program = binary();
     let help = |words: &[&str]| {
-        let said = Command::new(&program).args(words).arg("--help").output();
+        let said = Command::new(&program)
+            .args(words)
+            .arg("--help-all")
+            .output();
         said.map(|said| String::from_utf8_lossy(&said.stdout).into_owned())
             .map_err(|error| format!("{}: {error}", program.display()))
     };
-    let mut text = "# Verbs\n\nWhat each verb says with `--help`. Exit codes: 0 done, 1 internal fault, 2 usage, 3 input cannot be read or understood, 4 done but the\nresult is not to be used or was not validated, 5 trial aborted and vehicle handed back, 6 something could not be saved.\n"
+    let mut text = "# Verbs\n\nWhat each verb says with `--help-all`. Exit codes: 0 done, 1 internal fault, 2 usage, 3 input cannot be read or understood, 4 done but the\nresult is not to be used or was not validated, 5 trial aborted and vehicle handed back, 6 something could not be saved.\n"
         .to_owned();
     let mut count = [0, 0];
     let listed = help(&[])?;
@@ -134,12 +137,12 @@ fn verbs() -> Result<String, String> {
     Ok(text)
 }
 
-/// The verbs that a help lists under `Commands:`.
+/// The verbs that a help lists under `Commands:` and under the groups that follow.
 fn listed_verbs(help: &str) -> impl Iterator<Item = &str> {
     help.lines()
         .skip_while(|line| *line != "Commands:")
         .skip(1)
-        .take_while(|line| !line.trim().is_empty())
+        .take_while(|line| *line != "Options:")
         .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
         .filter_map(|line| line.split_whitespace().next())
         .filter(|verb| *verb != "help")
