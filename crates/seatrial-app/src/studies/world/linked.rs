@@ -237,7 +237,8 @@ fn check_noticed(sea: &Sea, ended_s: f64, ending: &mut Ending) {
         || mishap == Mishap::LinkLostForAWhile
         || sea.is_before_demand(seen_s);
     let went_on_s = ended_s - seen_s;
-    if !is_meant && went_on_s > NOTICED_AFTER_S {
+    // The vehicle is looked at in steps.
+    if !is_meant && went_on_s > NOTICED_AFTER_S + INTERVAL_S {
         ending.broken.push(format!(
             "the trial went on for {went_on_s:.2} s after {mishap:?} at {at_s:.2} s"
         ));
