@@ -175,7 +175,7 @@ fn rehearsed(
     FaultyVehicle::new(vehicle.on_axis(axis), &scenario, seed).map_err(|error| refused(&error))
 }
 
-/// The prior of a simulated vehicle: what it is made from. Each thrust of a vehicle in six degrees of freedom takes most of a second.
+/// The prior of a simulated vehicle: what it is made from. Each thrust of a vehicle in six degrees of freedom is simulated.
 pub fn prior(name: &str, plan: &Plan<f64>, budget: &Budget) -> Result<Prior, VehicleError> {
     let config = config(name)?;
     let helm = config.helm();
