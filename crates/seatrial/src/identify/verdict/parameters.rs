@@ -293,7 +293,10 @@ impl Weighing {
                     if matches!(checked.chosen.source, ModelSource::BehindLag(_)) {
                         "a22, b2 and C0 are those behind the lag, which gains must allow for as a delay"
                     } else if matches!(checked.chosen.source, ModelSource::Beyond(_)) {
-                        "a22, b2 and C0 are those of the first-order vehicle with the same steady turn at the rudder of the record, and a22's interval reaches the damping for which the gain holds on the vehicle"
+                        match checked.explained {
+                            Explained::HigherOrder { most_gain: None, .. } => "a22, b2 and C0 are those of the first-order vehicle with the same steady turn at the rudder of the record",
+                            _ => "a22, b2 and C0 are those of the first-order vehicle with the same steady turn at the rudder of the record, and a22's interval reaches the damping for which the gain holds on the vehicle",
+                        }
                     } else {
                         "the model is the first-order one whose simulation is nearest, and holds for rudder and headings like those of the record"
                     }
