@@ -10,8 +10,8 @@ use super::Figure;
 use super::axis::extent;
 use super::chart::{Chart, Layer, Panel};
 use super::number::percent;
-use super::speed_figures::{DAMPING_RATIO, Speed, gain_interval, points};
-use seatrial::gain_allowance::least_damped_schedule;
+use super::speed_figures::{Speed, gain_interval, points};
+use seatrial::gain_allowance::{DAMPING_RATIO, least_damped_schedule};
 use seatrial::heading_step::{Control, HeadingStepRun, HeadingStepSample, HeadingSteps};
 
 /// A speed with its gain and its thrust in per cent.

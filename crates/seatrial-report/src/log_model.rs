@@ -1,8 +1,7 @@
 //! A model of one speed as it is shown.
 
-use super::speed_figures;
 use seatrial::course_change::CourseChange;
-use seatrial::gain_allowance::GainAllowance;
+use seatrial::gain_allowance::{DAMPING_RATIO, GainAllowance};
 use seatrial::gain_fall::{SpeedGain, falls};
 use seatrial::identification::{Identification, Verdict};
 
@@ -45,7 +44,7 @@ impl<'a> LogModel<'a> {
             |found: &&Identification| self.verdict.accepted && found.restoring.is_none();
         let identification = self.identification.filter(is_steered)?;
         GainAllowance::of(identification)
-            .design(&identification.model(), speed_figures::DAMPING_RATIO)
+            .design(&identification.model(), DAMPING_RATIO)
             .ok()
             .map(|gain| gain.proportional_gain)
     }
@@ -76,6 +75,6 @@ pub fn promises(models: &[LogModel]) -> Vec<String> {
             identification,
         })
         .collect();
-    let fallen = falls(&gains, speed_figures::DAMPING_RATIO);
+    let fallen = falls(&gains, DAMPING_RATIO);
     promised.into_iter().chain(fallen).collect()
 }

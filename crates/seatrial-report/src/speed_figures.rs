@@ -1,7 +1,5 @@
 //! The figures of a whole trial: how steering changes with speed.
 
-use std::f64::consts::FRAC_1_SQRT_2;
-
 use seatrial_core::authority::{AuthorityFit, AuthorityForm};
 use seatrial_core::heading_control::HeadingGain;
 use seatrial_core::heading_loop::{HeadingLoop, Margins};
@@ -12,13 +10,10 @@ use super::axis::extent;
 use super::chart::{Chart, Layer, Panel, Span};
 use super::number::{percent, significant};
 use seatrial::campaign::{Campaign, Run};
-use seatrial::gain_allowance::GainAllowance;
+use seatrial::gain_allowance::{DAMPING_RATIO, GainAllowance};
 use seatrial::identification::Identification;
 use seatrial::identification::TracePoint;
 use seatrial::propagation::interval_95;
-
-/// The damping ratio of every gain here, that of equation (57): about 5 % overshoot.
-pub(super) const DAMPING_RATIO: f64 = FRAC_1_SQRT_2;
 
 /// An accepted run with its model and gain.
 pub(super) struct Speed<'a> {

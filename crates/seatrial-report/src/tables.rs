@@ -9,9 +9,10 @@ use super::log_model::LogModel;
 use super::number::{
     MISSING, decimals, decimals_or_missing, joined, percent, r2, rudder_unit, significant,
 };
-use super::speed_figures::{DAMPING_RATIO, Speed, gain_interval};
+use super::speed_figures::{Speed, gain_interval};
 use seatrial::campaign::{Campaign, Run, Stage};
 use seatrial::figures::within;
+use seatrial::gain_allowance::DAMPING_RATIO;
 use seatrial::identification::{Identification, Intervals, Outcome, Verdict};
 use seatrial::identify::simplex;
 use seatrial::identify::validation::goodness_of_fit;

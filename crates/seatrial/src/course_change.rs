@@ -20,7 +20,7 @@ use seatrial_core::{HeadingGain, YawModel};
 use serde::{Deserialize, Serialize};
 
 use crate::draw::Draw;
-use crate::gain_allowance::GainAllowance;
+use crate::gain_allowance::{DAMPING_RATIO, GainAllowance};
 use crate::identification::Identification;
 use crate::likelihood::filter::heading_step;
 use crate::propagation::NORMAL_95;
@@ -30,9 +30,6 @@ pub const COURSE_CHANGE_RAD: f64 = 40.0 / 180.0 * std::f64::consts::PI;
 
 /// One overshoot of at most this much is good, 5 deg.
 pub const GOOD_OVERSHOOT_RAD: f64 = 5.0 / 180.0 * std::f64::consts::PI;
-
-/// The damping ratio that gains are proposed for.
-const DAMPING_RATIO: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Draws: their 2.5 % ends stand on ten each.
 const DRAWS: usize = 400;

@@ -8,6 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::identification::{Identification, ReasonCode};
 
+/// The damping ratio that gains are proposed for, 1/sqrt(2), that of equation (57): about 5 % overshoot.
+pub const DAMPING_RATIO: f64 = core::f64::consts::FRAC_1_SQRT_2;
+
 /// What a gain must allow for so that the vehicle, not only its model, is damped as designed.
 ///
 /// ```text

@@ -1,41 +1,16 @@
 //! Is the overshoot that is promised the one that the vehicle has?
 
-use std::f64::consts::FRAC_1_SQRT_2;
-
 use seatrial::course_change::{COURSE_CHANGE_RAD, CourseChange};
+use seatrial::gain_allowance::DAMPING_RATIO;
 use seatrial::identify::{IdentifySettings, identify};
-use seatrial::{GainAllowance, Record, Window};
+use seatrial::{GainAllowance, Window};
 use seatrial_core::model::YawState;
-use seatrial_core::{Action, HeadingGain, Sample, Steering, Vehicle, YawModel};
-use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
+use seatrial_core::{HeadingGain, YawModel};
+
+use crate::drift::doublet;
 
 const THRUSTS: [f64; 5] = [0.6, 0.7, 0.8, 0.9, 1.0];
 const INTERVAL_S: f64 = 0.05;
-
-/// A doublet of the paper's vehicle with its noise, and the model behind it.
-fn record(thrust: f64, seed: u64) -> (Record, YawModel<f64>) {
-    let mut config = VehicleConfig::starfish();
-    config.initial_thrust = thrust;
-    let mut vehicle = FirstOrderVehicle::new(config, seed).unwrap();
-    let truth = vehicle.truth(thrust).model;
-    let mut samples: Vec<Sample<f64>> = Vec::new();
-    while samples.len() < 420 {
-        let sample = vehicle.next_sample().unwrap().unwrap();
-        samples.push(sample);
-        let steering = match sample.time_s {
-            t if (7.0..9.0).contains(&t) => Steering::Rudder(0.26),
-            t if (9.0..11.0).contains(&t) => Steering::Rudder(-0.26),
-            _ => Steering::HoldHeading(0.0),
-        };
-        let action = Action {
-            steering,
-            thrust: Some(thrust),
-            outcome: None,
-        };
-        vehicle.act(&action).unwrap();
-    }
-    (samples.into_iter().collect(), truth)
-}
 
 /// Overshoot of the vehicle under a gain, a sample late, from its steady course.
 fn overshoot_rad(truth: &YawModel<f64>, gain: &HeadingGain<f64>) -> f64 {
@@ -61,7 +36,8 @@ fn recover_the_overshoot_of_the_vehicle_lies_within_the_promise() {
     let mut tried = 0;
     for seed in 0..20 {
         for thrust in THRUSTS {
-            let (record, truth) = record(thrust, seed);
+            let (record, truth) = doublet(thrust, seed);
+            let truth = truth.model;
             let training = Window {
                 from_s: 5.0,
                 to_s: 21.0,
@@ -70,7 +46,7 @@ fn recover_the_overshoot_of_the_vehicle_lies_within_the_promise() {
             let Some(promise) = CourseChange::of(&found, None) else {
                 continue;
             };
-            let gain = GainAllowance::of(&found).design(&found.model(), FRAC_1_SQRT_2);
+            let gain = GainAllowance::of(&found).design(&found.model(), DAMPING_RATIO);
             let overshoot = overshoot_rad(&truth, &gain.unwrap());
             let [low, high] = promise.overshoot_95_rad;
             tried += 1;

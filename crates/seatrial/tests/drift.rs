@@ -6,7 +6,7 @@ use rand_pcg::Pcg64;
 use seatrial::identify::{IdentifySettings, identify};
 use seatrial::{Record, Window};
 use seatrial_core::{Action, Sample, Steering, Vehicle};
-use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
+use seatrial_sim::{FirstOrderVehicle, Truth, VehicleConfig};
 
 /// Thrusts of the paper's plan.
 const THRUSTS: [f64; 5] = [0.6, 0.7, 0.8, 0.9, 1.0];
@@ -24,12 +24,12 @@ struct Row {
     half_width: f64,
 }
 
-/// A doublet of the paper's vehicle, 16.5 s at a thrust.
-fn row(class: usize, seed: u64) -> Option<Row> {
+/// A doublet of the paper's vehicle with its noise, 21 s at a thrust, and what is true of it there.
+pub fn doublet(thrust: f64, seed: u64) -> (Record, Truth) {
     let mut config = VehicleConfig::starfish();
-    config.initial_thrust = THRUSTS[class];
+    config.initial_thrust = thrust;
     let mut vehicle = FirstOrderVehicle::new(config, seed).unwrap();
-    let surge_speed_m_s = vehicle.truth(THRUSTS[class]).surge_speed_m_s;
+    let truth = vehicle.truth(thrust);
     let mut samples: Vec<Sample<f64>> = Vec::new();
     while samples.len() < 420 {
         let sample = vehicle.next_sample().unwrap().unwrap();
@@ -39,15 +39,23 @@ fn row(class: usize, seed: u64) -> Option<Row> {
             t if (9.0..11.0).contains(&t) => Steering::Rudder(-0.26),
             _ => Steering::HoldHeading(0.0),
         };
-        vehicle
-            .act(&Action {
-                steering,
-                thrust: Some(THRUSTS[class]),
-                outcome: None,
-            })
-            .unwrap();
+        let action = Action {
+            steering,
+            thrust: Some(thrust),
+            outcome: None,
+        };
+        vehicle.act(&action).unwrap();
     }
-    let record: Record = samples.into_iter().collect();
+    (samples.into_iter().collect(), truth)
+}
+
+fn row(class: usize, seed: u64) -> Option<Row> {
+    let (
+        record,
+        Truth {
+            surge_speed_m_s, ..
+        },
+    ) = doublet(THRUSTS[class], seed);
     let training = Window {
         from_s: 5.0,
         to_s: 21.0,

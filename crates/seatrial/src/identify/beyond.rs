@@ -4,7 +4,7 @@ use seatrial_core::YawModel;
 
 use super::intervals::normal_intervals;
 use super::robust::estimate::MODEL_ERROR;
-use crate::gain_allowance::{GainAllowance, sampled};
+use crate::gain_allowance::{DAMPING_RATIO, GainAllowance, sampled};
 use crate::identification::{EstimateMethod, HigherOrder, Refined, WIDEST_A22, WIDEST_B2};
 use crate::likelihood::filter::{Noise, heading_step};
 use crate::likelihood::hypothesis::Vehicle;
@@ -159,7 +159,7 @@ fn designed(refined: &Refined, damping_per_s: f64, interval_s: f64) -> Option<f6
         damping_per_s,
         timing: sampled(interval_s, 0.0),
     };
-    let gain = allowance.design(&refined.model, core::f64::consts::FRAC_1_SQRT_2);
+    let gain = allowance.design(&refined.model, DAMPING_RATIO);
     Some(gain.ok()?.proportional_gain)
 }
 
