@@ -6,6 +6,7 @@ mod windows;
 use std::path::Path;
 
 use seatrial::identification::{Reason, ReasonCode, Verdict};
+use seatrial::identify::mission::is_ordinary_steering;
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, identify};
 use seatrial::pitch;
 use seatrial::segmentation::Proposal;
@@ -160,6 +161,9 @@ fn models_of(
     let settings = &options.settings;
     let whole = || one_model(log, Window::ALL, None, options);
     if log.description.aircraft.is_some() || settings.as_paper || options.axis == Axis::Pitch {
+        return whole();
+    }
+    if is_ordinary_steering(&log.record.samples) {
         return whole();
     }
     let models = match proposals {

@@ -22,6 +22,8 @@ pub enum EstimateMethod {
     OutputError,
     /// Hypotheses of several structures, weighed by prediction of data left out.
     WeighedHypotheses,
+    /// Prediction errors of heading and gyro of ordinary steering.
+    PredictionError,
     /// A method that this version does not know, from a document that another version wrote.
     #[serde(untagged)]
     Other(String),

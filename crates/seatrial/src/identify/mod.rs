@@ -33,6 +33,7 @@ mod late_yaw_rate;
 pub(crate) mod log_statistics;
 pub(crate) mod misfit;
 mod mishap;
+pub mod mission;
 pub mod online;
 pub mod output_error;
 pub(crate) mod pace;
@@ -105,11 +106,29 @@ fn model_of(
     data: Option<ValidationData>,
     settings: &IdentifySettings,
 ) -> Result<Identification, IdentifyError> {
+    if let Some(found) = steering_model_of(record, training, data, settings)? {
+        return Ok(found);
+    }
     let (alone, _) = identify_with(record, training, data, settings, &[], OrderSearch::Done)?;
     Ok(match data {
         None if settings.refine => validated_by_legs(alone, record, training, settings),
         _ => alone,
     })
+}
+
+/// The model of ordinary steering, where the window is that.
+fn steering_model_of(
+    record: &ExaminedRecord,
+    training: Window,
+    data: Option<ValidationData>,
+    settings: &IdentifySettings,
+) -> Result<Option<Identification>, IdentifyError> {
+    let is_asked_for = settings.refine && !settings.as_paper;
+    let samples = record.record().window(training);
+    match is_asked_for && mission::is_ordinary_steering(samples) {
+        true => mission::identify(record, training, data, settings),
+        false => Ok(None),
+    }
 }
 
 /// [`identify`] with the refined estimates of other manoeuvres of the same speed joined to the record's own.

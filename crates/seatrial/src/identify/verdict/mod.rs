@@ -3,6 +3,7 @@
 mod compass;
 mod contradiction;
 mod mishap;
+pub(in crate::identify) mod mission;
 mod parameters;
 mod record;
 mod validation;

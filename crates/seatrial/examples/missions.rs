@@ -1,0 +1,259 @@
+//! Ordinary missions of simulated boats under an autopilot, each identified as `seatrial identify LOG` does.
+//!
+//! ```text
+//! cargo run -p seatrial --example missions -- SEED COUNT
+//! ```
+//!
+//! A boat is simulated in steps of 1 ms; its compass and, in seven of ten, its gyro are noisy, its rudder may lag, and the log says nothing of
+//! that. The rough sea is a sum of fifteen waves and a Gauss-Markov disturbance: no hypothesis has that spectrum.
+
+use std::collections::BTreeMap;
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+use seatrial::identify::{IdentifySettings, identify};
+use seatrial::{Record, Sample, Window};
+
+const KINDS: [&str; 6] = [
+    "survey, calm",
+    "waypoints, calm",
+    "waypoints, rudder lag",
+    "survey, waves",
+    "waypoints, sea",
+    "waypoints, rough sea",
+];
+
+/// A boat with its sensors, its sea and its autopilot.
+struct Boat {
+    kind: usize,
+    a22_per_s: f64,
+    b2_per_s2: f64,
+    lag_s: f64,
+    offset_rad: f64,
+    rate_limit_rad_s: f64,
+    interval_s: f64,
+    duration_s: f64,
+    leg_s: f64,
+    compass_rad: f64,
+    gyro_rad_s: f64,
+    gyro_bias_rad_s: f64,
+    has_gyro: bool,
+    sea_rad_s2: f64,
+    wave_rad_s2: f64,
+    /// Frequency, amplitude over the whole, phase.
+    waves: Vec<[f64; 3]>,
+    /// Proportional, rate, integral.
+    gains: [f64; 3],
+}
+
+const FULL_RAD: f64 = 0.524;
+const STEP_S: f64 = 0.001;
+
+impl Boat {
+    fn draw(seed: u64, rng: &mut Pcg64Mcg) -> Self {
+        let kind = (seed % 6) as usize;
+        let mut between = |from: f64, to: f64| from + (to - from) * rng.random::<f64>();
+        let time_constant_s = between(0.6_f64.ln(), 8.0_f64.ln()).exp();
+        let b2_per_s2 = 0.9 * between(0.4, 1.2) / time_constant_s.powf(1.5);
+        let natural = between(0.8, 1.5) / time_constant_s;
+        let gain = natural * natural / b2_per_s2;
+        let slow = (time_constant_s / 2.0).clamp(1.0, 3.0);
+        let lags = kind == 2 || between(0.0, 1.0) < 0.3;
+        let [sea, wave] = match kind {
+            3 => [0.15, between(0.5, 1.0)],
+            4 => [between(0.5, 2.0), 0.0],
+            5 => [between(0.5, 2.0), between(0.5, 1.5)],
+            _ => [0.025, 0.0],
+        };
+        let peak = TAU / between(3.0, 8.0);
+        let shapes = (0..15).map(|i| {
+            let frequency = peak * (0.6 + 0.1 * f64::from(i));
+            (
+                frequency,
+                (-((frequency - peak) / (0.25 * peak)).powi(2)).exp().sqrt(),
+            )
+        });
+        let shapes: Vec<(f64, f64)> = shapes.collect();
+        let total = (shapes.iter().map(|(_, a)| 0.5 * a * a).sum::<f64>()).sqrt();
+        Self {
+            kind,
+            a22_per_s: -1.0 / time_constant_s,
+            b2_per_s2,
+            lag_s: if lags { between(0.05, 0.3) } else { 0.0 },
+            offset_rad: between(-0.035, 0.035),
+            rate_limit_rad_s: FULL_RAD / between(0.5, 1.5),
+            interval_s: [0.2, 0.1, 0.05][(3.0 * between(0.0, 1.0)) as usize],
+            duration_s: between(300.0, 700.0) * slow,
+            leg_s: between(25.0, 60.0) * (time_constant_s / 2.0).max(1.0),
+            compass_rad: between(0.1, 0.6).to_radians(),
+            gyro_rad_s: between(0.1, 0.5).to_radians(),
+            gyro_bias_rad_s: between(-0.2, 0.2).to_radians(),
+            has_gyro: between(0.0, 1.0) < 0.7,
+            sea_rad_s2: 0.03 * b2_per_s2 * sea,
+            wave_rad_s2: 0.05 * b2_per_s2 * wave,
+            waves: shapes
+                .iter()
+                .map(|(w, a)| [*w, a / total, between(0.0, TAU)])
+                .collect(),
+            gains: [
+                gain,
+                ((1.6 * natural - 1.0 / time_constant_s) / b2_per_s2).max(0.0),
+                0.02 * gain,
+            ],
+        }
+    }
+
+    fn disturbance_rad_s2(&self, time_s: f64, wander: f64) -> f64 {
+        let waves = self
+            .waves
+            .iter()
+            .map(|[frequency, amplitude, phase]| amplitude * (frequency * time_s + phase).sin());
+        wander + self.wave_rad_s2 * waves.sum::<f64>()
+    }
+
+    /// The next heading to steer, rad, and until when, s.
+    fn next_leg(&self, leg: u32, from_rad: f64, from_s: f64, rng: &mut Pcg64Mcg) -> (f64, f64) {
+        match self.kind {
+            0 | 3 => {
+                let side = if leg % 4 < 2 { 1.0 } else { -1.0 };
+                let share = if leg.is_multiple_of(2) { 0.4 } else { 1.0 };
+                (from_rad + side * FRAC_PI_2, from_s + share * self.leg_s)
+            }
+            _ => (
+                from_rad + rng.random_range(-1.6..1.6),
+                from_s + rng.random_range(0.5..1.3) * self.leg_s,
+            ),
+        }
+    }
+
+    fn sail(&self, rng: &mut Pcg64Mcg) -> Record {
+        let normal = |rng: &mut Pcg64Mcg| -> f64 { StandardNormal.sample(rng) };
+        let steps = (self.interval_s / STEP_S).round() as usize;
+        let forget_s = -2.0 / self.a22_per_s;
+        let mut goal_rad = rng.random_range(-3.0..3.0);
+        let (mut heading, mut rate, mut act, mut command) = (goal_rad, 0.0, 0.0, 0.0);
+        let (mut wander, mut integral, mut until_s, mut leg) = (0.0, 0.0, self.leg_s, 0);
+        let mut record = Record::default();
+        for k in 0..(self.duration_s / self.interval_s) as usize {
+            let time_s = k as f64 * self.interval_s;
+            let seen_rad = heading + self.compass_rad * normal(rng);
+            let gyro = rate + self.gyro_bias_rad_s + self.gyro_rad_s * normal(rng);
+            if time_s > until_s {
+                (goal_rad, until_s) = self.next_leg(leg, goal_rad, until_s, rng);
+                leg += 1;
+            }
+            let off = (goal_rad - seen_rad).clamp(-0.8, 0.8);
+            let [proportional, damping, integrating] = self.gains;
+            integral = (integral + integrating * off * self.interval_s).clamp(-0.1, 0.1);
+            let asked = (proportional * off - damping * gyro + integral).clamp(-FULL_RAD, FULL_RAD);
+            let most = self.rate_limit_rad_s * self.interval_s;
+            command += (asked - command).clamp(-most, most);
+            record.samples.push(Sample {
+                time_s,
+                heading_rad: seen_rad,
+                rudder_rad: command,
+                yaw_rate_rad_s: self.has_gyro.then_some(gyro),
+                ..Sample::default()
+            });
+            for step in 0..steps {
+                let share = if self.lag_s > 0.0 {
+                    1.0 - (-STEP_S / self.lag_s).exp()
+                } else {
+                    1.0
+                };
+                act += share * (command - act);
+                wander += -wander * STEP_S / forget_s
+                    + self.sea_rad_s2 * (2.0 * STEP_S / forget_s).sqrt() * normal(rng);
+                let disturbed = self.disturbance_rad_s2(time_s + step as f64 * STEP_S, wander);
+                let turning =
+                    self.a22_per_s * rate + self.b2_per_s2 * (act + self.offset_rad) + disturbed;
+                heading += STEP_S * rate + 0.5 * STEP_S * STEP_S * turning;
+                rate += STEP_S * turning;
+            }
+        }
+        record
+    }
+}
+
+#[derive(Default)]
+struct Row {
+    missions: u32,
+    accepted: u32,
+    hold_both: u32,
+    beyond_two: u32,
+    errors: Vec<[f64; 2]>,
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut numbers = std::env::args().skip(1).map(|text| text.parse::<u64>());
+    let seed = numbers.next().unwrap_or(Ok(0))?;
+    let count = numbers.next().unwrap_or(Ok(60))?;
+    let is_verbose = std::env::var("VERBOSE").is_ok();
+    let mut rows: BTreeMap<usize, Row> = BTreeMap::new();
+    for seed in seed..seed + count {
+        let mut rng = Pcg64Mcg::seed_from_u64(seed);
+        let boat = Boat::draw(seed, &mut rng);
+        let record = boat.sail(&mut rng);
+        let found = identify(&record, Window::ALL, None, &IdentifySettings::default());
+        let row = rows.entry(boat.kind).or_default();
+        row.missions += 1;
+        let Ok(found) = found else { continue };
+        let Some(refined) = found.refined.as_ref() else {
+            continue;
+        };
+        let truth = [boat.a22_per_s, boat.b2_per_s2];
+        let intervals = [refined.interval_95.a22_per_s, refined.interval_95.b2_per_s2];
+        let widths: Vec<f64> = (truth.iter().zip(intervals))
+            .map(|(truth, [low, high])| (truth - 0.5 * (low + high)) / (0.5 * (high - low)))
+            .collect();
+        if is_verbose {
+            println!(
+                "{seed} {} T {:.2} lag {:.2} {}: half widths {widths:.2?}, {}, {:?}",
+                KINDS[boat.kind],
+                -1.0 / boat.a22_per_s,
+                boat.lag_s,
+                found.method(),
+                found.verdict.accepted,
+                found
+                    .verdict
+                    .reasons
+                    .first()
+                    .map(|r| r.measured().to_string())
+            );
+        }
+        if !found.verdict.accepted {
+            continue;
+        }
+        row.accepted += 1;
+        row.hold_both += u32::from(widths.iter().all(|w| w.abs() <= 1.0));
+        row.beyond_two += u32::from(widths.iter().any(|w| w.abs() > 2.0));
+        let model = [refined.model.a22_per_s, refined.model.b2_per_s2];
+        row.errors
+            .push([0, 1].map(|i| (model[i] / truth[i] - 1.0).abs()));
+    }
+    println!(
+        "| kind | missions | accepted | hold both | beyond two half widths | median error of a22, b2 |\n|---|---|---|---|---|---|"
+    );
+    for (kind, mut row) in rows {
+        let median = |row: &mut Row, i: usize| {
+            row.errors.sort_by(|a, b| a[i].total_cmp(&b[i]));
+            row.errors
+                .get(row.errors.len() / 2)
+                .map_or(f64::NAN, |e| 100.0 * e[i])
+        };
+        let medians = [0, 1].map(|i| median(&mut row, i));
+        println!(
+            "| {} | {} | {} | {} | {} | {:.1} %, {:.1} % |",
+            KINDS[kind],
+            row.missions,
+            row.accepted,
+            row.hold_both,
+            row.beyond_two,
+            medians[0],
+            medians[1]
+        );
+    }
+    Ok(())
+}

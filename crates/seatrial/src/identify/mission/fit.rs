@@ -1,0 +1,552 @@
+//! The likeliest vehicle of an ordinary log under one hypothesis, with what is not known of it.
+
+use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
+
+use super::filter::{BLOCKS, Block, COLUMNS, Point, Run, SpeedLaw, blocks};
+use super::record::Legs;
+
+/// What is supposed of vehicle and disturbance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Hypothesis {
+    /// How the speed matters.
+    pub law: SpeedLaw,
+    /// Does the gear lag, not only the record?
+    pub lag: bool,
+    /// Are there waves of a narrow band?
+    pub waves: bool,
+}
+
+/// Sizes of the log by which parameters are scaled.
+#[derive(Clone, Copy, Debug)]
+pub struct Scale {
+    /// Damping of the first look, 1/s.
+    pub rate_per_s: f64,
+    /// The usual interval between comparisons, s.
+    pub interval_s: f64,
+    /// Deviation of the yaw rate, rad/s.
+    pub yaw_rate_rad_s: f64,
+    has_gyro: bool,
+}
+
+/// A hypothesis at its largest posterior.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// The hypothesis.
+    pub hypothesis: Hypothesis,
+    /// Scaled parameters: damping, shift, noise of the gyro, strength and time of the sea, delay of the speed, lag, waves.
+    pub x: DVector<f64>,
+    /// What they are.
+    pub point: Point,
+    /// b, c and the bias of the gyro.
+    pub linear: [f64; 3],
+    /// Variance of the heading noise, rad^2.
+    pub variance_rad2: f64,
+    /// Minus log of likelihood and priors, restricted.
+    pub cost: f64,
+}
+
+impl Fit {
+    /// [d, b, c, shift + lag].
+    pub fn values(&self) -> Vector4<f64> {
+        let [b, c, _] = self.linear;
+        Vector4::new(
+            self.point.damping_per_s,
+            b,
+            c,
+            self.point.shift_s + self.point.lag_s,
+        )
+    }
+}
+
+/// What a fit leaves uncertain.
+#[derive(Clone, Debug)]
+pub struct Uncertainty {
+    /// Covariance of [d, b, c, shift + lag].
+    pub covariance: Matrix4<f64>,
+    /// Log evidence.
+    pub log_evidence: f64,
+}
+
+const SHIFT: usize = 1;
+const GYRO: usize = 2;
+const SEA: usize = 3;
+const SEA_TIME: usize = 4;
+const SPEED_LATE: usize = 5;
+const LAG: usize = 6;
+const WAVE: usize = 7;
+const WAVE_FREQUENCY: usize = 8;
+const WAVE_RATIO: usize = 9;
+
+/// Student's 95 % for twelve blocks over that of a normal deviate, squared.
+const STUDENT: f64 = 1.26;
+
+/// Prior deviation of the logarithm of a lag about 0.15 time constants.
+const LAG_DEVIATION: f64 = 1.2;
+/// Prior deviation of the time by which the speed is logged late, in time constants.
+const SPEED_LATE_DEVIATION: f64 = 0.3;
+/// Prior deviation of a shift of the record, in time constants.
+const SHIFT_DEVIATION: f64 = 0.2;
+
+/// A problem: legs under a scale.
+pub struct Problem<'a> {
+    legs: &'a Legs,
+    /// The scale.
+    pub scale: Scale,
+}
+
+impl<'a> Problem<'a> {
+    /// A first look at the damping of these legs. `None` where no damping gives numbers.
+    pub fn new(legs: &'a Legs) -> Option<(Self, Fit)> {
+        const LOOKS: i32 = 14;
+        let longest_s = legs
+            .legs
+            .iter()
+            .map(|leg| leg.duration_s())
+            .fold(0.0, f64::max);
+        let yaw_rate_rad_s = legs.yaw_rate_deviation_rad_s();
+        let has_gyro = legs.legs.iter().any(|leg| !leg.yaw_rate_rad_s.is_empty());
+        let (slowest, fastest) = (
+            libm::log(10.0 / longest_s),
+            libm::log(0.7 / legs.interval_s),
+        );
+        let hypothesis = Hypothesis {
+            law: SpeedLaw::Constant,
+            lag: false,
+            waves: false,
+        };
+        let mut best: Option<(Self, Fit)> = None;
+        for k in 0..LOOKS {
+            let rate =
+                libm::exp(slowest + (fastest - slowest) * f64::from(k) / f64::from(LOOKS - 1));
+            let problem = Self {
+                legs,
+                scale: Scale {
+                    rate_per_s: rate,
+                    interval_s: legs.interval_s,
+                    yaw_rate_rad_s,
+                    has_gyro,
+                },
+            };
+            for strength in [-4.0, -1.0, 2.0] {
+                let mut x = problem.start(hypothesis);
+                x[SEA] = strength;
+                let Some(fit) = problem.at(hypothesis, &x) else {
+                    continue;
+                };
+                if best.as_ref().is_none_or(|(_, b)| fit.cost < b.cost) {
+                    best = Some((Self { ..problem }, fit));
+                }
+            }
+        }
+        best
+    }
+
+    fn start(&self, hypothesis: Hypothesis) -> DVector<f64> {
+        let size = if hypothesis.waves { WAVE + 3 } else { WAVE };
+        let mut x = DVector::zeros(size);
+        x[0] = 1.0;
+        x
+    }
+
+    /// Which parameters are free.
+    fn free(&self, hypothesis: Hypothesis) -> Vec<usize> {
+        let is_free = |i: &usize| match *i {
+            GYRO => self.scale.has_gyro,
+            LAG => hypothesis.lag,
+            SPEED_LATE => hypothesis.law == SpeedLaw::Proportional,
+            _ => true,
+        };
+        (0..self.start(hypothesis).len()).filter(is_free).collect()
+    }
+
+    fn point(&self, hypothesis: Hypothesis, x: &DVector<f64>) -> Point {
+        let rate = self.scale.rate_per_s;
+        let exp = |x: f64| libm::exp(x.clamp(-14.0, 14.0));
+        // Noise of the heading about a hundredth of what the vehicle turns in a time constant.
+        Point {
+            damping_per_s: x[0] * rate,
+            shift_s: x[SHIFT].clamp(-3.0, 3.0) / rate,
+            lag_s: if hypothesis.lag {
+                0.15 * exp(x[LAG]) / rate
+            } else {
+                0.0
+            },
+            gyro_noise: exp(x[GYRO]),
+            sea: [10.0 * exp(x[SEA]) * rate * rate, exp(x[SEA + 1]) / rate],
+            wave: match hypothesis.waves {
+                true => [
+                    10.0 * exp(x[WAVE]) * rate * rate,
+                    exp(x[WAVE_FREQUENCY]) * rate,
+                    0.1 * exp(x[WAVE_RATIO]).min(5.0),
+                ],
+                false => [0.0, 1.0, 0.5],
+            },
+            speed_late_s: x[SPEED_LATE].clamp(-2.0, 2.0) / rate,
+            law: hypothesis.law,
+        }
+    }
+
+    fn prior(&self, hypothesis: Hypothesis, x: &DVector<f64>) -> f64 {
+        let squares = self
+            .free(hypothesis)
+            .into_iter()
+            .filter_map(|i| Some((x[i], belief(i)?)));
+        0.5 * squares
+            .map(|(x, [mean, deviation])| ((x - mean) / deviation).powi(2))
+            .sum::<f64>()
+    }
+
+    /// The linear parameters, noise and cost at a point. `None` where they are no numbers.
+    pub fn at(&self, hypothesis: Hypothesis, x: &DVector<f64>) -> Option<Fit> {
+        let point = self.point(hypothesis, x);
+        // Gear and vehicle are told apart by which is slower.
+        if point.lag_s * point.damping_per_s > 1.0 {
+            return None;
+        }
+        let blocks = blocks(self.legs, &point, self.scale.yaw_rate_rad_s);
+        let all = sum(&blocks);
+        let (linear, left, log_determinant) = self.linear(&all)?;
+        let freedom = all.count - 3.0;
+        let variance_rad2 = left / freedom;
+        let cost = 0.5 * freedom * libm::log(variance_rad2)
+            + all.log_deviations
+            + 0.5 * log_determinant
+            + self.prior(hypothesis, x);
+        cost.is_finite().then(|| Fit {
+            hypothesis,
+            x: x.clone(),
+            point,
+            linear,
+            variance_rad2,
+            cost,
+        })
+    }
+
+    /// Least squares of the linear parameters: their values, the sum of squares that is left, and the log determinant.
+    fn linear(&self, all: &Block) -> Option<([f64; 3], f64, f64)> {
+        let columns = if self.scale.has_gyro {
+            COLUMNS
+        } else {
+            COLUMNS - 1
+        };
+        let g = |a: usize, b: usize| all.products[a.min(b)][a.max(b)];
+        let information = DMatrix::from_fn(columns - 1, columns - 1, |i, j| g(i + 1, j + 1));
+        let right = DVector::from_fn(columns - 1, |i, _| g(0, i + 1));
+        let factor = information.cholesky()?;
+        // The innovation of what a column adds is minus that of the column.
+        let solution = -factor.solve(&right);
+        let left = g(0, 0) + right.dot(&solution);
+        let log_determinant = 2.0
+            * factor
+                .l()
+                .diagonal()
+                .iter()
+                .map(|d| libm::log(*d))
+                .sum::<f64>();
+        let mut linear = [0.0; 3];
+        linear
+            .iter_mut()
+            .zip(solution.iter())
+            .for_each(|(l, s)| *l = *s);
+        if columns == COLUMNS {
+            // The bias adds to what is measured.
+            linear[2] = -linear[2];
+        }
+        (left > 0.0).then_some((linear, left, log_determinant))
+    }
+
+    /// The largest posterior from a start, by Fisher's scoring with Levenberg's damping.
+    pub fn fit(&self, hypothesis: Hypothesis, start: &DVector<f64>) -> Option<Fit> {
+        const STEPS: usize = 25;
+        const TOLERANCE: f64 = 0.01;
+        let free = self.free(hypothesis);
+        let mut here = self.at(hypothesis, start)?;
+        let mut damping = 1e-3;
+        for _ in 0..STEPS {
+            let derivatives = self.derivatives(&here);
+            let (information, slope) = (derivatives.information(), derivatives.slope());
+            let before = here.cost;
+            // At a corner of the shift the others go on alone.
+            for holds_shift in [false, true] {
+                for _ in 0..6 {
+                    let mut damped = information.clone();
+                    for i in 0..damped.nrows() {
+                        damped[(i, i)] *= 1.0 + damping;
+                    }
+                    if holds_shift {
+                        damped[(SHIFT, SHIFT)] *= 1e9;
+                    }
+                    let step = damped.cholesky().map(|factor| -factor.solve(&slope));
+                    let next = step.and_then(|step| self.moved(&here, &free, &step));
+                    if let Some(next) = next {
+                        here = next;
+                        damping = (0.1 * damping).max(1e-6);
+                        break;
+                    }
+                    damping *= 10.0;
+                }
+                if before - here.cost > TOLERANCE {
+                    break;
+                }
+                damping = 1e-3;
+            }
+            if before - here.cost < TOLERANCE {
+                break;
+            }
+        }
+        Some(here)
+    }
+
+    /// The fit a step further, where that is better. No scaled parameter moves far at once.
+    fn moved(&self, here: &Fit, free: &[usize], step: &DVector<f64>) -> Option<Fit> {
+        const LONGEST: f64 = 1.0;
+        let longest = step.rows(0, free.len()).amax();
+        let share = if longest > LONGEST {
+            LONGEST / longest
+        } else {
+            1.0
+        };
+        let mut x = here.x.clone();
+        free.iter()
+            .zip(step.iter())
+            .for_each(|(i, s)| x[*i] += share * s);
+        self.at(here.hypothesis, &x)
+            .filter(|fit| fit.cost < here.cost)
+    }
+
+    /// What a fit leaves uncertain: the inverse information of the innovations, or wider where the scatter of the blocks asks for it.
+    ///
+    /// ```text
+    /// H = sum J' J / s^2,   cov = inv(H),   sandwich = inv(H) (sum g_k g_k') inv(H),   g_k = sum over a block of J' e / s^2
+    /// ```
+    pub fn uncertainty(&self, fit: &Fit) -> Option<Uncertainty> {
+        let derivatives = self.derivatives(fit);
+        let factor = derivatives.information().cholesky()?;
+        let log_determinant = 2.0
+            * factor
+                .l()
+                .diagonal()
+                .iter()
+                .map(|d| libm::log(*d))
+                .sum::<f64>();
+        let inverse = factor.inverse();
+        let scores: Vec<DVector<f64>> = (0..BLOCKS).map(|k| derivatives.score(k, BLOCKS)).collect();
+        let mean = scores.iter().sum::<DVector<f64>>() / BLOCKS as f64;
+        let scatter = scores
+            .iter()
+            .map(|g| (g - &mean) * (g - &mean).transpose())
+            .sum::<DMatrix<f64>>()
+            * (BLOCKS as f64 / (BLOCKS as f64 - 1.0));
+        let sandwich = &inverse * scatter * &inverse;
+        let rows = self.rows(fit, &derivatives.parameters);
+        let of = |covariance: &DMatrix<f64>| &rows * covariance * rows.transpose();
+        let (own, other) = (of(&inverse), of(&sandwich));
+        let times: Vec<f64> = (0..4)
+            .map(|i| {
+                (STUDENT * other[(i, i)] / own[(i, i)].max(f64::MIN_POSITIVE))
+                    .max(1.0)
+                    .sqrt()
+            })
+            .collect();
+        let covariance = Matrix4::from_fn(|i, j| own[(i, j)] * times[i] * times[j]);
+        let priors = if fit.hypothesis.lag {
+            libm::log(LAG_DEVIATION)
+        } else {
+            0.0
+        } + if fit.hypothesis.waves {
+            libm::log(4.0 * 0.7)
+        } else {
+            0.0
+        };
+        Some(Uncertainty {
+            covariance,
+            log_evidence: -fit.cost
+                - 0.5 * (log_determinant - self.linear_determinant(fit)?)
+                - priors,
+        })
+    }
+
+    fn linear_determinant(&self, fit: &Fit) -> Option<f64> {
+        let all = sum(&blocks(self.legs, &fit.point, self.scale.yaw_rate_rad_s));
+        let columns = if self.scale.has_gyro { 3.0 } else { 2.0 };
+        Some(self.linear(&all)?.2 - columns * libm::log(fit.variance_rad2))
+    }
+
+    /// Slopes of d, b, c and the delay with the parameters.
+    fn rows(&self, fit: &Fit, all: &[Parameter]) -> DMatrix<f64> {
+        let rate = self.scale.rate_per_s;
+        DMatrix::from_fn(4, all.len() + 1, |row, i| {
+            match (row, all.get(i).copied()) {
+                (0, Some(Parameter::Own(0))) => rate,
+                (1, Some(Parameter::Linear(0))) | (2, Some(Parameter::Linear(1))) => 1.0,
+                (3, Some(Parameter::Own(SHIFT))) => 1.0 / rate,
+                (3, Some(Parameter::Own(LAG))) => fit.point.lag_s,
+                _ => 0.0,
+            }
+        })
+    }
+
+    /// Derivatives of the innovations of a fit.
+    fn derivatives(&self, fit: &Fit) -> Derivatives {
+        const STEP: f64 = 1e-3;
+        const HALF: f64 = core::f64::consts::FRAC_1_SQRT_2;
+        let own = self.free(fit.hypothesis);
+        let here = self.columns(&fit.point);
+        let weights: Vec<f64> = (here.iter())
+            .map(|(_, variance)| 1.0 / (variance * fit.variance_rad2).sqrt())
+            .collect();
+        let weighted = |of: &dyn Fn(usize) -> f64| DVector::from_fn(here.len(), |i, _| of(i));
+        let error = |e: &[f64; COLUMNS]| {
+            e[0] + fit.linear[0] * e[1] + fit.linear[1] * e[2] - fit.linear[2] * e[3]
+        };
+        let errors = weighted(&|i| weights[i] * error(&here[i].0));
+        let (mut of_errors, mut of_logs) = (Vec::new(), Vec::new());
+        for i in &own {
+            let mut x = fit.x.clone();
+            x[*i] += STEP;
+            let there = self.columns(&self.point(fit.hypothesis, &x));
+            of_errors.push(weighted(&|k| {
+                weights[k] * (error(&there[k].0) - error(&here[k].0)) / STEP
+            }));
+            of_logs.push(weighted(&|k| {
+                HALF * libm::log(there[k].1 / here[k].1) / STEP
+            }));
+        }
+        let linear = if self.scale.has_gyro { 3 } else { 2 };
+        for j in 0..linear {
+            let sign = if j == 2 { -1.0 } else { 1.0 };
+            of_errors.push(weighted(&|k| sign * weights[k] * here[k].0[j + 1]));
+            of_logs.push(DVector::zeros(here.len()));
+        }
+        // The variance of the heading noise.
+        of_errors.push(DVector::zeros(here.len()));
+        of_logs.push(DVector::from_element(here.len(), HALF));
+        let parameters: Vec<Parameter> = (own.iter().map(|i| Parameter::Own(*i)))
+            .chain((0..linear).map(Parameter::Linear))
+            .collect();
+        let mut prior = DVector::zeros(of_errors.len());
+        let mut prior_slope = DVector::zeros(of_errors.len());
+        for (k, i) in own.iter().enumerate() {
+            if let Some([mean, deviation]) = belief(*i) {
+                prior[k] = deviation.powi(-2);
+                prior_slope[k] = (fit.x[*i] - mean) * prior[k];
+            }
+        }
+        Derivatives {
+            parameters,
+            excess: errors.map(|e| HALF * (1.0 - e * e)),
+            errors,
+            of_errors: DMatrix::from_columns(&of_errors),
+            of_logs: DMatrix::from_columns(&of_logs),
+            prior,
+            prior_slope,
+        }
+    }
+
+    /// The columns of each innovation and its relative variance.
+    fn columns(&self, point: &Point) -> Vec<([f64; COLUMNS], f64)> {
+        let mut columns = Vec::with_capacity(2 * self.legs.len());
+        for leg in &self.legs.legs {
+            let mut run = Run::new(leg, point, self.scale.interval_s, self.scale.yaw_rate_rad_s);
+            for i in 0..leg.len() {
+                run.measure(i, |errors, variance| columns.push((*errors, variance)));
+                run.advance(i);
+            }
+        }
+        columns
+    }
+
+    /// Fits a hypothesis from the solution of a simpler one.
+    pub fn extended(&self, simpler: &Fit, hypothesis: Hypothesis) -> Option<Fit> {
+        let mut x = self.start(hypothesis);
+        let common = x.len().min(simpler.x.len());
+        x.rows_mut(0, common).copy_from(&simpler.x.rows(0, common));
+        if !hypothesis.waves || simpler.hypothesis.waves {
+            return self.fit(hypothesis, &x);
+        }
+        let looks = [-0.7, 0.0, 0.7, 1.4, 2.1]
+            .into_iter()
+            .flat_map(|frequency| [-3.0, 0.0].map(|strength| [strength, frequency]));
+        let best = looks
+            .filter_map(|[strength, frequency]| {
+                let mut x = x.clone();
+                x[WAVE] = simpler.x[SEA] + strength;
+                x[WAVE_FREQUENCY] = frequency;
+                x[SEA] -= 1.0;
+                self.at(hypothesis, &x)
+            })
+            .min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+        self.fit(hypothesis, &best.x)
+    }
+}
+
+/// Mean and deviation of what is believed of a scaled parameter; `None` of the damping.
+fn belief(parameter: usize) -> Option<[f64; 2]> {
+    match parameter {
+        0 => None,
+        SHIFT => Some([0.0, SHIFT_DEVIATION]),
+        SPEED_LATE => Some([0.0, SPEED_LATE_DEVIATION]),
+        SEA => Some([-1.0, 4.0]),
+        SEA_TIME => Some([0.7, 1.0]),
+        LAG => Some([0.0, LAG_DEVIATION]),
+        WAVE_FREQUENCY => Some([0.5, 1.0]),
+        WAVE_RATIO => Some([0.0, 0.7]),
+        _ => Some([0.0, 4.0]),
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Parameter {
+    Own(usize),
+    Linear(usize),
+}
+
+/// Innovations over their deviations, and derivatives of them and of the logs of their variances.
+struct Derivatives {
+    parameters: Vec<Parameter>,
+    errors: DVector<f64>,
+    excess: DVector<f64>,
+    of_errors: DMatrix<f64>,
+    of_logs: DMatrix<f64>,
+    prior: DVector<f64>,
+    prior_slope: DVector<f64>,
+}
+
+impl Derivatives {
+    /// Fisher's information of the parameters and of the log of the noise's variance, with the priors.
+    fn information(&self) -> DMatrix<f64> {
+        self.of_errors.tr_mul(&self.of_errors)
+            + self.of_logs.tr_mul(&self.of_logs)
+            + DMatrix::from_diagonal(&self.prior)
+    }
+
+    /// Slope of minus log likelihood and priors.
+    fn slope(&self) -> DVector<f64> {
+        self.score(0, 1) + &self.prior_slope
+    }
+
+    /// Slope of minus log likelihood over one of several blocks.
+    fn score(&self, block: usize, blocks: usize) -> DVector<f64> {
+        let [from, to] = [block, block + 1].map(|k| k * self.errors.len() / blocks);
+        let rows = |matrix: &DMatrix<f64>, of: &DVector<f64>| {
+            matrix
+                .rows(from, to - from)
+                .tr_mul(&of.rows(from, to - from))
+        };
+        rows(&self.of_errors, &self.errors) + rows(&self.of_logs, &self.excess)
+    }
+}
+
+fn sum(blocks: &[Block; BLOCKS]) -> Block {
+    let mut all = Block::default();
+    for block in blocks {
+        for a in 0..COLUMNS {
+            for b in a..COLUMNS {
+                all.products[a][b] += block.products[a][b];
+            }
+        }
+        all.log_deviations += block.log_deviations;
+        all.count += block.count;
+    }
+    all
+}

@@ -1,0 +1,412 @@
+//! A model from an ordinary log: whatever moved the rudder, an autopilot or a helmsman, while the vehicle made way.
+//!
+//! The likelihood of [`filter`] compares heading and gyro with a first-order vehicle under the recorded rudder and a disturbance. It needs no
+//! manoeuvre and no rest, and a rudder that answers the heading does not bias it: what is predicted is the next sample.
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | d, b, c | damping -a22, rudder effect b2, offset C0 | 1/s, 1/s^2, rad/s^2 |
+//! | u | speed over the mean speed of the log; d goes with u and b with u^2 where the log asks for it | |
+//! | shift, lag | time by which the record of the rudder is early, lag of the gear | s |
+//! | sea, waves | Gauss-Markov and narrow-band yaw acceleration | rad/s^2 |
+//!
+//! Source: prediction error method of Ljung, System Identification (1999), chapters 7 and 13; intervals by Fisher's information, or by the
+//! scatter of twelve blocks where that is wider (White 1982).
+
+pub mod filter;
+pub mod fit;
+pub mod prediction;
+pub mod record;
+
+use nalgebra::{Matrix4, Vector4};
+use seatrial_core::{Sample, YawModel};
+
+use super::intervals::normal_intervals;
+use super::log_statistics::LogStatistics;
+use super::robust::estimate::MODEL_ERROR;
+use super::training::{Training, manoeuvre_to_learn_from};
+use super::validation::ValidationData;
+use super::verdict::mission::{Mission, judge};
+use super::{ExaminedRecord, IdentifyError, IdentifySettings, valid_range};
+use crate::gain_allowance::sampled;
+use crate::identification::{
+    EstimateMethod, HigherOrder, Identification, Refined, Settings, Validation,
+};
+use crate::likelihood::{SteeringModel, Structure};
+use crate::manoeuvre::Manoeuvre;
+use crate::propagation::NORMAL_95;
+use crate::record::{Window, duration_s};
+use crate::segmentation;
+use filter::SpeedLaw;
+use fit::{Fit, Hypothesis, Problem};
+use prediction::Prediction;
+use record::Legs;
+
+/// Manoeuvres that hold less than this share of the rudder's work are not what the log is.
+const MANOEUVRES: f64 = 0.5;
+
+/// A rudder within this share of its usual deflection is held there.
+const HELD: f64 = 0.2;
+
+/// Changes of the rudder a stroke under which somebody gives orders.
+const ORDERS: usize = 4;
+
+/// Strokes of the rudder from which a record is more than a manoeuvre.
+const LEAST_STROKES: usize = 3;
+
+/// Share of the legs that is fitted where the rest validates.
+const FITTED: f64 = 0.6;
+
+/// Speeds that differ less tell nothing of the damping and the rudder effect over them.
+const LEAST_SPEED_CHANGE: f64 = 0.03;
+
+/// A part of the log tells by itself whether the model is right where its intervals are within this share of it.
+const TELLING: f64 = 0.6;
+
+/// A hypothesis of less weight is passed over.
+const NEGLIGIBLE: f64 = 0.01;
+
+/// Is this ordinary steering, not a manoeuvre or several with rest between them?
+///
+/// Who makes a manoeuvre deflects the rudder most of the time, to the same angle; who steers moves it all the time.
+pub fn is_ordinary_steering(samples: &[Sample<f64>]) -> bool {
+    let Some(whole) = Manoeuvre::find(samples).filter(|m| m.strokes.len() >= LEAST_STROKES) else {
+        return false;
+    };
+    let changes = samples
+        .windows(2)
+        .filter(|pair| pair[0].rudder_rad != pair[1].rudder_rad)
+        .count();
+    if changes < ORDERS * whole.strokes.len() {
+        return false;
+    }
+    let away = |s: &Sample<f64>| (s.rudder_rad - whole.middle_rad).abs() / whole.amplitude_rad;
+    let work = |part: &[Sample<f64>], counts: &dyn Fn(f64) -> bool| -> f64 {
+        let squares = part.iter().map(away).filter(|x| counts(*x)).map(|x| x * x);
+        squares.filter(|square| square.is_finite()).sum()
+    };
+    let all = work(samples, &|_| true);
+    let held = work(samples, &|x| (x - 1.0).abs() < HELD);
+    let deflected = samples.iter().filter(|s| away(s) > 0.5).count();
+    if held > MANOEUVRES * all && 2 * deflected > samples.len() {
+        return false;
+    }
+    let manoeuvres = segmentation::find(samples);
+    let of_manoeuvres: f64 = manoeuvres
+        .iter()
+        .filter(|m| m.kind != segmentation::Kind::Steady)
+        .map(|m| work(m.window.of(samples), &|_| true))
+        .sum();
+    of_manoeuvres < MANOEUVRES * all
+}
+
+/// What all hypotheses say of a log.
+pub struct Estimate {
+    /// Mean of d, b, c and the delay.
+    pub mean: Vector4<f64>,
+    /// Their covariance.
+    pub covariance: Matrix4<f64>,
+    /// The heaviest hypothesis.
+    pub heaviest: Fit,
+    /// Share of the weight of a gear that lags.
+    pub lag_weight: f64,
+}
+
+impl Estimate {
+    /// Of legs. `None` where they determine nothing.
+    pub fn of(legs: &Legs) -> Option<Self> {
+        let (problem, look) = Problem::new(legs)?;
+        let simple = look.hypothesis;
+        let mut fits = vec![problem.fit(simple, &look.x)?];
+        if legs.speed_change() > LEAST_SPEED_CHANGE {
+            let law = SpeedLaw::Proportional;
+            fits.extend(problem.fit(Hypothesis { law, ..simple }, &fits[0].x));
+        }
+        for (lag, waves) in [(true, false), (false, true), (true, true)] {
+            let simpler = fits
+                .iter()
+                .filter(|fit| waves || !fit.hypothesis.lag)
+                .min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+            let hypothesis = Hypothesis {
+                lag,
+                waves,
+                ..simpler.hypothesis
+            };
+            let extended = problem.extended(simpler, hypothesis);
+            fits.extend(extended);
+        }
+        let found: Vec<_> = fits
+            .into_iter()
+            .filter_map(|fit| {
+                problem
+                    .uncertainty(&fit)
+                    .map(|uncertainty| (fit, uncertainty))
+            })
+            .collect();
+        let most = found
+            .iter()
+            .map(|(_, u)| u.log_evidence)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let weights: Vec<f64> = found
+            .iter()
+            .map(|(_, u)| libm::exp(u.log_evidence - most))
+            .collect();
+        let total: f64 = weights.iter().sum();
+        let weighed = || {
+            found
+                .iter()
+                .zip(&weights)
+                .map(|((fit, u), w)| (fit, u, w / total))
+                .filter(|(_, _, w)| *w > NEGLIGIBLE)
+        };
+        let mean = weighed()
+            .map(|(fit, _, w)| fit.values() * w)
+            .sum::<Vector4<f64>>()
+            / weighed().map(|(_, _, w)| w).sum::<f64>();
+        let covariance = weighed()
+            .map(|(fit, u, w)| {
+                let away = fit.values() - mean;
+                (u.covariance + away * away.transpose()) * w
+            })
+            .sum::<Matrix4<f64>>();
+        let lag_weight = weighed()
+            .filter(|(fit, _, _)| fit.hypothesis.lag)
+            .map(|(_, _, w)| w)
+            .sum();
+        let heaviest = weighed().max_by(|a, b| a.2.total_cmp(&b.2))?.0.clone();
+        Some(Self {
+            mean,
+            covariance,
+            heaviest,
+            lag_weight,
+        })
+    }
+
+    /// With a covariance that explains how far a part of the log lies from the rest (Birge 1932), where chance does not.
+    fn widened(mut self, apart: Option<f64>) -> Self {
+        const CHANCE: f64 = 5.99;
+        if let Some(apart) = apart.filter(|apart| *apart > CHANCE) {
+            self.covariance *= 0.5 * apart;
+        }
+        self
+    }
+
+    /// The model with its intervals.
+    fn refined(&self) -> Refined {
+        let model = YawModel::from_theta([-self.mean[0], self.mean[1], self.mean[2]]);
+        let sign = |i: usize| if i == 0 { -1.0 } else { 1.0 };
+        let mut covariance =
+            nalgebra::Matrix3::from_fn(|i, j| sign(i) * sign(j) * self.covariance[(i, j)]);
+        for (i, share) in MODEL_ERROR.iter().enumerate() {
+            covariance[(i, i)] += (share * model.theta()[i]).powi(2);
+        }
+        let noise_rad = self.heaviest.variance_rad2.sqrt();
+        let point = &self.heaviest.point;
+        Refined {
+            method: match self.steering_model().is_some() {
+                true => EstimateMethod::RudderLag,
+                false => EstimateMethod::PredictionError,
+            },
+            model,
+            delta0_rad: model.delta0_rad(),
+            interval_95: normal_intervals(&model, &covariance),
+            covariance: covariance.into(),
+            heading_noise_rad: noise_rad,
+            disturbance_rad_s2: noise_rad * libm::hypot(point.sea[0], point.wave[0]),
+        }
+    }
+
+    /// The model behind the delay of its rudder, where that is proven.
+    fn steering_model(&self) -> Option<SteeringModel> {
+        let delay_s = self.mean[3];
+        (delay_s > NORMAL_95 * self.covariance[(3, 3)].sqrt()).then(|| {
+            let model = YawModel::from_theta([-self.mean[0], self.mean[1], self.mean[2]]);
+            SteeringModel::first_order(&model, delay_s)
+        })
+    }
+
+    /// The gear's lag with its interval, as documents have it.
+    fn lagging(&self) -> Option<HigherOrder> {
+        let model = self.steering_model()?;
+        let half_s = NORMAL_95 * self.covariance[(3, 3)].sqrt();
+        Some(HigherOrder {
+            structure: Structure::LAG,
+            lag_interval_s: Some([model.rudder_lag_s - half_s, model.rudder_lag_s + half_s]),
+            model,
+            hypotheses: Vec::new(),
+            validation: None,
+        })
+    }
+}
+
+/// Identifies a model from ordinary steering in a window, and validates it on the last part of it or on other data.
+///
+/// The steering is cut where the log has gaps and where the vehicle stops or goes astern. `None` where that leaves nothing to fit.
+pub(super) fn identify(
+    record: &ExaminedRecord,
+    training: Window,
+    data: Option<ValidationData>,
+    settings: &IdentifySettings,
+) -> Result<Option<Identification>, IdentifyError> {
+    let ready = Training::new(record.record(), training, settings)?;
+    let manoeuvre = manoeuvre_to_learn_from(record.record(), ready.samples)?;
+    let samples = record.record().usable(training);
+    let Some(legs) = Legs::of(&without_derived_rate(record, &samples)) else {
+        return Ok(None);
+    };
+    let Some(estimate) = Estimate::of(&legs) else {
+        return Ok(None);
+    };
+    let other =
+        data.and_then(|data| Some((Legs::of(&data.record.usable(data.window))?, data.window)));
+    let Some(held_out) = HeldOut::of(&legs, &estimate, other) else {
+        return Ok(None);
+    };
+    let estimate = estimate.widened(held_out.apart);
+    let prediction = &held_out.prediction;
+    let pass = ready.estimate()?;
+    let used = Settings {
+        lambda_because: ready.lambda_because,
+        ..Settings::of(&ready.estimator)
+    };
+    let refined = estimate.refined();
+    let validation = Validation {
+        window: held_out.window,
+        r2_heading: prediction.r2_heading(),
+        r2_heading_offset_refit: prediction.r2_heading(),
+        r2_yaw_rate: prediction.r2_yaw_rate(),
+        samples: prediction.samples,
+    };
+    let log = LogStatistics::of(record, training, &manoeuvre, &pass, 0);
+    let lagging = estimate.lagging();
+    let verdict = judge(&Mission {
+        log: &log,
+        samples: &samples,
+        refined: &refined,
+        held_out: &held_out,
+        legs: &legs,
+        lagging: lagging.as_ref(),
+    });
+    let lag_s = lagging
+        .as_ref()
+        .map_or(0.0, |found| found.model.rudder_lag_s);
+    let validated = data.map_or(&[][..], |data| data.record.window(data.window));
+    Ok(Some(Identification {
+        training: training.known_part(ready.samples),
+        samples_used: samples.len(),
+        samples_rejected: pass.rejected,
+        nomoto: refined.model.nomoto(),
+        restoring: None,
+        online: pass.online,
+        validation: Some(validation),
+        higher_order: lagging,
+        lag_effect: None,
+        loop_timing: Some(sampled(duration_s(&samples) / samples.len() as f64, lag_s)),
+        valid_range: valid_range(
+            &[&samples, validated],
+            &refined.model,
+            refined.heading_noise_rad,
+        ),
+        refined: Some(refined),
+        verdict,
+        settings: used,
+    }))
+}
+
+/// A yaw rate that is computed from the heading brings its noise twice.
+fn without_derived_rate(record: &ExaminedRecord, samples: &[Sample<f64>]) -> Vec<Sample<f64>> {
+    let is_derived = record.record().units.yaw_rate_is_derived;
+    let rate = |s: &Sample<f64>| s.yaw_rate_rad_s.filter(|_| !is_derived);
+    samples
+        .iter()
+        .map(|s| Sample {
+            yaw_rate_rad_s: rate(s),
+            ..*s
+        })
+        .collect()
+}
+
+/// A part of the steering that the model was not fitted to, or other data.
+pub struct HeldOut {
+    /// Free runs of the model over it.
+    pub prediction: Prediction,
+    /// When it was.
+    pub window: Window,
+    /// Squared distance of its own [d, b] from the model's, over the covariance of both; `None` where it gives none by itself.
+    pub apart: Option<f64>,
+    /// Does it tell by itself whether the model is right?
+    pub is_telling: bool,
+}
+
+impl HeldOut {
+    /// Of other data, or of the last part of the legs with the heaviest hypothesis fitted to the first part.
+    fn of(legs: &Legs, estimate: &Estimate, other: Option<(Legs, Window)>) -> Option<Self> {
+        let hypothesis = estimate.heaviest.hypothesis;
+        let yaw_rate_rad_s = legs.yaw_rate_deviation_rad_s();
+        if let Some((other, window)) = other {
+            let rest = other.over_speed_of(legs);
+            let model = (estimate.heaviest.clone(), estimate.covariance);
+            return Some(Self::between(
+                &model,
+                &rest,
+                hypothesis,
+                window,
+                yaw_rate_rad_s,
+            ));
+        }
+        let [first, rest] = legs.split(FITTED);
+        let (from, to) = (rest.legs.first()?, rest.legs.last()?);
+        let window = Window {
+            from_s: *from.time_s.first()?,
+            to_s: *to.time_s.last()?,
+        };
+        let model = fitted(&first, hypothesis)?;
+        Some(Self::between(
+            &model,
+            &rest,
+            hypothesis,
+            window,
+            yaw_rate_rad_s,
+        ))
+    }
+
+    fn between(
+        (fit, covariance): &(Fit, Matrix4<f64>),
+        rest: &Legs,
+        hypothesis: Hypothesis,
+        window: Window,
+        yaw_rate_rad_s: f64,
+    ) -> Self {
+        let own = fitted(rest, hypothesis);
+        let values = fit.values();
+        let apart = own.as_ref().and_then(|(other, of_other)| {
+            let away = (other.values() - values).xy();
+            let mut both = (covariance + of_other)
+                .fixed_view::<2, 2>(0, 0)
+                .into_owned();
+            for (i, share) in MODEL_ERROR.iter().enumerate() {
+                both[(i, i)] += 2.0 * (share * values[i]).powi(2);
+            }
+            Some(away.dot(&both.cholesky()?.solve(&away)))
+        });
+        let is_telling = own.is_some_and(|(other, covariance)| {
+            (0..2)
+                .all(|i| NORMAL_95 * covariance[(i, i)].sqrt() < TELLING * other.values()[i].abs())
+        });
+        Self {
+            prediction: Prediction::of(fit, rest, yaw_rate_rad_s),
+            window,
+            apart,
+            is_telling,
+        }
+    }
+}
+
+/// One hypothesis fitted to legs, and its covariance.
+fn fitted(legs: &Legs, hypothesis: Hypothesis) -> Option<(Fit, Matrix4<f64>)> {
+    let (problem, look) = Problem::new(legs)?;
+    let simple = problem.fit(look.hypothesis, &look.x)?;
+    let fit = problem.extended(&simple, hypothesis)?;
+    let covariance = problem.uncertainty(&fit)?.covariance;
+    Some((fit, covariance))
+}

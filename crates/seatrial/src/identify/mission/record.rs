@@ -1,0 +1,369 @@
+//! An ordinary log as the likelihood takes it: legs without a gap, while the vehicle makes way.
+
+use seatrial_core::{Real, Sample};
+
+use crate::record::{duration_s, median, median_interval_s};
+
+/// Most comparisons of a log: more are thinned, which leaves the rudder whole.
+const MOST_COMPARISONS: usize = 8_000;
+
+/// An interval this many times the usual one is a gap.
+const GAP: f64 = 10.0;
+
+/// Under this share of the usual speed the vehicle stops, drifts or turns on the spot.
+const LEAST_SPEED: f64 = 0.4;
+
+/// Legs under this share of the log say nothing.
+const LEAST_LEG: f64 = 0.02;
+
+/// Fewest comparisons of a leg.
+const FEWEST: usize = 20;
+
+/// Share of an interval over which the command is averaged.
+const AVERAGE: f64 = 0.1;
+
+/// Samples of the speed that are averaged, s.
+const SPEED_MEAN_S: f64 = 0.6;
+
+/// A part of a log without a gap.
+#[derive(Clone, Debug)]
+pub struct Leg {
+    /// Times of the comparisons, s.
+    pub time_s: Vec<f64>,
+    /// Headings there, rad, unwrapped.
+    pub heading_rad: Vec<f64>,
+    /// Yaw rates there, rad/s; empty where none is measured.
+    pub yaw_rate_rad_s: Vec<f64>,
+    /// Speeds there over the usual one; 1 where none is logged.
+    pub speed: Vec<f64>,
+    change_s: Vec<f64>,
+    command_rad: Vec<f64>,
+    /// First and second integral of the command up to each change, rad s and rad s^2.
+    integrals: Vec<[f64; 2]>,
+}
+
+/// All legs of a log.
+#[derive(Clone, Debug)]
+pub struct Legs {
+    /// The legs.
+    pub legs: Vec<Leg>,
+    /// The usual interval between comparisons, s.
+    pub interval_s: f64,
+    /// The mean speed of the legs, m/s, where it is logged.
+    pub speed_m_s: Option<f64>,
+    /// Share of the log that the legs hold.
+    pub share: f64,
+}
+
+impl Legs {
+    /// Of finite samples whose time increases. `None` where no leg is long enough.
+    pub fn of(samples: &[Sample<f64>]) -> Option<Self> {
+        let usual_s = median_interval_s(samples).filter(|h| *h > 0.0)?;
+        let step = samples.len().div_ceil(MOST_COMPARISONS);
+        let speeds = usual_speeds(samples, usual_s);
+        let total_s = duration_s(samples);
+        let has_rate = has_gyro(samples);
+        let mut parts: Vec<Vec<usize>> = vec![Vec::new()];
+        for (i, sample) in samples.iter().enumerate() {
+            let is_usable = speeds
+                .as_ref()
+                .is_none_or(|(usual, speeds)| speeds[i] > LEAST_SPEED * usual)
+                && (!has_rate || sample.yaw_rate_rad_s.is_some_and(f64::is_finite));
+            let last = parts.last().and_then(|part| part.last());
+            let follows = last.is_none_or(|last| {
+                *last + 1 == i && sample.time_s - samples[*last].time_s < GAP * usual_s
+            });
+            if !is_usable {
+                continue;
+            }
+            if !follows {
+                parts.push(Vec::new());
+            }
+            if let Some(part) = parts.last_mut() {
+                part.push(i);
+            }
+        }
+        let mean_speed_m_s = speeds.as_ref().map(|(_, speeds)| {
+            let used: Vec<f64> = parts.iter().flatten().map(|i| speeds[*i]).collect();
+            used.iter().sum::<f64>() / used.len().max(1) as f64
+        });
+        let legs: Vec<Leg> = parts
+            .iter()
+            .filter(|part| part.len() / step >= FEWEST)
+            .map(|part| {
+                let own: Vec<Sample<f64>> = part.iter().map(|i| samples[*i]).collect();
+                let speed = |i: usize| match (&speeds, mean_speed_m_s) {
+                    (Some((_, speeds)), Some(mean)) => speeds[part[i]] / mean,
+                    _ => 1.0,
+                };
+                Leg::new(&own, step, has_rate, speed)
+            })
+            .filter(|leg| leg.duration_s() > LEAST_LEG * total_s)
+            .collect();
+        let used_s: f64 = legs.iter().map(Leg::duration_s).sum();
+        (!legs.is_empty()).then_some(Self {
+            legs,
+            interval_s: step as f64 * usual_s,
+            speed_m_s: mean_speed_m_s,
+            share: used_s / total_s,
+        })
+    }
+
+    /// Comparisons of all legs.
+    pub fn len(&self) -> usize {
+        self.legs.iter().map(Leg::len).sum()
+    }
+
+    /// The first part of the legs' time, and the rest.
+    pub fn split(&self, share: f64) -> [Self; 2] {
+        let wanted = (share * self.len() as f64) as usize;
+        let mut parts = [Vec::new(), Vec::new()];
+        let mut before = 0;
+        for leg in &self.legs {
+            let at = wanted.saturating_sub(before).min(leg.len());
+            for (part, range) in parts.iter_mut().zip([0..at, at..leg.len()]) {
+                if range.len() >= FEWEST {
+                    part.push(leg.part(range));
+                }
+            }
+            before += leg.len();
+        }
+        parts.map(|legs| Self {
+            legs,
+            ..self.clone()
+        })
+    }
+
+    /// Standard deviation of the speed over its mean.
+    pub fn speed_change(&self) -> f64 {
+        let speeds: Vec<f64> = self
+            .legs
+            .iter()
+            .flat_map(|leg| leg.speed.iter().copied())
+            .collect();
+        crate::likelihood::leg::deviation(&speeds)
+    }
+
+    /// The legs with speeds over the mean speed of others.
+    pub fn over_speed_of(&self, others: &Self) -> Self {
+        let ratio = match (self.speed_m_s, others.speed_m_s) {
+            (Some(own), Some(other)) => own / other,
+            _ => 1.0,
+        };
+        let mut scaled = self.clone();
+        scaled
+            .legs
+            .iter_mut()
+            .flat_map(|leg| &mut leg.speed)
+            .for_each(|speed| *speed *= ratio);
+        scaled
+    }
+
+    /// Standard deviation of the yaw rate, rad/s, by differences of the heading over several comparisons.
+    pub fn yaw_rate_deviation_rad_s(&self) -> f64 {
+        const OVER: usize = 5;
+        let rates: Vec<f64> = self
+            .legs
+            .iter()
+            .flat_map(|leg| {
+                (OVER..leg.len()).map(|i| {
+                    (leg.heading_rad[i] - leg.heading_rad[i - OVER])
+                        / (leg.time_s[i] - leg.time_s[i - OVER])
+                })
+            })
+            .collect();
+        crate::likelihood::leg::deviation(&rates).max(f64::MIN_POSITIVE)
+    }
+}
+
+/// Most of a gyro's gain may be missing or too much, of what the heading turns.
+const GYRO_ERROR: f64 = 0.1;
+
+/// Is there a yaw rate that turns as the heading does?
+fn has_gyro(samples: &[Sample<f64>]) -> bool {
+    const OVER: usize = 10;
+    let rated: Vec<&Sample<f64>> = samples
+        .iter()
+        .filter(|s| s.yaw_rate_rad_s.is_some_and(f64::is_finite))
+        .collect();
+    if 2 * rated.len() < samples.len() {
+        return false;
+    }
+    let (mut product, mut square) = (0.0, 0.0);
+    for part in rated.windows(OVER + 1).step_by(OVER) {
+        let turned: f64 = part
+            .windows(2)
+            .map(|p| (p[1].heading_rad - p[0].heading_rad).wrapped())
+            .sum();
+        let rate = |s: &Sample<f64>| s.yaw_rate_rad_s.unwrap_or(0.0);
+        let by_gyro: f64 = part
+            .windows(2)
+            .map(|p| 0.5 * (rate(p[0]) + rate(p[1])) * (p[1].time_s - p[0].time_s))
+            .sum();
+        product += turned * by_gyro;
+        square += by_gyro * by_gyro;
+    }
+    (product / square - 1.0).abs() < GYRO_ERROR
+}
+
+/// The usual speed and the speed of each sample, averaged. `None` where most samples have none, or where the vehicle hardly moves.
+fn usual_speeds(samples: &[Sample<f64>], usual_s: f64) -> Option<(f64, Vec<f64>)> {
+    let known: Vec<f64> = samples
+        .iter()
+        .filter_map(|s| s.surge_speed_m_s)
+        .filter(|u| u.is_finite())
+        .collect();
+    if 2 * known.len() < samples.len() {
+        return None;
+    }
+    let usual = median(known.iter().copied().filter(|u| *u > 0.0).collect())?;
+    let half = ((0.5 * SPEED_MEAN_S / usual_s) as usize).max(1);
+    let mut last = usual;
+    let filled: Vec<f64> = samples
+        .iter()
+        .map(|s| {
+            last = s.surge_speed_m_s.filter(|u| u.is_finite()).unwrap_or(last);
+            last
+        })
+        .collect();
+    let mut sums = vec![0.0];
+    for speed in &filled {
+        sums.push(sums[sums.len() - 1] + speed);
+    }
+    let smooth = (0..filled.len())
+        .map(|i| {
+            let (from, to) = (i.saturating_sub(half), (i + half + 1).min(filled.len()));
+            (sums[to] - sums[from]) / (to - from) as f64
+        })
+        .collect();
+    (usual > 0.0).then_some((usual, smooth))
+}
+
+impl Leg {
+    fn new(
+        samples: &[Sample<f64>],
+        step: usize,
+        has_rate: bool,
+        speed: impl Fn(usize) -> f64,
+    ) -> Self {
+        let mut heading = samples[0].heading_rad;
+        let mut last = heading;
+        let unwrapped: Vec<f64> = samples
+            .iter()
+            .map(|s| {
+                heading += (s.heading_rad - last).wrapped();
+                last = s.heading_rad;
+                heading
+            })
+            .collect();
+        let (mut once, mut twice) = (0.0, 0.0);
+        let mut integrals = vec![[0.0; 2]];
+        for pair in samples.windows(2) {
+            let (h, command) = (pair[1].time_s - pair[0].time_s, pair[0].rudder_rad);
+            twice += h * (once + 0.5 * h * command);
+            once += h * command;
+            integrals.push([once, twice]);
+        }
+        let picked = || (0..samples.len()).step_by(step);
+        Self {
+            time_s: picked().map(|i| samples[i].time_s).collect(),
+            heading_rad: picked().map(|i| unwrapped[i]).collect(),
+            yaw_rate_rad_s: match has_rate {
+                true => picked()
+                    .map(|i| samples[i].yaw_rate_rad_s.unwrap_or(0.0))
+                    .collect(),
+                false => Vec::new(),
+            },
+            speed: picked().map(speed).collect(),
+            change_s: samples.iter().map(|s| s.time_s).collect(),
+            command_rad: samples.iter().map(|s| s.rudder_rad).collect(),
+            integrals,
+        }
+    }
+
+    fn part(&self, range: std::ops::Range<usize>) -> Self {
+        let of = |values: &[f64]| {
+            values
+                .get(range.clone())
+                .map_or_else(Vec::new, <[f64]>::to_vec)
+        };
+        Self {
+            time_s: of(&self.time_s),
+            heading_rad: of(&self.heading_rad),
+            yaw_rate_rad_s: of(&self.yaw_rate_rad_s),
+            speed: of(&self.speed),
+            ..self.clone()
+        }
+    }
+
+    /// Number of comparisons.
+    pub fn len(&self) -> usize {
+        self.time_s.len()
+    }
+
+    /// From the first to the last comparison, s.
+    pub fn duration_s(&self) -> f64 {
+        match (self.time_s.first(), self.time_s.last()) {
+            (Some(first), Some(last)) => last - first,
+            _ => 0.0,
+        }
+    }
+
+    /// Speed over the usual one in the middle of the interval after a comparison, where it is logged so much late.
+    pub fn speed_at(&self, i: usize, late_s: f64) -> f64 {
+        let h = self.duration_s() / (self.len().max(2) - 1) as f64;
+        let at = (i as f64 + 0.5 + late_s / h).clamp(0.0, (self.len() - 1) as f64);
+        let (before, share) = (at as usize, at.fract());
+        let after = (before + 1).min(self.len() - 1);
+        self.speed[before] + share * (self.speed[after] - self.speed[before])
+    }
+
+    /// Mean command over each interval between comparisons, rad, where it acts `shift_s` later than logged.
+    ///
+    /// The command is averaged over a small part of the usual interval about each instant: a record that is held between samples has corners in
+    /// the shift. A longer mean would show the likelihood commands that answer what it is about to predict.
+    pub fn commands(&self, shift_s: f64, usual_s: f64) -> Vec<f64> {
+        let mean_s = AVERAGE * usual_s;
+        let half_s = 0.5 * mean_s;
+        let mut upto = [-half_s, half_s].map(|by| Cursor {
+            leg: self,
+            at: 0,
+            by_s: by - shift_s,
+        });
+        let mut smooth = |time_s: f64| (upto[1].upto(time_s) - upto[0].upto(time_s)) / mean_s;
+        let mut before = self.time_s.first().map_or(0.0, |first| smooth(*first));
+        self.time_s
+            .windows(2)
+            .map(|pair| {
+                let now = smooth(pair[1]);
+                let mean = (now - before) / (pair[1] - pair[0]);
+                before = now;
+                mean
+            })
+            .collect()
+    }
+}
+
+/// The second integral of the command up to times that do not go back.
+struct Cursor<'a> {
+    leg: &'a Leg,
+    at: usize,
+    by_s: f64,
+}
+
+impl Cursor<'_> {
+    fn upto(&mut self, time_s: f64) -> f64 {
+        let (leg, time_s) = (self.leg, time_s + self.by_s);
+        while self.at + 1 < leg.change_s.len() && leg.change_s[self.at + 1] <= time_s {
+            self.at += 1;
+        }
+        let since_s = time_s - leg.change_s[self.at];
+        let command = if since_s < 0.0 {
+            leg.command_rad[0]
+        } else {
+            leg.command_rad[self.at]
+        };
+        let [once, twice] = leg.integrals[self.at];
+        twice + since_s * (once + 0.5 * since_s * command)
+    }
+}
