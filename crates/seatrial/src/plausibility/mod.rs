@@ -4,6 +4,7 @@
 //! |---|---|
 //! | unit of heading or rudder | the numbers in the file with those that the unit allows |
 //! | scale of the rudder | what the file says of its unit with what it says of the others |
+//! | unit that is assumed | nothing in the file says it, and no turn through north, date or yaw rate shows it |
 //! | unit of time or yaw rate | the heading's change with the integral of the yaw rate; without a yaw rate, the interval between samples |
 //! | time by which the vehicle turns too fast, given or not | the heading's change over 20 samples with 400 deg/s |
 //! | yaw rate that is computed from the heading | the noise of the yaw rate with that of the heading; it is then no witness |
