@@ -408,7 +408,7 @@ fn taken_for(columns: &[(&str, &str)]) -> String {
 fn say_units(columns: &[(&str, &str)]) -> String {
     let options = columns
         .iter()
-        .map(|(column, unit)| format!("--unit {column}={unit}"));
+        .map(|(quantity, unit)| format!("--unit {quantity}={unit}"));
     format!("say {}", options.collect::<Vec<_>>().join(" "))
 }
 
