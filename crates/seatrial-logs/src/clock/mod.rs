@@ -30,6 +30,8 @@ pub(crate) enum Clock {
     Calendar {
         start: Timestamp,
     },
+    /// Times of day with colons.
+    OfDay,
 }
 
 /// A beginning from which times are counted.
@@ -118,7 +120,7 @@ impl ClockFound {
     /// A date or a time of day says of what it is; a number does not.
     pub fn source(&self) -> UnitSource {
         match self.clock {
-            Clock::Calendar { .. } | Clock::Digits { .. } => UnitSource::Stated,
+            Clock::Calendar { .. } | Clock::Digits { .. } | Clock::OfDay => UnitSource::Stated,
             Clock::Plain { .. } | Clock::Epoch { .. } => UnitSource::Assumed,
         }
     }
@@ -140,6 +142,7 @@ impl Clock {
     pub fn seconds(&self, cell: &Cell) -> Option<f64> {
         match (self, cell) {
             (Self::Plain { per_second }, Cell::Number(time)) => Some(time / per_second),
+            (Self::OfDay | Self::Plain { .. }, Cell::OfDay(time)) => Some(*time),
             (Self::Epoch { start, era }, Cell::Number(time)) => {
                 Some((time - start) / era.per_second())
             }
@@ -163,6 +166,7 @@ impl Clock {
         match self {
             Self::Calendar { .. } => "a date and time such as 2026-11-20T12:00:00.05Z",
             Self::Digits { .. } => "a time such as 120000.05",
+            Self::OfDay => "a time such as 12:00:00.05",
             _ => "a number",
         }
     }
@@ -170,7 +174,7 @@ impl Clock {
     /// The first instant in seconds since 1970, where the log says.
     pub fn start_unix_s(&self) -> Option<f64> {
         match self {
-            Self::Plain { .. } => None,
+            Self::Plain { .. } | Self::OfDay => None,
             Self::Epoch { start, era } => Some(era.unix_s(*start)),
             // A time of day has no date.
             Self::Digits { start_s, .. } => Some(*start_s).filter(|s| OUR_YEARS_UNIX_S.contains(s)),
@@ -196,6 +200,15 @@ impl Clock {
                 _ => None,
             })
             .collect();
+        let is_of_day = |cell: &Cell| matches!(cell, Cell::OfDay(_));
+        if stated.is_none() && numbers.is_empty() && cells.iter().any(is_of_day) {
+            return ClockFound {
+                clock: Self::OfDay,
+                unit: Unit::Second,
+                because: Some("time of day".into()),
+                is_doubtful: false,
+            };
+        }
         if numbers.is_empty()
             && let Some(start) = cells.iter().find_map(|cell| match cell {
                 Cell::Instant(instant) => Some(*instant),
