@@ -150,7 +150,8 @@ impl Lines {
                     cells[*place] = value;
                 }
             }
-            if cells.iter().any(|cell| !cell.is_empty()) {
+            // A number that was cut off looks whole.
+            if cells.iter().any(|cell| !cell.is_empty()) && !self.bytes.is_line_cut() {
                 return Ok(cells.join("\t") + "\n");
             }
         }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use seatrial_logs::{ChannelChoice, Fault, LogReader, UnitSource, open};
+use seatrial_logs::{ChannelChoice, Fault, LogReader, Quantity, UnitSource, open};
 
 /// Noon of 1 May 2024 in seconds since 1970.
 const START_S: f64 = 1_714_564_800.0;
@@ -267,6 +267,40 @@ fn io_tables_are_read_whatever_stands_before_and_in_them() {
         ),
     ] {
         assert_is_the_run(name, log.as_bytes());
+    }
+}
+
+/// A time of day says that it is in seconds, alone and beside a date; a number does not.
+#[test]
+fn io_a_time_of_day_states_its_unit() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = |head: &str, time: &dyn Fn(f64) -> String| {
+        let log = text(head, |(t, h, d)| format!("{},{h:.3},{d:.2}", time(t)));
+        let reader = opened(log.as_bytes(), &folder).unwrap();
+        let channels = &reader.description().channels;
+        let of_time = channels.iter().find(|of| of.quantity == Quantity::Time);
+        of_time.unwrap().unit_source
+    };
+    let of_day = |t: f64| iso(t)[11..23].to_owned();
+    let angles = "heading_deg,rudder_deg\n";
+    for (head, time, expected) in [
+        (
+            "time",
+            &of_day as &dyn Fn(f64) -> String,
+            UnitSource::Stated,
+        ),
+        (
+            "date,time",
+            &|t| "1/5/24,".to_owned() + &of_day(t),
+            UnitSource::Stated,
+        ),
+        ("time", &|t| format!("{t:.1}"), UnitSource::Assumed),
+    ] {
+        assert_eq!(
+            source(&format!("{head},{angles}"), time),
+            expected,
+            "{head}"
+        );
     }
 }
 
