@@ -117,6 +117,16 @@ pub(crate) struct ClockFound {
 }
 
 impl ClockFound {
+    /// A clock whose times say that they are in seconds.
+    fn known(clock: Clock, because: &str) -> Self {
+        Self {
+            clock,
+            unit: Unit::Second,
+            because: Some(because.into()),
+            is_doubtful: false,
+        }
+    }
+
     /// A date or a time of day says of what it is; a number does not.
     pub fn source(&self) -> UnitSource {
         match self.clock {
@@ -202,12 +212,7 @@ impl Clock {
             .collect();
         let is_of_day = |cell: &Cell| matches!(cell, Cell::OfDay(_));
         if stated.is_none() && numbers.is_empty() && cells.iter().any(is_of_day) {
-            return ClockFound {
-                clock: Self::OfDay,
-                unit: Unit::Second,
-                because: Some("time of day".into()),
-                is_doubtful: false,
-            };
+            return ClockFound::known(Self::OfDay, "time of day");
         }
         if numbers.is_empty()
             && let Some(start) = cells.iter().find_map(|cell| match cell {
@@ -215,26 +220,18 @@ impl Clock {
                 _ => None,
             })
         {
-            return ClockFound {
-                clock: Self::Calendar { start },
-                unit: Unit::Second,
-                because: Some("calendar time".into()),
-                is_doubtful: false,
-            };
+            return ClockFound::known(Self::Calendar { start }, "calendar time");
         }
         let first = numbers.first().copied().unwrap_or(0.0);
         if stated.is_none()
             && let Some(per_second) = digits_per_second(&numbers)
         {
-            return ClockFound {
-                clock: Self::Digits {
-                    start_s: of_digits(first / per_second).unwrap_or(0.0),
-                    per_second,
-                },
-                unit: Unit::Second,
-                because: Some("digits of hours, minutes and seconds".into()),
-                is_doubtful: false,
+            let start_s = of_digits(first / per_second).unwrap_or(0.0);
+            let clock = Self::Digits {
+                start_s,
+                per_second,
             };
+            return ClockFound::known(clock, "digits of hours, minutes and seconds");
         }
         let median = median_step(&numbers);
         let eras = eras_of(first, median, stated);

@@ -52,7 +52,7 @@ pub fn of(format: &str) -> Vec<Vec<u8>> {
         "nmea0183" => vec![nmea0183(), nmea0183_without_times()],
         "alog" => vec![alog()],
         "expedition" => vec![expedition()],
-        "csv" => vec![csv(), long(), sparse(), key_value()],
+        "csv" => vec![csv(), long(), sparse(), boxes::key_value()],
         "mcap" => [
             None,
             Some(mcap::Compression::Lz4),
@@ -278,18 +278,6 @@ pub fn long() -> Vec<u8> {
                 value + 0.01 * f64::from(k)
             );
         }
-    }
-    log.into_bytes()
-}
-
-/// Keys and values, as InfluxDB exports them.
-pub fn key_value() -> Vec<u8> {
-    let mut log = String::new();
-    for k in 0..ROWS {
-        log += &format!(
-            "boat,host=pi heading_deg={}.5,rudder_deg=-3.25 1714564800{k}00000000\n",
-            80 + k
-        );
     }
     log.into_bytes()
 }

@@ -16,6 +16,7 @@
 //!
 //! A unit that the user gave is doubted only where no vehicle could move so: giving it is how a doubt is settled.
 
+mod assumed;
 mod clock;
 mod derived;
 mod doubt;
@@ -41,6 +42,9 @@ pub fn unit_doubts(record: &Record) -> Vec<Doubt> {
         doubts.push(Doubt::Damaged);
     }
     doubts.extend(turn::doubt(record));
+    if !doubts.iter().any(Doubt::refuses) {
+        doubts.extend(assumed::doubt(record));
+    }
     doubts
 }
 

@@ -3,7 +3,6 @@
 use seatrial_core::Real;
 
 use super::doubt::Doubt;
-use super::turn;
 use crate::record::Record;
 use crate::stated_units::{ColumnUnit, Origin};
 
@@ -23,7 +22,7 @@ const RADIANS: f64 = 0.6;
 /// A rudder beyond this number is no rudder in radians: 92 deg.
 const LARGEST_RUDDER_RAD: f64 = 1.6;
 /// More counts in full rudder than per cent are those of a pulse width.
-const LEAST_PULSE: f64 = 100.5;
+pub(super) const LEAST_PULSE: f64 = 100.5;
 /// A share of full rudder beyond this one is none; trims and servos of uneven ends reach a little over 1.
 const LARGEST_SHARE: f64 = 1.5;
 /// Rudders are used up to these angles.
@@ -41,16 +40,8 @@ const OUTLIERS: f64 = 0.03;
 /// The share from which a clock is doubted where every stamp is a whole number.
 const LONGEST_WHOLE_INTERVAL_S: f64 = 15.0;
 
-/// Compares the numbers with what their units allow; where they allow them, says which units nobody stated.
+/// Compares the numbers with what their units allow.
 pub(super) fn doubts(record: &Record) -> Vec<Doubt> {
-    let mut doubts = contradicted(record);
-    if !doubts.iter().any(Doubt::refuses) {
-        doubts.extend(assumed(record));
-    }
-    doubts
-}
-
-fn contradicted(record: &Record) -> Vec<Doubt> {
     let against_name = record
         .units
         .rudder
@@ -62,47 +53,8 @@ fn contradicted(record: &Record) -> Vec<Doubt> {
         .collect()
 }
 
-/// The columns whose unit nobody stated and nothing in the log shows. A turn through north shows that of the heading, a date that of the
-/// time, and a yaw rate in a unit that is known both, where it agrees; of the rudder a pulse width alone shows itself.
-fn assumed(record: &Record) -> Option<Doubt> {
-    let units = &record.units;
-    let [is_time, is_heading, is_rudder] =
-        [units.time, units.heading, units.rudder].map(|unit| unit.origin == Origin::Assumed);
-    let is_measured = units.yaw_rate.origin != Origin::Assumed && turn::agrees(record);
-    let headings = numbers(record, |s| s.heading_rad, &units.heading);
-    let is_angle = record.rudder_unit == crate::record::RudderUnit::Rad;
-    let is_pulse = !is_angle && units.rudder.per_si > LEAST_PULSE;
-    let wraps = wraps_at(&headings, std::f64::consts::TAU * units.heading.per_si);
-    let rudder = match (is_angle, units.rudder.is_degrees()) {
-        (true, true) => "deg",
-        (true, false) => "rad",
-        (false, _) if units.rudder.per_si > 1.0 => "percent",
-        (false, _) => "fraction",
-    };
-    let heading = if units.heading.is_degrees() {
-        "deg"
-    } else {
-        "rad"
-    };
-    let of_log = [
-        ("heading", heading, is_heading && !wraps && !is_measured),
-        ("rudder", rudder, is_rudder && !is_pulse),
-        (
-            "time",
-            "s",
-            is_time && !units.time_is_a_date && !is_measured,
-        ),
-    ];
-    let columns: Vec<_> = of_log
-        .into_iter()
-        .filter(|(_, _, is_assumed)| *is_assumed)
-        .map(|(column, unit, _)| (column, unit))
-        .collect();
-    (!columns.is_empty()).then_some(Doubt::ScaleAssumed { columns })
-}
-
 /// A column's numbers as they stand in the file.
-fn numbers(
+pub(super) fn numbers(
     record: &Record,
     of: fn(&seatrial_core::Sample<f64>) -> f64,
     unit: &ColumnUnit,
@@ -164,7 +116,7 @@ fn heading(record: &Record) -> Option<Doubt> {
 }
 
 /// Is a step of a turn between two numbers?
-fn wraps_at(headings: &[f64], turn: f64) -> bool {
+pub(super) fn wraps_at(headings: &[f64], turn: f64) -> bool {
     headings
         .windows(2)
         .any(|pair| (WRAP * turn..=1.001 * turn).contains(&(pair[1] - pair[0]).abs()))
