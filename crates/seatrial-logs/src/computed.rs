@@ -352,7 +352,7 @@ impl Computed {
         let mut numbers = Vec::with_capacity(sources.len());
         for cell in sources.iter().map(coordinate) {
             match cell {
-                Cell::Number(number) => numbers.push(number),
+                Cell::Number(number) | Cell::OfDay(number) => numbers.push(number),
                 other => return other,
             }
         }
@@ -453,7 +453,9 @@ fn half_difference(first: &Cell, second: &Cell) -> Cell {
 /// The instant of a date and a time of day; the time alone where the date is no date.
 fn date_and_time(date: &Cell, time: &Cell) -> Cell {
     match (date, time) {
-        (Cell::Instant(date), Cell::Number(of_day_s)) if of_day_s.abs() < 1e9 => {
+        (Cell::Instant(date), Cell::Number(of_day_s) | Cell::OfDay(of_day_s))
+            if of_day_s.abs() < 1e9 =>
+        {
             let of_day = jiff::SignedDuration::from_secs_f64(*of_day_s);
             date.checked_add(of_day)
                 .map_or(Cell::Missing, Cell::Instant)

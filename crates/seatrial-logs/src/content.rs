@@ -283,7 +283,8 @@ pub(crate) fn open_stream(
     let mut input = Cursor::new(start.clone()).chain(input);
     if formats.of(&start, path).is_none() {
         check_is_log(&start)?;
-        if format(&start) == Format::Csv && std::str::from_utf8(&start).is_ok() {
+        let is_table = std::str::from_utf8(&start).is_ok() && !has_keys(&start);
+        if format(&start) == Format::Csv && is_table {
             return Ok(Box::new(Text::open(input)?));
         }
     }
@@ -368,6 +369,17 @@ fn built_in(
     }
 }
 
+/// Is it text of keys and values, which this build reads?
+#[cfg(feature = "containers")]
+fn has_keys(start: &[u8]) -> bool {
+    crate::key_value::is_start(start)
+}
+
+#[cfg(not(feature = "containers"))]
+fn has_keys(_: &[u8]) -> bool {
+    false
+}
+
 /// Delimited text, in whatever encoding.
 fn text(mut file: Input) -> Result<Box<dyn Table>, Fault> {
     let first = start(&mut file)?;
@@ -376,6 +388,10 @@ fn text(mut file: Input) -> Result<Box<dyn Table>, Fault> {
     {
         if let Some(encoding) = crate::as_text::encoding(&first) {
             return Ok(Box::new(AsText::encoded(file, encoding)?));
+        }
+        if has_keys(&first) {
+            let lines = crate::key_value::Lines::open(&file)?;
+            return Ok(Box::new(AsText::new(Format::Csv, file, lines, Vec::new())?));
         }
         Ok(Box::new(Text::open(file)?))
     }

@@ -54,6 +54,17 @@ fn names<'a>(lines: &mut impl Iterator<Item = &'a str>) -> Option<BTreeMap<u32, 
     named.filter(|named| named.contains_key(&TIME))
 }
 
+/// The unit of a channel, which these recorders never write: angles are in degrees, speeds in knots.
+fn unit(name: &str) -> &'static str {
+    let name = name.to_ascii_lowercase();
+    match name.as_str() {
+        "hdg" | "heading" | "heel" => " (deg)",
+        _ if name.starts_with("rudder") => " (deg)",
+        "bsp" | "sog" => " (kn)",
+        _ => "",
+    }
+}
+
 /// A boat, its time, and pairs of a number and a value.
 type Numbered = (u32, f64, Vec<(u32, f64)>);
 
@@ -143,9 +154,10 @@ impl Pairs {
             return known;
         }
         let name = self.names.get(&channel)?;
+        let unit = unit(name);
         let name = match boat {
-            0 => name.clone(),
-            boat => format!("boat {boat}.{name}"),
+            0 => format!("{name}{unit}"),
+            boat => format!("boat {boat}.{name}{unit}"),
         };
         self.kinds.push(Kind {
             name,

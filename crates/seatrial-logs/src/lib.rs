@@ -25,6 +25,8 @@ pub mod formats;
 mod infer;
 mod input;
 mod joined;
+#[cfg(feature = "containers")]
+mod key_value;
 mod languages;
 mod look_ahead;
 mod loose;

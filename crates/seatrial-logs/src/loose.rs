@@ -77,7 +77,7 @@ impl Heap {
 
     fn push(&mut self, time: &Cell, kind: usize, value: f64) -> Result<(), Fault> {
         let time = match time {
-            Cell::Number(time) if time.is_finite() => *time,
+            Cell::Number(time) | Cell::OfDay(time) if time.is_finite() => *time,
             Cell::Instant(instant) => {
                 self.are_instants = true;
                 instant.as_nanosecond() as f64 / 1e9
@@ -330,7 +330,7 @@ pub(crate) fn from_sparse(
                     heap.push(&cells[at], kind, *value)?;
                 }
                 Cell::Missing | Cell::Number(_) => {}
-                Cell::Instant(_) | Cell::Text(_) => heap.left_out += 1,
+                Cell::OfDay(_) | Cell::Instant(_) | Cell::Text(_) => heap.left_out += 1,
             }
         }
         Ok(())

@@ -14,6 +14,8 @@ pub(crate) enum Cell {
     /// The cell is empty.
     Missing,
     Number(f64),
+    /// A time of day, in seconds since midnight.
+    OfDay(f64),
     Instant(Timestamp),
     Text(Box<str>),
 }
@@ -22,7 +24,7 @@ impl fmt::Display for Cell {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Self::Missing => Ok(()),
-            Self::Number(number) => write!(f, "{number}"),
+            Self::Number(number) | Self::OfDay(number) => write!(f, "{number}"),
             Self::Instant(instant) => write!(f, "{instant}"),
             Self::Text(text) => f.write_str(&clipped(text)),
         }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use seatrial_logs::{ChannelChoice, Fault, LogReader, UnitSource, open};
+use seatrial_logs::{ChannelChoice, Fault, LogReader, Quantity, UnitSource, open};
 
 /// Noon of 1 May 2024 in seconds since 1970.
 const START_S: f64 = 1_714_564_800.0;
@@ -222,6 +222,43 @@ fn io_tables_are_read_whatever_stands_before_and_in_them() {
         ),
         ("Grafana", text("\"Series\";\"Time\";\"Value\"\n", grafana)),
         (
+            "InfluxDB's lines",
+            text("", |(t, h, d)| {
+                let ns = 1e9 * (START_S + t);
+                format!(
+                    "boat,host=pi\\ 4 heading_deg={h:.3},rudder_deg={d:.2},fix=3i,mode=\"a b\" {ns:.0}"
+                )
+            }),
+        ),
+        (
+            "InfluxDB's lines of one value",
+            text("", |(t, h, d)| {
+                let ms = 1e3 * (START_S + t);
+                format!("heading_deg value={h:.3} {ms:.0}\nrudder_deg value={d:.2} {ms:.0}")
+            }),
+        ),
+        (
+            "key=value",
+            text("", |(t, h, d)| {
+                format!("INFO t_s={t:.1}; heading_deg={h:.3}; rudder_deg={d:.2}")
+            }),
+        ),
+        (
+            "key: value",
+            text("", |(t, h, d)| {
+                format!("t_s: {t:.1}, heading_deg: {h:.3}\trudder_deg:{d:.2}")
+            }),
+        ),
+        (
+            "key=value behind a time",
+            text("", |(t, h, d)| {
+                format!(
+                    "{} heading={h:.3}deg rudder={d:.2}deg",
+                    iso(t).replace('T', " ")
+                )
+            }),
+        ),
+        (
             "Expedition",
             text(
                 "!Boat,Utc,BSP,RudderFwd,HDG\n!boat,0,1,7,13\n!v12\n",
@@ -230,6 +267,40 @@ fn io_tables_are_read_whatever_stands_before_and_in_them() {
         ),
     ] {
         assert_is_the_run(name, log.as_bytes());
+    }
+}
+
+/// A time of day says that it is in seconds, alone and beside a date; a number does not.
+#[test]
+fn io_a_time_of_day_states_its_unit() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = |head: &str, time: &dyn Fn(f64) -> String| {
+        let log = text(head, |(t, h, d)| format!("{},{h:.3},{d:.2}", time(t)));
+        let reader = opened(log.as_bytes(), &folder).unwrap();
+        let channels = &reader.description().channels;
+        let of_time = channels.iter().find(|of| of.quantity == Quantity::Time);
+        of_time.unwrap().unit_source
+    };
+    let of_day = |t: f64| iso(t)[11..23].to_owned();
+    let angles = "heading_deg,rudder_deg\n";
+    for (head, time, expected) in [
+        (
+            "time",
+            &of_day as &dyn Fn(f64) -> String,
+            UnitSource::Stated,
+        ),
+        (
+            "date,time",
+            &|t| "1/5/24,".to_owned() + &of_day(t),
+            UnitSource::Stated,
+        ),
+        ("time", &|t| format!("{t:.1}"), UnitSource::Assumed),
+    ] {
+        assert_eq!(
+            source(&format!("{head},{angles}"), time),
+            expected,
+            "{head}"
+        );
     }
 }
 
@@ -300,6 +371,11 @@ fn io_sentences_are_read_with_times_before_behind_and_between_them() {
         let line = |sentence: String| format!("{sentence},{:.0}", 1e3 * (START_S + row.0));
         sentences(row).map(line).join("\n")
     });
+    let transducer = text("", |row| {
+        let heading = sentence(&format!("HCHDM,{:.1},M", row.1));
+        let rudder = sentence(&format!("IIXDR,C,20.0,C,AIR,A,{:.1},D,RUDDER", row.2));
+        format!("{} {heading}\n{} {rudder}", iso(row.0), iso(row.0))
+    });
     let none = |_: Row| String::new();
     let second = |(_, heading, _): Row| {
         let heading = (heading + 8.0).rem_euclid(360.0);
@@ -319,6 +395,7 @@ fn io_sentences_are_read_with_times_before_behind_and_between_them() {
             "share the time before them",
         ),
         ("times behind", behind, ""),
+        ("a rudder by its name", transducer, ""),
     ] {
         let warnings = assert_is_the_run(name, log.as_bytes()).join("\n");
         assert!(warnings.contains(warning), "{name}: {warnings}");
@@ -411,6 +488,28 @@ fn io_frames_of_other_adapters_and_of_the_analyzer_are_read() {
                     format!("{:.0},{id:08X},true,Rx,0,8,{},", 1e6 * t, hex(&data, ","))
                 },
             ),
+        ),
+        (
+            "OpenCPN",
+            lines(
+                "received_at,protocol,msg_type,source,raw_data\n",
+                &|(t, _, number, source, data)| {
+                    let [low, mid, high, _] = number.to_le_bytes();
+                    let ms = 1e3 * (START_S + t);
+                    format!(
+                        "{ms:.0},N2000,{number},{source},\"93 13 02 {low:02X} {mid:02X} {high:02X} FF {source:02X} 00 00 00 00 08 {} 5A \"",
+                        hex(&data, " ")
+                    )
+                },
+            ),
+        ),
+        (
+            "ShipModul",
+            lines("", &|(t, _, number, source, mut data)| {
+                data.reverse();
+                let body = format!("MXPGN,{number:06X},28{source:02X},{}", hex(&data, ""));
+                format!("{:.3} {}", START_S + t, sentence(&body))
+            }),
         ),
         (
             "the analyzer's text",

@@ -30,6 +30,8 @@ pub(crate) enum Clock {
     Calendar {
         start: Timestamp,
     },
+    /// Times of day with colons.
+    OfDay,
 }
 
 /// A beginning from which times are counted.
@@ -115,10 +117,20 @@ pub(crate) struct ClockFound {
 }
 
 impl ClockFound {
+    /// A clock whose times say that they are in seconds.
+    fn known(clock: Clock, because: &str) -> Self {
+        Self {
+            clock,
+            unit: Unit::Second,
+            because: Some(because.into()),
+            is_doubtful: false,
+        }
+    }
+
     /// A date or a time of day says of what it is; a number does not.
     pub fn source(&self) -> UnitSource {
         match self.clock {
-            Clock::Calendar { .. } | Clock::Digits { .. } => UnitSource::Stated,
+            Clock::Calendar { .. } | Clock::Digits { .. } | Clock::OfDay => UnitSource::Stated,
             Clock::Plain { .. } | Clock::Epoch { .. } => UnitSource::Assumed,
         }
     }
@@ -140,6 +152,7 @@ impl Clock {
     pub fn seconds(&self, cell: &Cell) -> Option<f64> {
         match (self, cell) {
             (Self::Plain { per_second }, Cell::Number(time)) => Some(time / per_second),
+            (Self::OfDay | Self::Plain { .. }, Cell::OfDay(time)) => Some(*time),
             (Self::Epoch { start, era }, Cell::Number(time)) => {
                 Some((time - start) / era.per_second())
             }
@@ -163,6 +176,7 @@ impl Clock {
         match self {
             Self::Calendar { .. } => "a date and time such as 2026-11-20T12:00:00.05Z",
             Self::Digits { .. } => "a time such as 120000.05",
+            Self::OfDay => "a time such as 12:00:00.05",
             _ => "a number",
         }
     }
@@ -170,7 +184,7 @@ impl Clock {
     /// The first instant in seconds since 1970, where the log says.
     pub fn start_unix_s(&self) -> Option<f64> {
         match self {
-            Self::Plain { .. } => None,
+            Self::Plain { .. } | Self::OfDay => None,
             Self::Epoch { start, era } => Some(era.unix_s(*start)),
             // A time of day has no date.
             Self::Digits { start_s, .. } => Some(*start_s).filter(|s| OUR_YEARS_UNIX_S.contains(s)),
@@ -196,32 +210,28 @@ impl Clock {
                 _ => None,
             })
             .collect();
+        let is_of_day = |cell: &Cell| matches!(cell, Cell::OfDay(_));
+        if stated.is_none() && numbers.is_empty() && cells.iter().any(is_of_day) {
+            return ClockFound::known(Self::OfDay, "time of day");
+        }
         if numbers.is_empty()
             && let Some(start) = cells.iter().find_map(|cell| match cell {
                 Cell::Instant(instant) => Some(*instant),
                 _ => None,
             })
         {
-            return ClockFound {
-                clock: Self::Calendar { start },
-                unit: Unit::Second,
-                because: Some("calendar time".into()),
-                is_doubtful: false,
-            };
+            return ClockFound::known(Self::Calendar { start }, "calendar time");
         }
         let first = numbers.first().copied().unwrap_or(0.0);
         if stated.is_none()
             && let Some(per_second) = digits_per_second(&numbers)
         {
-            return ClockFound {
-                clock: Self::Digits {
-                    start_s: of_digits(first / per_second).unwrap_or(0.0),
-                    per_second,
-                },
-                unit: Unit::Second,
-                because: Some("digits of hours, minutes and seconds".into()),
-                is_doubtful: false,
+            let start_s = of_digits(first / per_second).unwrap_or(0.0);
+            let clock = Self::Digits {
+                start_s,
+                per_second,
             };
+            return ClockFound::known(clock, "digits of hours, minutes and seconds");
         }
         let median = median_step(&numbers);
         let eras = eras_of(first, median, stated);

@@ -184,6 +184,15 @@ fn year_first(text: &str) -> Option<String> {
     if parts.next().is_some() || [first, second, third].iter().any(|part| !is_number(part)) {
         return None;
     }
+    // Two digits of a year are one beside a time of day.
+    let is_short =
+        first.len() <= 2 && third.len() == 2 && time.contains(':') && !date.contains('-');
+    let third = if is_short {
+        format!("20{third}")
+    } else {
+        third.to_owned()
+    };
+    let third = third.as_str();
     let (year, month, day) = match (first.len(), third.len()) {
         (4, 1 | 2) if !date.contains('-') => (first, second, third),
         (1 | 2, 4) if second.parse::<u8>().ok()? > 12 => (third, first, second),
@@ -247,6 +256,9 @@ mod tests {
             "11/20/2026 12:00:00.05",
             "2026-11-20 12:00:00.05",
             "2026-11-20 12:00:00:050",
+            "20/11/26 12:00:00.05",
+            "20.11.26 12:00:00,05",
+            "11/20/26 12:00:00.05 PM",
             "20261120_120000.05",
             "20261120-120000.05",
         ] {
@@ -255,7 +267,7 @@ mod tests {
         let fifth = instant("2026-04-05T00:00:00Z");
         assert_eq!(instant("05.04.2026"), fifth);
         for text in [
-            "20.11.26 12:00",
+            "20-11-26 12:00",
             "1.2.3",
             "not a date",
             "31.31.2026 12:00",

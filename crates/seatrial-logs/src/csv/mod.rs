@@ -277,7 +277,7 @@ impl<R: Read> Text<R> {
             None if NO_VALUES.iter().any(is_none) => Cell::Missing,
             None => match (instant(text), time_of_day(text)) {
                 (Some(instant), _) => Cell::Instant(instant),
-                (None, Some(seconds)) => Cell::Number(seconds),
+                (None, Some(seconds)) => Cell::OfDay(seconds),
                 (None, None) => Cell::Text(text.into()),
             },
         }

@@ -56,7 +56,7 @@ pub(crate) struct Sentences {
 }
 
 /// The time before a sentence, s, wherever it stands among the other cells.
-fn time_before(text: &str) -> Option<f64> {
+pub(crate) fn time_before(text: &str) -> Option<f64> {
     // A tag block: `\s:rudder,c:1577836800*5A\`.
     if let Some(block) = text.trim().strip_prefix('\\') {
         let code = block
@@ -390,7 +390,7 @@ impl Messages for Sentences {
         );
         known.lacks(
             Quantity::Rudder,
-            format!("expected RSA sentences; found {found}"),
+            format!("expected RSA sentences, or XDR with RUDDER; found {found}"),
         );
         known
     }

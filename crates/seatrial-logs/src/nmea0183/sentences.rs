@@ -2,10 +2,13 @@
 
 use crate::{Quantity, Unit};
 
+/// The cell of a number that is found by its name.
+const NAMED: usize = 0;
+
 /// A number of a sentence.
 pub(super) struct Field {
     pub name: &'static str,
-    /// Cells behind the sentence's name, from 1.
+    /// Cells behind the sentence's name, from 1, or [`NAMED`].
     cell: usize,
     /// Cell and letter without which the number does not count.
     flag: Option<(usize, &'static str)>,
@@ -40,7 +43,11 @@ impl Field {
     pub fn value(&self, cells: &[&str]) -> f64 {
         let cell = |index: usize| cells.get(index).copied().unwrap_or_default();
         let counts = self.flag.is_none_or(|(at, flag)| cell(at) == flag);
-        let number: Option<f64> = cell(self.cell).parse().ok().filter(|_| counts);
+        let at = match self.cell {
+            NAMED => angle_of(cells, self.name).unwrap_or(usize::MAX),
+            at => at,
+        };
+        let number: Option<f64> = cell(at).parse().ok().filter(|_| counts);
         let value = match self.is_coordinate {
             false => number,
             true => number.map(|number| {
@@ -53,8 +60,16 @@ impl Field {
     }
 }
 
+/// The cell of an angle in degrees whose name stands two cells behind it: `A,-5.0,D,RUDDER` for `rudder_deg`.
+fn angle_of(cells: &[&str], field: &str) -> Option<usize> {
+    let name = field.trim_end_matches("_deg").to_uppercase();
+    let is_it =
+        |four: &[&str]| four[0] == "A" && four[2] == "D" && four[3].to_uppercase().contains(&name);
+    Some(cells.windows(4).position(is_it)? + 1)
+}
+
 /// Sentences that are read.
-pub(super) const SENTENCES: [(&str, &[Field]); 13] = [
+pub(super) const SENTENCES: [(&str, &[Field]); 14] = [
     ("HDT", &[field("heading_deg", 1)]),
     ("THS", &[flagged("heading_deg", 1, 2, "A")]),
     ("HDG", &[field("heading_deg", 1)]),
@@ -91,13 +106,14 @@ pub(super) const SENTENCES: [(&str, &[Field]); 13] = [
             coordinate("longitude_deg", 3),
         ],
     ),
+    ("XDR", &[field("rudder_deg", NAMED)]),
     ("DPT", &[field("depth_m", 1)]),
     ("DBT", &[field("depth_m", 3)]),
 ];
 /// The most fields of a sentence.
 pub(super) const MOST_FIELDS: usize = 3;
 
-pub(super) const CHANNELS: [(Quantity, &str, &str, Unit); 12] = [
+pub(super) const CHANNELS: [(Quantity, &str, &str, Unit); 13] = [
     (Quantity::Heading, "HDT", "heading_deg", Unit::Degree),
     (Quantity::Heading, "THS", "heading_deg", Unit::Degree),
     (Quantity::Heading, "HDG", "heading_deg", Unit::Degree),
@@ -105,6 +121,7 @@ pub(super) const CHANNELS: [(Quantity, &str, &str, Unit); 12] = [
     (Quantity::Heading, "VHW", "heading_deg", Unit::Degree),
     (Quantity::Rudder, "RSA", "rudder_deg", Unit::Degree),
     (Quantity::Rudder, "RSA", "port_deg", Unit::Degree),
+    (Quantity::Rudder, "XDR", "rudder_deg", Unit::Degree),
     (
         Quantity::YawRate,
         "ROT",

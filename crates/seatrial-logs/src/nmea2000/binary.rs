@@ -149,7 +149,7 @@ fn gateway(bytes: &[u8]) -> (Piece, usize) {
 }
 
 /// Kind 0x93: length, priority, number (3), destination, source, ms (4), length, data.
-fn long_message(message: &[u8]) -> Option<Frame> {
+pub(super) fn long_message(message: &[u8]) -> Option<Frame> {
     let (0x93, body) = (*message.first()?, message.get(2..)?) else {
         return None;
     };

@@ -34,6 +34,9 @@ const FIELDS: [(u64, &str, Option<Quantity>); 18] = [
     (129_029, "Longitude", None),
 ];
 
+/// A heading beyond a turn in radians is in degrees, and with it every angle of the file.
+const LARGEST_RAD: f64 = 6.3;
+
 /// A file of objects.
 pub(super) struct Objects {
     bytes: Bytes,
@@ -41,6 +44,7 @@ pub(super) struct Objects {
     /// Place in [`FIELDS`], source and instance of every kind, and how many values it has.
     sources: Vec<((usize, u64, u64), u64)>,
     ready: Vec<(usize, f64, f64)>,
+    largest_heading: f64,
 }
 
 /// Does a file begin with such messages?
@@ -101,11 +105,16 @@ impl Objects {
             kinds: Vec::new(),
             sources: Vec::new(),
             ready: Vec::new(),
+            largest_heading: 0.0,
         };
         log.bytes.begin_again()?;
         let mut message = Message::default();
         while log.next_value(None, &mut message)? {
-            log.sources[message.kind].1 += 1;
+            let ((place, ..), count) = &mut log.sources[message.kind];
+            *count += 1;
+            if FIELDS[*place].2 == Some(Quantity::Heading) {
+                log.largest_heading = log.largest_heading.max(message.values[0]);
+            }
         }
         log.bytes.begin_again()?;
         Ok(log)
@@ -196,7 +205,12 @@ impl Messages for Objects {
                 .filter(|(_, ((of, ..), _))| *of == place);
             let best = of_place.max_by_key(|(kind, (_, count))| (*count, std::cmp::Reverse(*kind)));
             if let (Some((kind, _)), Some(quantity)) = (best, quantity) {
-                let unit = (*quantity == Quantity::Speed).then_some(Unit::MetrePerSecond);
+                let in_degrees = self.largest_heading > LARGEST_RAD;
+                let unit = match quantity {
+                    Quantity::Speed => Some(Unit::MetrePerSecond),
+                    Quantity::YawRate => in_degrees.then_some(Unit::DegreePerSecond),
+                    _ => in_degrees.then_some(Unit::Degree),
+                };
                 known.add(
                     *quantity,
                     format!("{}.{name}", self.kinds[kind].name),

@@ -12,6 +12,8 @@
 //! | Garmin | `0,486942,127250,Vessel Heading,Garmin,15,255,2,1,8,0xFFC0...` |
 //! | SeaSmart | `$PCDIN,01F112,000C72EA,0F,FFC0...*5A` |
 //! | Actisense | `A000057.055 0FFF2 1F112 FFC0...` |
+//! | OpenCPN's voyage recorder | `1714564800000,N2000,127250,15,"93 13 02 12 F1 01 FF 0F ..."`, an Actisense message |
+//! | ShipModul | `1714564800.100 $MXPGN,01F112,280F,FDFF7F...*5A`, the last byte first |
 
 use super::{Frame, MOST_BYTES};
 use crate::clock::{instant, stamp_s, time_of_day};
@@ -33,7 +35,7 @@ pub(super) fn container(start: &[u8]) -> Option<fn(&str) -> Option<Frame>> {
         .take(LINES)
         .collect();
     let whole = lines.len() - usize::from(is_cut && lines.len() > 1 && lines.len() < LINES);
-    let all: [fn(&str) -> Option<Frame>; 10] = [
+    let all: [fn(&str) -> Option<Frame>; 12] = [
         canboat,
         yacht_devices,
         ikonvert,
@@ -44,6 +46,8 @@ pub(super) fn container(start: &[u8]) -> Option<fn(&str) -> Option<Frame>> {
         garmin,
         sea_smart,
         actisense,
+        open_cpn,
+        miniplex,
     ];
     let count = |read: &fn(&str) -> Option<Frame>| {
         lines[..whole]
@@ -307,5 +311,29 @@ fn actisense(line: &str) -> Option<Frame> {
         source: u8::from_str_radix(addresses.get(..2)?, 16).ok()?,
         data: hexadecimal(cells.next()?)?,
         is_of_bus: false,
+    })
+}
+
+fn open_cpn(line: &str) -> Option<Frame> {
+    let time_s = nmea0183::time_before(line.split(',').next()?)?;
+    let digits = line.rsplit(',').next()?.trim().trim_matches('"');
+    let message = bytes(digits.split_whitespace())?;
+    let frame = super::binary::long_message(&message)?;
+    Some(Frame { time_s, ..frame })
+}
+
+fn miniplex(line: &str) -> Option<Frame> {
+    let (before, cells) = nmea0183::sentence(line)?;
+    let ["MXPGN", number, attributes, data] = cells[..] else {
+        return None;
+    };
+    let mut data = hexadecimal(data).filter(|data| data.len() <= 8)?;
+    data.reverse();
+    Some(Frame {
+        time_s: nmea0183::time_before(before)?,
+        number: u32::from_str_radix(number, 16).ok()?,
+        source: u16::from_str_radix(attributes, 16).ok()? as u8,
+        data,
+        is_of_bus: true,
     })
 }

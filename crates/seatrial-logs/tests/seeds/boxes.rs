@@ -235,3 +235,15 @@ pub fn mat(is_packed: bool) -> Vec<u8> {
     }
     file
 }
+
+/// Keys and values, as InfluxDB exports them.
+pub fn key_value() -> Vec<u8> {
+    let mut log = String::new();
+    for k in 0..ROWS {
+        log += &format!(
+            "boat,host=pi heading_deg={}.5,rudder_deg=-3.25 1714564800{k}00000000\n",
+            80 + k
+        );
+    }
+    log.into_bytes()
+}

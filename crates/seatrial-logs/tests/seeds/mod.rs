@@ -52,7 +52,7 @@ pub fn of(format: &str) -> Vec<Vec<u8>> {
         "nmea0183" => vec![nmea0183(), nmea0183_without_times()],
         "alog" => vec![alog()],
         "expedition" => vec![expedition()],
-        "csv" => vec![csv(), long(), sparse()],
+        "csv" => vec![csv(), long(), sparse(), boxes::key_value()],
         "mcap" => [
             None,
             Some(mcap::Compression::Lz4),

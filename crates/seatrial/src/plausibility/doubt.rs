@@ -44,6 +44,11 @@ pub enum Doubt {
         /// The largest number in the column.
         largest: f64,
     },
+    /// Units that nobody stated and nothing in the log shows, however plausible they are.
+    ScaleAssumed {
+        /// The columns and the units that they were taken for.
+        columns: Vec<(&'static str, &'static str)>,
+    },
     /// Samples are so far apart that the time can hardly be in seconds.
     TimeUnit {
         /// The usual interval, in seconds as the column says.
@@ -148,6 +153,11 @@ impl Doubt {
                 ReasonCode::RudderUnitDoubtful
             }
             Self::RudderScale { .. } => ReasonCode::RudderScaleUnknown,
+            Self::ScaleAssumed { columns } => match columns[0].0 {
+                "heading" => ReasonCode::HeadingUnitDoubtful,
+                "rudder" => ReasonCode::RudderScaleUnknown,
+                _ => ReasonCode::TimeUnitDoubtful,
+            },
             Self::HeadingIsCourse => ReasonCode::CourseForHeading,
             Self::TimeUnit { .. }
             | Self::TurnsTooFast { .. }
@@ -182,6 +192,7 @@ impl Doubt {
                 ..
             } => false,
             Self::RudderAgainstName
+            | Self::ScaleAssumed { .. }
             | Self::HeadingIsCourse
             | Self::Damaged
             | Self::HeadingUnchecked { .. }
@@ -217,6 +228,11 @@ impl Doubt {
             Self::RudderScale { taken_as, largest } => format!(
                 "nothing says in which unit the rudder is; it reaches {} and was taken for {taken_as}: say which with --unit rudder=rad or --unit rudder=deg, or, for a share of full rudder, --unit rudder=fraction or --unit rudder=percent with --rudder-range-deg DEG",
                 three_figures(*largest)
+            ),
+            Self::ScaleAssumed { columns } => format!(
+                "{}, and nothing in the log shows that this is right: T, K and the gains are as wrong as that; {}",
+                taken_for(columns),
+                say_units(columns)
             ),
             Self::TimeUnit { interval_s } if *interval_s < 1.0 => format!(
                 "samples are {} s apart by the time column, closer than any log has them: say which unit it is in with --unit time=d (the days of a spreadsheet), time=h, time=min or time=s",
@@ -355,6 +371,11 @@ impl Doubt {
                 action: "Say the unit of the time with --unit time=ms, or another.".into(),
                 ..reason
             },
+            Self::ScaleAssumed { columns } => Reason {
+                text: format!("No unit is given: {}, which nothing in the log shows.", taken_for(columns)),
+                action: format!("Where that is right, {}; else give the right units.", say_units(columns)),
+                ..reason
+            },
             Self::TimeUnit { interval_s } => Reason {
                 text: format!(
                     "By the time column samples are {} s apart: the time is in another unit.",
@@ -373,6 +394,22 @@ impl Doubt {
             _ => reason,
         }
     }
+}
+
+/// The columns and what they were taken for.
+fn taken_for(columns: &[(&str, &str)]) -> String {
+    let columns = columns
+        .iter()
+        .map(|(column, unit)| format!("{column} was taken for {unit}"));
+    columns.collect::<Vec<_>>().join(", ")
+}
+
+/// The options that settle the units of columns.
+fn say_units(columns: &[(&str, &str)]) -> String {
+    let options = columns
+        .iter()
+        .map(|(quantity, unit)| format!("--unit {quantity}={unit}"));
+    format!("say {}", options.collect::<Vec<_>>().join(" "))
 }
 
 fn heading_text(said_degrees: bool, largest: f64, wraps: bool) -> String {

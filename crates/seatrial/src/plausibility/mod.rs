@@ -4,6 +4,7 @@
 //! |---|---|
 //! | unit of heading or rudder | the numbers in the file with those that the unit allows |
 //! | scale of the rudder | what the file says of its unit with what it says of the others |
+//! | unit that is assumed | nothing in the file says it, and no turn through north, date or yaw rate shows it |
 //! | unit of time or yaw rate | the heading's change with the integral of the yaw rate; without a yaw rate, the interval between samples |
 //! | time by which the vehicle turns too fast, given or not | the heading's change over 20 samples with 400 deg/s |
 //! | yaw rate that is computed from the heading | the noise of the yaw rate with that of the heading; it is then no witness |
@@ -15,6 +16,7 @@
 //!
 //! A unit that the user gave is doubted only where no vehicle could move so: giving it is how a doubt is settled.
 
+mod assumed;
 mod clock;
 mod derived;
 mod doubt;
@@ -40,6 +42,9 @@ pub fn unit_doubts(record: &Record) -> Vec<Doubt> {
         doubts.push(Doubt::Damaged);
     }
     doubts.extend(turn::doubt(record));
+    if !doubts.iter().any(Doubt::refuses) {
+        doubts.extend(assumed::doubt(record));
+    }
     doubts
 }
 

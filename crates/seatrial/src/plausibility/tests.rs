@@ -72,6 +72,11 @@ fn codes(record: &Record) -> Vec<ReasonCode> {
     unit_doubts(record).iter().map(Doubt::code).collect()
 }
 
+fn refusals(record: &Record) -> Vec<Doubt> {
+    let doubts = unit_doubts(record).into_iter();
+    doubts.filter(Doubt::refuses).collect()
+}
+
 #[test]
 fn exact_sound_units_are_left_alone() {
     assert_eq!(codes(&record(StatedUnits::default())), []);
@@ -82,7 +87,46 @@ fn exact_sound_units_are_left_alone() {
         rudder: unit(1.0, Origin::Assumed),
         ..StatedUnits::default()
     };
-    assert_eq!(codes(&without_rate(record(bare))), []);
+    assert!(refusals(&without_rate(record(bare))).is_empty());
+}
+
+/// A unit that nobody stated is settled by a turn through north, a date, a yaw rate or the user, and else told with the options.
+#[test]
+fn exact_an_assumed_scale_is_told_until_something_shows_it() {
+    let assumed = |per_si| unit(per_si, Origin::Assumed);
+    let mut units = stated_degrees();
+    units.heading = assumed(DEG);
+    units.time = assumed(1.0);
+    // Turned away from north, where nothing wraps.
+    let away = |units| {
+        let mut record = record(units);
+        for sample in &mut record.samples {
+            sample.heading_rad = Real::wrapped(sample.heading_rad) + 1.0;
+        }
+        record
+    };
+    assert_eq!(codes(&away(units)), []);
+    let mut bare = without_rate(away(units));
+    let doubt = &unit_doubts(&bare)[0];
+    assert!(!doubt.refuses() && doubt.code().limits(), "{doubt:?}");
+    assert!(
+        doubt
+            .text()
+            .ends_with("say --unit heading=deg --unit time=s"),
+        "{}",
+        doubt.text()
+    );
+    bare.units.time_is_a_date = true;
+    bare.units.heading.origin = Origin::Given;
+    assert_eq!(codes(&bare), []);
+    let through_north = without_rate(record(StatedUnits {
+        time: unit(1.0, Origin::Stated),
+        ..units
+    }));
+    assert_eq!(codes(&through_north), []);
+    let mut contradicted = scaled(away(units), 1.0, 1.0, 1000.0);
+    contradicted.units.rudder.origin = Origin::Assumed;
+    assert!(unit_doubts(&contradicted)[0].refuses());
 }
 
 #[test]
@@ -168,12 +212,9 @@ fn exact_a_rudder_without_scale_is_found() {
             rudder: unit(per_si, Origin::Assumed),
             ..StatedUnits::default()
         };
-        codes(&scaled(
-            without_rate(record(units)),
-            1.0,
-            largest / 0.26,
-            1.0,
-        ))
+        let record = scaled(without_rate(record(units)), 1.0, largest / 0.26, 1.0);
+        let refusals = refusals(&record);
+        refusals.iter().map(Doubt::code).collect::<Vec<_>>()
     };
     let stated = unit(1.0, Origin::Stated);
     let assumed = unit(1.0, Origin::Assumed);
@@ -311,9 +352,9 @@ fn exact_whole_times_from_0_without_a_unit_may_be_counts() {
         for sample in &mut record.samples {
             sample.time_s = from_s + 2.0 * sample.time_s;
         }
-        codes(&record)
+        refusals(&record)
     };
-    assert_eq!(at(0.0, Origin::Assumed), [ReasonCode::TimeUnitDoubtful]);
+    assert_eq!(at(0.0, Origin::Assumed).len(), 1);
     assert_eq!(at(0.0, Origin::Stated), []);
     assert_eq!(at(43_200.0, Origin::Assumed), []);
 }

@@ -43,6 +43,12 @@ pub(super) fn doubt(record: &Record) -> Option<Doubt> {
     })
 }
 
+/// Does a yaw rate show how much and how fast the heading turns?
+pub(super) fn agrees(record: &Record) -> bool {
+    let ratio = SPANS.iter().find_map(|rows| ratio(record, *rows));
+    ratio.is_some_and(|ratio| (SOUND[0]..=SOUND[1]).contains(&ratio))
+}
+
 /// Leaves a yaw rate out that has the opposite sense of the heading, since what is measured against it would be wrong, or that was
 /// computed from the heading, since it shows nothing of it.
 pub fn leave_out_unsound_yaw_rate(record: &mut Record) {

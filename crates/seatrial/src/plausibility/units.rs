@@ -21,6 +21,8 @@ const LEAST_TURN: f64 = 0.1;
 const RADIANS: f64 = 0.6;
 /// A rudder beyond this number is no rudder in radians: 92 deg.
 const LARGEST_RUDDER_RAD: f64 = 1.6;
+/// More counts in full rudder than per cent are those of a pulse width.
+pub(super) const LEAST_PULSE: f64 = 100.5;
 /// A share of full rudder beyond this one is none; trims and servos of uneven ends reach a little over 1.
 const LARGEST_SHARE: f64 = 1.5;
 /// Rudders are used up to these angles.
@@ -52,7 +54,7 @@ pub(super) fn doubts(record: &Record) -> Vec<Doubt> {
 }
 
 /// A column's numbers as they stand in the file.
-fn numbers(
+pub(super) fn numbers(
     record: &Record,
     of: fn(&seatrial_core::Sample<f64>) -> f64,
     unit: &ColumnUnit,
@@ -114,7 +116,7 @@ fn heading(record: &Record) -> Option<Doubt> {
 }
 
 /// Is a step of a turn between two numbers?
-fn wraps_at(headings: &[f64], turn: f64) -> bool {
+pub(super) fn wraps_at(headings: &[f64], turn: f64) -> bool {
     headings
         .windows(2)
         .any(|pair| (WRAP * turn..=1.001 * turn).contains(&(pair[1] - pair[0]).abs()))
@@ -171,7 +173,7 @@ fn rudder(record: &Record) -> Option<Doubt> {
         (true, false) if unit.per_si != 1.0 => return None,
         (true, false) => ("radians", USUAL_RUDDER_RAD),
         // A pulse width shows by its values, and its b2 is that of full rudder.
-        (false, _) if unit.per_si > 100.5 => return None,
+        (false, _) if unit.per_si > LEAST_PULSE => return None,
         (false, _) => ("a share of full rudder", 0.0),
     };
     // A log that states the unit of its heading would state that of an angle of the rudder.
