@@ -2,8 +2,9 @@
 
 use seatrial::Window;
 use seatrial::identification::{Reader, Reason, ReasonCode, Verdict};
+use seatrial::identify::{Proposal, propose};
 use seatrial::manoeuvre::{Manoeuvre, Stroke};
-use seatrial::segmentation::{Proposal, Segment, find, propose};
+use seatrial::segmentation::{Segment, find};
 use seatrial_core::{Real, Sample};
 use seatrial_logs::Quantity;
 use serde::{Deserialize, Serialize};

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use seatrial::Window;
-use seatrial::segmentation::Proposal;
+use seatrial::identify::Proposal;
 use seatrial_core::RudderUnit;
 use seatrial_logs::{LogDescription, UnitSource};
 use seatrial_report::{Fact, Log, LogModel, render_log};

@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use seatrial::Window;
+use seatrial::identify::Proposal;
 use seatrial::plain_text::plain;
-use seatrial::segmentation::Proposal;
 use seatrial::servo::Servo;
 use seatrial_app::log_page::{channel_text, windows_text};
 use seatrial_app::logs::{self, Observer, OpenedLog, ReadSettings};

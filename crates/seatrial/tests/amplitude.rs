@@ -7,9 +7,10 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use seatrial::Record;
 use seatrial::amplitude::{Finding, OverAmplitude, SeenModel, yaw_rate_amplitude_rad_s};
+use seatrial::identify::propose;
 use seatrial::identify::whole_record::robust_estimate_behind;
 use seatrial::identify::{IdentifySettings, ValidationData, identify_joined};
-use seatrial::segmentation::{find, propose};
+use seatrial::segmentation::find;
 use seatrial_core::Sample;
 use seatrial_dev::data;
 

@@ -6,8 +6,9 @@ use rand_pcg::Pcg64;
 use seatrial::Record;
 use seatrial::identification::Outcome;
 use seatrial::identify::identify_joined;
+use seatrial::identify::propose;
 use seatrial::identify::{IdentifySettings, ValidationData};
-use seatrial::segmentation::{Kind, Segment, find, propose};
+use seatrial::segmentation::{Kind, Segment, find};
 use seatrial_core::{Action, Sample, Steering, Vehicle};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use seatrial::identification::Verdict;
 use seatrial::identify::{ExaminedRecord, IdentifyError, IdentifySettings, ValidationData};
+use seatrial::identify::{Single, singles};
 use seatrial::manoeuvre::Manoeuvre;
 use seatrial::plausibility::leave_out_unsound_yaw_rate;
-use seatrial::segmentation::{Segment, Single, find, singles};
+use seatrial::segmentation::{Segment, find};
 use seatrial::{Record, Window};
 use seatrial_core::RudderUnit;
 use seatrial_logs::{ChannelChoice, Fault, LogReader, Quantity, ReadError, Run};

@@ -6,10 +6,10 @@ mod windows;
 use std::path::Path;
 
 use seatrial::identification::{Reason, ReasonCode, Verdict};
+use seatrial::identify::Proposal;
 use seatrial::identify::mission::is_ordinary_steering;
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, identify};
 use seatrial::pitch;
-use seatrial::segmentation::Proposal;
 use seatrial::{Identification, Window};
 use seatrial_core::Axis;
 use seatrial_logs::Quantity;

@@ -4,7 +4,8 @@ use seatrial::campaign_check::{SpeedResult, contradictions};
 use seatrial::identification::{Identification, Outcome, Reason, ReasonCode, Verdict};
 use seatrial::identify::joined::Joined;
 use seatrial::identify::{ExaminedRecord, IdentifyError, IdentifySettings, ValidationData};
-use seatrial::segmentation::{Proposal, find, propose};
+use seatrial::identify::{Proposal, propose};
+use seatrial::segmentation::find;
 use seatrial::several_speeds::{Part, missing, remarks, whole};
 use serde::{Deserialize, Serialize};
 

@@ -7,8 +7,8 @@ mod stated_units;
 
 use std::path::{Path, PathBuf};
 
+use seatrial::identify::Proposal;
 use seatrial::plausibility::leave_out_unsound_yaw_rate;
-use seatrial::segmentation::Proposal;
 use seatrial::servo::Servo;
 use seatrial::{Record, Window};
 use seatrial_core::{Axis, RudderUnit};

@@ -38,6 +38,7 @@ pub mod online;
 pub mod output_error;
 pub(crate) mod pace;
 pub(crate) mod prepared;
+mod proposal;
 pub mod refined;
 pub(crate) mod refusal;
 pub mod residual_tests;
@@ -73,8 +74,10 @@ pub(crate) use excited_segment::most_excited;
 use explained::Explained;
 use joined::Joined;
 pub(crate) use mishap::heading_jump;
+use mission::Steering;
 use online::Pass;
 use prepared::Prepared;
+pub use proposal::{Proposal, Single, propose, singles};
 pub use settings::IdentifySettings;
 pub(crate) use training::Training;
 use training::{choose_lambda, manoeuvre_to_learn_from};
@@ -125,10 +128,23 @@ fn steering_model_of(
 ) -> Result<Option<Identification>, IdentifyError> {
     let is_asked_for = settings.refine && !settings.as_paper;
     let samples = record.record().window(training);
-    match is_asked_for && mission::is_ordinary_steering(samples) {
-        true => mission::identify(record, training, data, settings),
-        false => Ok(None),
+    if !(is_asked_for && mission::is_ordinary_steering(samples)) {
+        return Ok(None);
     }
+    let ready = Training::new(record.record(), training, settings)?;
+    let pass = ready.estimate()?;
+    let used = Settings {
+        lambda_because: ready.lambda_because,
+        ..Settings::of(&ready.estimator)
+    };
+    let Some(steering) = Steering::of(record, training, data, &pass)? else {
+        return Ok(None);
+    };
+    let verdict = verdict::judge_steering(&steering);
+    let validated = data.map_or(&[][..], |data| data.record.window(data.window));
+    Ok(Some(
+        steering.identification(training, pass, used, validated, verdict),
+    ))
 }
 
 /// [`identify`] with the refined estimates of other manoeuvres of the same speed joined to the record's own.

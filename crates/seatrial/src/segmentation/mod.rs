@@ -1,10 +1,9 @@
 //! Which manoeuvres a long record holds, and which parts of it to learn from.
 //!
 //! [`find`] reads the rudder: strokes that are deflected and held, begun from rest, that turn the vehicle.
-//! [`propose`] makes training and validation windows of them, a pair for each speed, and [`singles`] a pair for each
+//! [`propose`](crate::identify::propose) makes training and validation windows of them, a pair for each speed, and [`singles`](crate::identify::singles) a pair for each
 //! manoeuvre.
 
-mod proposal;
 mod stroke;
 mod trace;
 
@@ -14,7 +13,6 @@ use seatrial_core::Sample;
 use serde::{Deserialize, Serialize};
 
 use crate::record::Window;
-pub use proposal::{Proposal, Single, propose, singles};
 use stroke::{Chain, chains};
 use trace::Trace;
 

@@ -2,6 +2,7 @@ use seatrial_core::model::YawState;
 use seatrial_core::{Sample, YawModel};
 
 use super::*;
+use crate::identify::propose;
 use crate::record::Record;
 
 /// The 80 % vehicle steered by `rudder(t)`, 20 Hz, exact.

@@ -1,8 +1,8 @@
 //! The likeliest vehicle of an ordinary log under one hypothesis, with what is not known of it.
 
-use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
+use nalgebra::{DMatrix, DVector, Vector4};
 
-use super::filter::{BLOCKS, Block, COLUMNS, Point, Run, SpeedLaw, blocks};
+use super::filter::{BLOCKS, Block, COLUMNS, Point, SpeedLaw, blocks};
 use super::record::Legs;
 
 /// What is supposed of vehicle and disturbance.
@@ -25,7 +25,7 @@ pub struct Scale {
     pub interval_s: f64,
     /// Deviation of the yaw rate, rad/s.
     pub yaw_rate_rad_s: f64,
-    has_gyro: bool,
+    pub(super) has_gyro: bool,
 }
 
 /// A hypothesis at its largest posterior.
@@ -58,30 +58,18 @@ impl Fit {
     }
 }
 
-/// What a fit leaves uncertain.
-#[derive(Clone, Debug)]
-pub struct Uncertainty {
-    /// Covariance of [d, b, c, shift + lag].
-    pub covariance: Matrix4<f64>,
-    /// Log evidence.
-    pub log_evidence: f64,
-}
-
-const SHIFT: usize = 1;
+pub(super) const SHIFT: usize = 1;
 const GYRO: usize = 2;
 const SEA: usize = 3;
 const SEA_TIME: usize = 4;
 const SPEED_LATE: usize = 5;
-const LAG: usize = 6;
+pub(super) const LAG: usize = 6;
 const WAVE: usize = 7;
 const WAVE_FREQUENCY: usize = 8;
 const WAVE_RATIO: usize = 9;
 
-/// Student's 95 % for twelve blocks over that of a normal deviate, squared.
-const STUDENT: f64 = 1.26;
-
 /// Prior deviation of the logarithm of a lag about 0.15 time constants.
-const LAG_DEVIATION: f64 = 1.2;
+pub(super) const LAG_DEVIATION: f64 = 1.2;
 /// Prior deviation of the time by which the speed is logged late, in time constants.
 const SPEED_LATE_DEVIATION: f64 = 0.3;
 /// Prior deviation of a shift of the record, in time constants.
@@ -89,7 +77,7 @@ const SHIFT_DEVIATION: f64 = 0.2;
 
 /// A problem: legs under a scale.
 pub struct Problem<'a> {
-    legs: &'a Legs,
+    pub(super) legs: &'a Legs,
     /// The scale.
     pub scale: Scale,
 }
@@ -149,7 +137,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Which parameters are free.
-    fn free(&self, hypothesis: Hypothesis) -> Vec<usize> {
+    pub(super) fn free(&self, hypothesis: Hypothesis) -> Vec<usize> {
         let is_free = |i: &usize| match *i {
             GYRO => self.scale.has_gyro,
             LAG => hypothesis.lag,
@@ -159,7 +147,7 @@ impl<'a> Problem<'a> {
         (0..self.start(hypothesis).len()).filter(is_free).collect()
     }
 
-    fn point(&self, hypothesis: Hypothesis, x: &DVector<f64>) -> Point {
+    pub(super) fn point(&self, hypothesis: Hypothesis, x: &DVector<f64>) -> Point {
         let rate = self.scale.rate_per_s;
         let exp = |x: f64| libm::exp(x.clamp(-14.0, 14.0));
         // Noise of the heading about a hundredth of what the vehicle turns in a time constant.
@@ -223,7 +211,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Least squares of the linear parameters: their values, the sum of squares that is left, and the log determinant.
-    fn linear(&self, all: &Block) -> Option<([f64; 3], f64, f64)> {
+    pub(super) fn linear(&self, all: &Block) -> Option<([f64; 3], f64, f64)> {
         let columns = if self.scale.has_gyro {
             COLUMNS
         } else {
@@ -314,148 +302,6 @@ impl<'a> Problem<'a> {
             .filter(|fit| fit.cost < here.cost)
     }
 
-    /// What a fit leaves uncertain: the inverse information of the innovations, or wider where the scatter of the blocks asks for it.
-    ///
-    /// ```text
-    /// H = sum J' J / s^2,   cov = inv(H),   sandwich = inv(H) (sum g_k g_k') inv(H),   g_k = sum over a block of J' e / s^2
-    /// ```
-    pub fn uncertainty(&self, fit: &Fit) -> Option<Uncertainty> {
-        let derivatives = self.derivatives(fit);
-        let factor = derivatives.information().cholesky()?;
-        let log_determinant = 2.0
-            * factor
-                .l()
-                .diagonal()
-                .iter()
-                .map(|d| libm::log(*d))
-                .sum::<f64>();
-        let inverse = factor.inverse();
-        let scores: Vec<DVector<f64>> = (0..BLOCKS).map(|k| derivatives.score(k, BLOCKS)).collect();
-        let mean = scores.iter().sum::<DVector<f64>>() / BLOCKS as f64;
-        let scatter = scores
-            .iter()
-            .map(|g| (g - &mean) * (g - &mean).transpose())
-            .sum::<DMatrix<f64>>()
-            * (BLOCKS as f64 / (BLOCKS as f64 - 1.0));
-        let sandwich = &inverse * scatter * &inverse;
-        let rows = self.rows(fit, &derivatives.parameters);
-        let of = |covariance: &DMatrix<f64>| &rows * covariance * rows.transpose();
-        let (own, other) = (of(&inverse), of(&sandwich));
-        let times: Vec<f64> = (0..4)
-            .map(|i| {
-                (STUDENT * other[(i, i)] / own[(i, i)].max(f64::MIN_POSITIVE))
-                    .max(1.0)
-                    .sqrt()
-            })
-            .collect();
-        let covariance = Matrix4::from_fn(|i, j| own[(i, j)] * times[i] * times[j]);
-        let priors = if fit.hypothesis.lag {
-            libm::log(LAG_DEVIATION)
-        } else {
-            0.0
-        } + if fit.hypothesis.waves {
-            libm::log(4.0 * 0.7)
-        } else {
-            0.0
-        };
-        Some(Uncertainty {
-            covariance,
-            log_evidence: -fit.cost
-                - 0.5 * (log_determinant - self.linear_determinant(fit)?)
-                - priors,
-        })
-    }
-
-    fn linear_determinant(&self, fit: &Fit) -> Option<f64> {
-        let all = sum(&blocks(self.legs, &fit.point, self.scale.yaw_rate_rad_s));
-        let columns = if self.scale.has_gyro { 3.0 } else { 2.0 };
-        Some(self.linear(&all)?.2 - columns * libm::log(fit.variance_rad2))
-    }
-
-    /// Slopes of d, b, c and the delay with the parameters.
-    fn rows(&self, fit: &Fit, all: &[Parameter]) -> DMatrix<f64> {
-        let rate = self.scale.rate_per_s;
-        DMatrix::from_fn(4, all.len() + 1, |row, i| {
-            match (row, all.get(i).copied()) {
-                (0, Some(Parameter::Own(0))) => rate,
-                (1, Some(Parameter::Linear(0))) | (2, Some(Parameter::Linear(1))) => 1.0,
-                (3, Some(Parameter::Own(SHIFT))) => 1.0 / rate,
-                (3, Some(Parameter::Own(LAG))) => fit.point.lag_s,
-                _ => 0.0,
-            }
-        })
-    }
-
-    /// Derivatives of the innovations of a fit.
-    fn derivatives(&self, fit: &Fit) -> Derivatives {
-        const STEP: f64 = 1e-3;
-        const HALF: f64 = core::f64::consts::FRAC_1_SQRT_2;
-        let own = self.free(fit.hypothesis);
-        let here = self.columns(&fit.point);
-        let weights: Vec<f64> = (here.iter())
-            .map(|(_, variance)| 1.0 / (variance * fit.variance_rad2).sqrt())
-            .collect();
-        let weighted = |of: &dyn Fn(usize) -> f64| DVector::from_fn(here.len(), |i, _| of(i));
-        let error = |e: &[f64; COLUMNS]| {
-            e[0] + fit.linear[0] * e[1] + fit.linear[1] * e[2] - fit.linear[2] * e[3]
-        };
-        let errors = weighted(&|i| weights[i] * error(&here[i].0));
-        let (mut of_errors, mut of_logs) = (Vec::new(), Vec::new());
-        for i in &own {
-            let mut x = fit.x.clone();
-            x[*i] += STEP;
-            let there = self.columns(&self.point(fit.hypothesis, &x));
-            of_errors.push(weighted(&|k| {
-                weights[k] * (error(&there[k].0) - error(&here[k].0)) / STEP
-            }));
-            of_logs.push(weighted(&|k| {
-                HALF * libm::log(there[k].1 / here[k].1) / STEP
-            }));
-        }
-        let linear = if self.scale.has_gyro { 3 } else { 2 };
-        for j in 0..linear {
-            let sign = if j == 2 { -1.0 } else { 1.0 };
-            of_errors.push(weighted(&|k| sign * weights[k] * here[k].0[j + 1]));
-            of_logs.push(DVector::zeros(here.len()));
-        }
-        // The variance of the heading noise.
-        of_errors.push(DVector::zeros(here.len()));
-        of_logs.push(DVector::from_element(here.len(), HALF));
-        let parameters: Vec<Parameter> = (own.iter().map(|i| Parameter::Own(*i)))
-            .chain((0..linear).map(Parameter::Linear))
-            .collect();
-        let mut prior = DVector::zeros(of_errors.len());
-        let mut prior_slope = DVector::zeros(of_errors.len());
-        for (k, i) in own.iter().enumerate() {
-            if let Some([mean, deviation]) = belief(*i) {
-                prior[k] = deviation.powi(-2);
-                prior_slope[k] = (fit.x[*i] - mean) * prior[k];
-            }
-        }
-        Derivatives {
-            parameters,
-            excess: errors.map(|e| HALF * (1.0 - e * e)),
-            errors,
-            of_errors: DMatrix::from_columns(&of_errors),
-            of_logs: DMatrix::from_columns(&of_logs),
-            prior,
-            prior_slope,
-        }
-    }
-
-    /// The columns of each innovation and its relative variance.
-    fn columns(&self, point: &Point) -> Vec<([f64; COLUMNS], f64)> {
-        let mut columns = Vec::with_capacity(2 * self.legs.len());
-        for leg in &self.legs.legs {
-            let mut run = Run::new(leg, point, self.scale.interval_s, self.scale.yaw_rate_rad_s);
-            for i in 0..leg.len() {
-                run.measure(i, |errors, variance| columns.push((*errors, variance)));
-                run.advance(i);
-            }
-        }
-        columns
-    }
-
     /// Fits a hypothesis from the solution of a simpler one.
     pub fn extended(&self, simpler: &Fit, hypothesis: Hypothesis) -> Option<Fit> {
         let mut x = self.start(hypothesis);
@@ -481,7 +327,7 @@ impl<'a> Problem<'a> {
 }
 
 /// Mean and deviation of what is believed of a scaled parameter; `None` of the damping.
-fn belief(parameter: usize) -> Option<[f64; 2]> {
+pub(super) fn belief(parameter: usize) -> Option<[f64; 2]> {
     match parameter {
         0 => None,
         SHIFT => Some([0.0, SHIFT_DEVIATION]),
@@ -495,49 +341,7 @@ fn belief(parameter: usize) -> Option<[f64; 2]> {
     }
 }
 
-#[derive(Clone, Copy, Debug)]
-enum Parameter {
-    Own(usize),
-    Linear(usize),
-}
-
-/// Innovations over their deviations, and derivatives of them and of the logs of their variances.
-struct Derivatives {
-    parameters: Vec<Parameter>,
-    errors: DVector<f64>,
-    excess: DVector<f64>,
-    of_errors: DMatrix<f64>,
-    of_logs: DMatrix<f64>,
-    prior: DVector<f64>,
-    prior_slope: DVector<f64>,
-}
-
-impl Derivatives {
-    /// Fisher's information of the parameters and of the log of the noise's variance, with the priors.
-    fn information(&self) -> DMatrix<f64> {
-        self.of_errors.tr_mul(&self.of_errors)
-            + self.of_logs.tr_mul(&self.of_logs)
-            + DMatrix::from_diagonal(&self.prior)
-    }
-
-    /// Slope of minus log likelihood and priors.
-    fn slope(&self) -> DVector<f64> {
-        self.score(0, 1) + &self.prior_slope
-    }
-
-    /// Slope of minus log likelihood over one of several blocks.
-    fn score(&self, block: usize, blocks: usize) -> DVector<f64> {
-        let [from, to] = [block, block + 1].map(|k| k * self.errors.len() / blocks);
-        let rows = |matrix: &DMatrix<f64>, of: &DVector<f64>| {
-            matrix
-                .rows(from, to - from)
-                .tr_mul(&of.rows(from, to - from))
-        };
-        rows(&self.of_errors, &self.errors) + rows(&self.of_logs, &self.excess)
-    }
-}
-
-fn sum(blocks: &[Block; BLOCKS]) -> Block {
+pub(super) fn sum(blocks: &[Block; BLOCKS]) -> Block {
     let mut all = Block::default();
     for block in blocks {
         for a in 0..COLUMNS {

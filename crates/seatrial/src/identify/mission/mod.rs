@@ -13,24 +13,25 @@
 //! Source: prediction error method of Ljung, System Identification (1999), chapters 7 and 13; intervals by Fisher's information, or by the
 //! scatter of twelve blocks where that is wider (White 1982).
 
-pub mod filter;
-pub mod fit;
-pub mod prediction;
-pub mod record;
+mod filter;
+mod fit;
+mod information;
+mod prediction;
+mod record;
 
 use nalgebra::{Matrix4, Vector4};
 use seatrial_core::{Sample, YawModel};
 
 use super::intervals::normal_intervals;
 use super::log_statistics::LogStatistics;
+use super::online::Pass;
 use super::robust::estimate::MODEL_ERROR;
-use super::training::{Training, manoeuvre_to_learn_from};
+use super::training::manoeuvre_to_learn_from;
 use super::validation::ValidationData;
-use super::verdict::mission::{Mission, judge};
-use super::{ExaminedRecord, IdentifyError, IdentifySettings, valid_range};
+use super::{ExaminedRecord, IdentifyError, valid_range};
 use crate::gain_allowance::sampled;
 use crate::identification::{
-    EstimateMethod, HigherOrder, Identification, Refined, Settings, Validation,
+    EstimateMethod, HigherOrder, Identification, Refined, Settings, Validation, Verdict,
 };
 use crate::likelihood::{SteeringModel, Structure};
 use crate::manoeuvre::Manoeuvre;
@@ -39,6 +40,7 @@ use crate::record::{Window, duration_s};
 use crate::segmentation;
 use filter::SpeedLaw;
 use fit::{Fit, Hypothesis, Problem};
+use information::Uncertainty;
 use prediction::Prediction;
 use record::Legs;
 
@@ -100,85 +102,65 @@ pub fn is_ordinary_steering(samples: &[Sample<f64>]) -> bool {
     of_manoeuvres < MANOEUVRES * all
 }
 
+/// Every hypothesis fitted to legs, each from a simpler one. `None` where they determine nothing.
+fn fits(legs: &Legs) -> Option<Vec<(Fit, Uncertainty)>> {
+    let (problem, look) = Problem::new(legs)?;
+    let simple = look.hypothesis;
+    let mut fits = vec![problem.fit(simple, &look.x)?];
+    if legs.speed_change() > LEAST_SPEED_CHANGE {
+        let law = SpeedLaw::Proportional;
+        fits.extend(problem.fit(Hypothesis { law, ..simple }, &fits[0].x));
+    }
+    for (lag, waves) in [(true, false), (false, true), (true, true)] {
+        let simpler = fits
+            .iter()
+            .filter(|fit| waves || !fit.hypothesis.lag)
+            .min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+        let law = simpler.hypothesis.law;
+        let extended = problem.extended(simpler, Hypothesis { law, lag, waves });
+        fits.extend(extended);
+    }
+    let uncertain = fits.into_iter().filter_map(|fit| {
+        let uncertainty = problem.uncertainty(&fit)?;
+        Some((fit, uncertainty))
+    });
+    Some(uncertain.collect())
+}
+
 /// What all hypotheses say of a log.
-pub struct Estimate {
+struct Estimate {
     /// Mean of d, b, c and the delay.
     pub mean: Vector4<f64>,
     /// Their covariance.
     pub covariance: Matrix4<f64>,
     /// The heaviest hypothesis.
     pub heaviest: Fit,
-    /// Share of the weight of a gear that lags.
-    pub lag_weight: f64,
 }
 
 impl Estimate {
     /// Of legs. `None` where they determine nothing.
-    pub fn of(legs: &Legs) -> Option<Self> {
-        let (problem, look) = Problem::new(legs)?;
-        let simple = look.hypothesis;
-        let mut fits = vec![problem.fit(simple, &look.x)?];
-        if legs.speed_change() > LEAST_SPEED_CHANGE {
-            let law = SpeedLaw::Proportional;
-            fits.extend(problem.fit(Hypothesis { law, ..simple }, &fits[0].x));
-        }
-        for (lag, waves) in [(true, false), (false, true), (true, true)] {
-            let simpler = fits
-                .iter()
-                .filter(|fit| waves || !fit.hypothesis.lag)
-                .min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-            let hypothesis = Hypothesis {
-                lag,
-                waves,
-                ..simpler.hypothesis
-            };
-            let extended = problem.extended(simpler, hypothesis);
-            fits.extend(extended);
-        }
-        let found: Vec<_> = fits
-            .into_iter()
-            .filter_map(|fit| {
-                problem
-                    .uncertainty(&fit)
-                    .map(|uncertainty| (fit, uncertainty))
-            })
-            .collect();
-        let most = found
-            .iter()
-            .map(|(_, u)| u.log_evidence)
-            .fold(f64::NEG_INFINITY, f64::max);
-        let weights: Vec<f64> = found
-            .iter()
+    fn of(legs: &Legs) -> Option<Self> {
+        let found = fits(legs)?;
+        let evidence = found.iter().map(|(_, u)| u.log_evidence);
+        let most = evidence.fold(f64::NEG_INFINITY, f64::max);
+        let weights: Vec<f64> = (found.iter())
             .map(|(_, u)| libm::exp(u.log_evidence - most))
+            .map(|weight| if weight > NEGLIGIBLE { weight } else { 0.0 })
             .collect();
         let total: f64 = weights.iter().sum();
-        let weighed = || {
-            found
-                .iter()
-                .zip(&weights)
-                .map(|((fit, u), w)| (fit, u, w / total))
-                .filter(|(_, _, w)| *w > NEGLIGIBLE)
-        };
-        let mean = weighed()
-            .map(|(fit, _, w)| fit.values() * w)
-            .sum::<Vector4<f64>>()
-            / weighed().map(|(_, _, w)| w).sum::<f64>();
+        let weighed = || found.iter().zip(weights.iter().map(|w| w / total));
+        let mean: Vector4<f64> = weighed().map(|((fit, _), w)| fit.values() * w).sum();
         let covariance = weighed()
-            .map(|(fit, u, w)| {
+            .map(|((fit, u), w)| {
                 let away = fit.values() - mean;
                 (u.covariance + away * away.transpose()) * w
             })
-            .sum::<Matrix4<f64>>();
-        let lag_weight = weighed()
-            .filter(|(fit, _, _)| fit.hypothesis.lag)
-            .map(|(_, _, w)| w)
             .sum();
-        let heaviest = weighed().max_by(|a, b| a.2.total_cmp(&b.2))?.0.clone();
+        let ((heaviest, _), _) = weighed().max_by(|a, b| a.1.total_cmp(&b.1))?;
         Some(Self {
             mean,
             covariance,
-            heaviest,
-            lag_weight,
+            heaviest: heaviest.clone(),
         })
     }
 
@@ -239,78 +221,89 @@ impl Estimate {
     }
 }
 
-/// Identifies a model from ordinary steering in a window, and validates it on the last part of it or on other data.
-///
-/// The steering is cut where the log has gaps and where the vehicle stops or goes astern. `None` where that leaves nothing to fit.
-pub(super) fn identify(
-    record: &ExaminedRecord,
-    training: Window,
-    data: Option<ValidationData>,
-    settings: &IdentifySettings,
-) -> Result<Option<Identification>, IdentifyError> {
-    let ready = Training::new(record.record(), training, settings)?;
-    let manoeuvre = manoeuvre_to_learn_from(record.record(), ready.samples)?;
-    let samples = record.record().usable(training);
-    let Some(legs) = Legs::of(&without_derived_rate(record, &samples)) else {
-        return Ok(None);
-    };
-    let Some(estimate) = Estimate::of(&legs) else {
-        return Ok(None);
-    };
-    let other =
-        data.and_then(|data| Some((Legs::of(&data.record.usable(data.window))?, data.window)));
-    let Some(held_out) = HeldOut::of(&legs, &estimate, other) else {
-        return Ok(None);
-    };
-    let estimate = estimate.widened(held_out.apart);
-    let prediction = &held_out.prediction;
-    let pass = ready.estimate()?;
-    let used = Settings {
-        lambda_because: ready.lambda_because,
-        ..Settings::of(&ready.estimator)
-    };
-    let refined = estimate.refined();
-    let validation = Validation {
-        window: held_out.window,
-        r2_heading: prediction.r2_heading(),
-        r2_heading_offset_refit: prediction.r2_heading(),
-        r2_yaw_rate: prediction.r2_yaw_rate(),
-        samples: prediction.samples,
-    };
-    let log = LogStatistics::of(record, training, &manoeuvre, &pass, 0);
-    let lagging = estimate.lagging();
-    let verdict = judge(&Mission {
-        log: &log,
-        samples: &samples,
-        refined: &refined,
-        held_out: &held_out,
-        legs: &legs,
-        lagging: lagging.as_ref(),
-    });
-    let lag_s = lagging
-        .as_ref()
-        .map_or(0.0, |found| found.model.rudder_lag_s);
-    let validated = data.map_or(&[][..], |data| data.record.window(data.window));
-    Ok(Some(Identification {
-        training: training.known_part(ready.samples),
-        samples_used: samples.len(),
-        samples_rejected: pass.rejected,
-        nomoto: refined.model.nomoto(),
-        restoring: None,
-        online: pass.online,
-        validation: Some(validation),
-        higher_order: lagging,
-        lag_effect: None,
-        loop_timing: Some(sampled(duration_s(&samples) / samples.len() as f64, lag_s)),
-        valid_range: valid_range(
-            &[&samples, validated],
-            &refined.model,
-            refined.heading_noise_rad,
-        ),
-        refined: Some(refined),
-        verdict,
-        settings: used,
-    }))
+/// Ordinary steering and the model of it.
+pub(super) struct Steering {
+    /// The usable samples of the window.
+    pub samples: Vec<Sample<f64>>,
+    /// How good the log is.
+    pub log: LogStatistics,
+    /// Minutes of it that were fitted, and their share of the window.
+    pub minutes: f64,
+    pub share: f64,
+    /// The model.
+    pub refined: Refined,
+    /// The model behind the delay of its rudder, where there is one.
+    pub lagging: Option<HigherOrder>,
+    /// What it was validated on.
+    pub held_out: HeldOut,
+}
+
+impl Steering {
+    /// The steering in a window, and its model: validated on the last part of the window or on other data.
+    ///
+    /// It is cut where the log has gaps and where the vehicle stops or goes astern. `None` where that leaves nothing to fit.
+    pub fn of(
+        record: &ExaminedRecord,
+        training: Window,
+        data: Option<ValidationData>,
+        pass: &Pass,
+    ) -> Result<Option<Self>, IdentifyError> {
+        let manoeuvre = manoeuvre_to_learn_from(record.record(), record.record().window(training))?;
+        let samples = record.record().usable(training);
+        let other =
+            data.and_then(|data| Some((Legs::of(&data.record.usable(data.window))?, data.window)));
+        let found = Legs::of(&without_derived_rate(record, &samples)).and_then(|legs| {
+            let estimate = Estimate::of(&legs)?;
+            let held_out = HeldOut::of(&legs, &estimate, other)?;
+            Some((legs, estimate.widened(held_out.apart), held_out))
+        });
+        Ok(found.map(|(legs, estimate, held_out)| Self {
+            log: LogStatistics::of(record, training, &manoeuvre, pass, 0),
+            minutes: legs.legs.iter().map(|leg| leg.duration_s()).sum::<f64>() / 60.0,
+            share: legs.share,
+            refined: estimate.refined(),
+            lagging: estimate.lagging(),
+            samples,
+            held_out,
+        }))
+    }
+
+    /// The identification with its verdict.
+    pub fn identification(
+        self,
+        training: Window,
+        pass: Pass,
+        settings: Settings,
+        validated: &[Sample<f64>],
+        verdict: Verdict,
+    ) -> Identification {
+        let (refined, prediction) = (self.refined, &self.held_out.prediction);
+        let interval_s = duration_s(&self.samples) / self.samples.len().max(1) as f64;
+        let lag_s = (self.lagging.as_ref()).map_or(0.0, |found| found.model.rudder_lag_s);
+        let noise_rad = refined.heading_noise_rad;
+        Identification {
+            training: training.known_part(&self.samples),
+            samples_used: self.samples.len(),
+            samples_rejected: pass.rejected,
+            nomoto: refined.model.nomoto(),
+            restoring: None,
+            online: pass.online,
+            validation: Some(Validation {
+                window: self.held_out.window,
+                r2_heading: prediction.r2_heading(),
+                r2_heading_offset_refit: prediction.r2_heading(),
+                r2_yaw_rate: prediction.r2_yaw_rate(),
+                samples: prediction.samples,
+            }),
+            higher_order: self.lagging,
+            lag_effect: None,
+            loop_timing: Some(sampled(interval_s, lag_s)),
+            valid_range: valid_range(&[&self.samples, validated], &refined.model, noise_rad),
+            refined: Some(refined),
+            verdict,
+            settings,
+        }
+    }
 }
 
 /// A yaw rate that is computed from the heading brings its noise twice.
@@ -327,7 +320,7 @@ fn without_derived_rate(record: &ExaminedRecord, samples: &[Sample<f64>]) -> Vec
 }
 
 /// A part of the steering that the model was not fitted to, or other data.
-pub struct HeldOut {
+pub(super) struct HeldOut {
     /// Free runs of the model over it.
     pub prediction: Prediction,
     /// When it was.

@@ -3,9 +3,9 @@
 mod compass;
 mod contradiction;
 mod mishap;
-pub(in crate::identify) mod mission;
 mod parameters;
 mod record;
+mod steering;
 mod validation;
 
 use seatrial_core::{Axis, GoodnessOfFit, RudderUnit, YawModel};
@@ -17,6 +17,7 @@ pub use crate::figures::three_figures;
 use crate::identification::{LEAST_R2, Outcome, Reason, ReasonCode, Refined, Validation, Verdict};
 pub use crate::identification::{WIDEST_A22, WIDEST_B2};
 use crate::plausibility::Doubt;
+pub(super) use steering::judge_steering;
 use validation::OffsetDrift;
 
 /// More times the rudder than this is no advice.

@@ -1,28 +1,11 @@
 //! May a model of ordinary steering be used?
 
-use seatrial_core::Sample;
-
 use super::{Share, Weighing};
 use crate::figures::{percent, r2_text, three_figures};
-use crate::identification::Reason;
-use crate::identification::{
-    HigherOrder, LEAST_R2, ReasonCode, Refined, Verdict, WIDEST_A22, WIDEST_B2,
-};
-use crate::identify::log_statistics::LogStatistics;
+use crate::identification::{LEAST_R2, Reason, ReasonCode, Verdict, WIDEST_A22, WIDEST_B2};
 use crate::identify::misfit::{disturbance_share, is_large_share};
-use crate::identify::mission::HeldOut;
-use crate::identify::mission::record::Legs;
+use crate::identify::mission::Steering;
 use crate::plausibility::{self, Doubt};
-
-/// A model of ordinary steering with what its log says of it.
-pub struct Mission<'a> {
-    pub log: &'a LogStatistics,
-    pub samples: &'a [Sample<f64>],
-    pub refined: &'a Refined,
-    pub held_out: &'a HeldOut,
-    pub legs: &'a Legs,
-    pub lagging: Option<&'a HigherOrder>,
-}
 
 /// Longest interval at which heading or rudder may be renewed, in time constants of the vehicle.
 const LONGEST_INTERVAL: f64 = 0.5;
@@ -31,25 +14,25 @@ const LONGEST_INTERVAL: f64 = 0.5;
 const MOST_OF_THE_LOG: f64 = 0.8;
 
 /// Weighs intervals, prediction and log.
-pub fn judge(mission: &Mission) -> Verdict {
+pub(in crate::identify) fn judge_steering(steering: &Steering) -> Verdict {
     let mut weighing = Weighing::default();
-    weighing.doubts(&mission.log.unit_doubts);
-    let timing = plausibility::timing_doubts(mission.samples, mission.refined.model.a22_per_s);
+    weighing.doubts(&steering.log.unit_doubts);
+    let timing = plausibility::timing_doubts(&steering.samples, steering.refined.model.a22_per_s);
     // How often the channels must be renewed is another matter here.
     let is_of_the_clock = |doubt: &Doubt| !matches!(doubt, Doubt::SlowLog { .. });
     let timing: Vec<Doubt> = timing.into_iter().filter(is_of_the_clock).collect();
     weighing.doubts(&timing);
-    weighing.doubts(&mission.log.unchecked);
-    weighing.mission_parameters(mission);
-    weighing.mission_pace(mission);
-    weighing.mission_prediction(mission);
-    weighing.mission_notes(mission);
-    weighing.mission_verdict(mission)
+    weighing.doubts(&steering.log.unchecked);
+    weighing.steering_parameters(steering);
+    weighing.steering_pace(steering);
+    weighing.steering_prediction(steering);
+    weighing.steering_notes(steering);
+    weighing.steering_verdict(steering)
 }
 
 impl Weighing {
-    fn mission_parameters(&mut self, mission: &Mission) {
-        let refined = mission.refined;
+    fn steering_parameters(&mut self, steering: &Steering) {
+        let refined = &steering.refined;
         let b2 = Share::new(refined.model.b2_per_s2, refined.interval_95.b2_per_s2);
         let a22 = Share::new(refined.model.a22_per_s, refined.interval_95.a22_per_s);
         if refined.model.a22_per_s >= 0.0 {
@@ -68,7 +51,7 @@ impl Weighing {
             } else {
                 ("b2", b2.half_width)
             };
-            let minutes = duration_min(mission) * (worst * worst - 1.0);
+            let minutes = steering.minutes * (worst * worst - 1.0);
             self.reject(
                 ReasonCode::UnderExcited,
                 format!(
@@ -86,9 +69,11 @@ impl Weighing {
         }
     }
 
-    fn mission_pace(&mut self, mission: &Mission) {
-        let Some(pace) = mission.log.pace else { return };
-        let time_constant_s = -1.0 / mission.refined.model.a22_per_s;
+    fn steering_pace(&mut self, steering: &Steering) {
+        let Some(pace) = steering.log.pace else {
+            return;
+        };
+        let time_constant_s = -1.0 / steering.refined.model.a22_per_s;
         for (channel, interval_s) in [("heading", pace.heading_s), ("rudder", pace.rudder_s)] {
             if interval_s > LONGEST_INTERVAL * time_constant_s && time_constant_s > 0.0 {
                 self.reject(
@@ -104,8 +89,8 @@ impl Weighing {
     }
 
     /// In a sea a vehicle that is steered against it parts from every free run: there the held-out part must give the same model by itself.
-    fn mission_prediction(&mut self, mission: &Mission) {
-        let prediction = &mission.held_out.prediction;
+    fn steering_prediction(&mut self, steering: &Steering) {
+        let prediction = &steering.held_out.prediction;
         let Some(r2) = prediction.r2_heading() else {
             return self.reject(
                 ReasonCode::NotValidated,
@@ -113,7 +98,7 @@ impl Weighing {
             );
         };
         let predicts = r2 >= LEAST_R2 && prediction.share_of_persistence() < 1.0;
-        let is_confirmed = is_large_share(sea_share(mission)) && mission.held_out.is_telling;
+        let is_confirmed = is_large_share(sea_share(steering)) && steering.held_out.is_telling;
         if !predicts && !is_confirmed {
             self.reject(
                 ReasonCode::LowR2,
@@ -127,15 +112,15 @@ impl Weighing {
         }
     }
 
-    fn mission_notes(&mut self, mission: &Mission) {
-        let share = sea_share(mission);
+    fn steering_notes(&mut self, steering: &Steering) {
+        let share = sea_share(steering);
         if is_large_share(share) {
             self.note(
                 ReasonCode::Disturbed,
                 format!("something other than the rudder turned the vehicle with {} % of the rudder's own effect: waves, gusts or a current; the intervals allow for it", percent(share)),
             );
         }
-        if let Some(lagging) = mission.lagging {
+        if let Some(lagging) = &steering.lagging {
             self.note(
                 ReasonCode::ModelOrder,
                 format!("the rudder acts {} s later than the log says: a22, b2 and C0 are those behind the delay, which gains must allow for", three_figures(lagging.model.rudder_lag_s)),
@@ -143,12 +128,12 @@ impl Weighing {
         }
     }
 
-    fn mission_verdict(self, mission: &Mission) -> Verdict {
+    fn steering_verdict(self, steering: &Steering) -> Verdict {
         let accepted = self.rejections.is_empty();
         let mut reasons = self.rejections;
         if accepted {
-            let prediction = &mission.held_out.prediction;
-            let used = mission.legs.share;
+            let prediction = &steering.held_out.prediction;
+            let used = steering.share;
             let cut = if used < MOST_OF_THE_LOG {
                 format!(
                     "; {} % of the log was used, the rest has gaps or the vehicle made no way",
@@ -161,7 +146,7 @@ impl Weighing {
                 ReasonCode::Ok,
                 format!(
                     "the model of {} minutes of ordinary steering predicts what was held out over {} s: R^2 of heading {}, of yaw rate {}{cut}",
-                    three_figures(duration_min(mission)),
+                    three_figures(steering.minutes),
                     three_figures(prediction.horizon_s),
                     r2_text(prediction.r2_heading()),
                     r2_text(prediction.r2_yaw_rate())
@@ -174,16 +159,6 @@ impl Weighing {
 }
 
 /// The disturbance, a share of the rudder's own effect.
-fn sea_share(mission: &Mission) -> f64 {
-    disturbance_share(mission.refined, mission.log.rudder_amplitude_rad)
-}
-
-fn duration_min(mission: &Mission) -> f64 {
-    mission
-        .legs
-        .legs
-        .iter()
-        .map(|leg| leg.duration_s())
-        .sum::<f64>()
-        / 60.0
+fn sea_share(steering: &Steering) -> f64 {
+    disturbance_share(&steering.refined, steering.log.rudder_amplitude_rad)
 }

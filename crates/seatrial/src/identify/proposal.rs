@@ -5,10 +5,10 @@ use std::fmt::Write;
 use seatrial_core::Sample;
 use serde::{Deserialize, Serialize};
 
-use super::{Kind, Segment};
+use super::lambda_of;
 use crate::figures::three_figures;
-use crate::identify::lambda_of;
 use crate::record::{Record, Window, mean};
+use crate::segmentation::{Kind, Segment};
 
 /// Manoeuvres are of one speed where their thrusts differ by no more than this, or their speeds by no more than this
 /// share (b2 goes with the square: 20 %).
