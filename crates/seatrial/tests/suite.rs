@@ -9,6 +9,7 @@ mod examples;
 mod export;
 mod health;
 mod identify;
+mod missions;
 mod robust;
 mod rudder_play;
 mod search_tolerance;

@@ -37,7 +37,7 @@ use crate::likelihood::{SteeringModel, Structure};
 use crate::manoeuvre::Manoeuvre;
 use crate::propagation::NORMAL_95;
 use crate::record::{Window, duration_s};
-use crate::segmentation;
+use crate::segmentation::{self, Kind};
 use filter::SpeedLaw;
 use fit::{Fit, Hypothesis, Problem};
 use information::Uncertainty;
@@ -70,7 +70,8 @@ const NEGLIGIBLE: f64 = 0.01;
 
 /// Is this ordinary steering, not a manoeuvre or several with rest between them?
 ///
-/// Who makes a manoeuvre deflects the rudder most of the time, to the same angle; who steers moves it all the time.
+/// Who makes a manoeuvre deflects the rudder most of the time, to the same angle; who steers moves it all the time. A step to one side may be a
+/// course change.
 pub fn is_ordinary_steering(samples: &[Sample<f64>]) -> bool {
     let Some(whole) = Manoeuvre::find(samples).filter(|m| m.strokes.len() >= LEAST_STROKES) else {
         return false;
@@ -96,7 +97,7 @@ pub fn is_ordinary_steering(samples: &[Sample<f64>]) -> bool {
     let manoeuvres = segmentation::find(samples);
     let of_manoeuvres: f64 = manoeuvres
         .iter()
-        .filter(|m| m.kind != segmentation::Kind::Steady)
+        .filter(|m| m.kind.uses_both_sides() || m.kind == Kind::TurningCircle)
         .map(|m| work(m.window.of(samples), &|_| true))
         .sum();
     of_manoeuvres < MANOEUVRES * all

@@ -1,0 +1,142 @@
+//! Models from ordinary steering under an autopilot.
+
+use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
+use seatrial::identification::{EstimateMethod, ReasonCode};
+use seatrial::identify::mission::is_ordinary_steering;
+use seatrial::identify::{IdentifySettings, identify};
+use seatrial::{Identification, Record, Sample, Window};
+
+const A22_PER_S: f64 = -0.8;
+const B2_PER_S2: f64 = 0.7;
+const INTERVAL_S: f64 = 0.1;
+const STEP_S: f64 = 0.002;
+
+/// Six minutes with a new course every 20 s, under a rudder that lags and in a sea; 10 Hz, compass 0.3 deg, gyro 0.2 deg/s.
+fn mission(seed: u64, lag_s: f64, sea_rad_s2: f64) -> Record {
+    let mut rng = Pcg64Mcg::seed_from_u64(seed);
+    let mut normal = move || -> f64 { StandardNormal.sample(&mut rng) };
+    let mut courses = Pcg64Mcg::seed_from_u64(seed + 1);
+    let (mut heading, mut rate, mut act, mut sea, mut course) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    let mut record = Record::default();
+    for k in 0..3600 {
+        if k % 200 == 100 {
+            course += courses.random_range(-1.5..1.5);
+        }
+        let seen = heading + 0.3_f64.to_radians() * normal();
+        let gyro = rate + 0.2_f64.to_radians() * normal();
+        let rudder = (1.2 * (course - seen) - 1.0 * gyro).clamp(-0.5, 0.5);
+        record.samples.push(Sample {
+            time_s: INTERVAL_S * f64::from(k),
+            heading_rad: seen,
+            rudder_rad: rudder,
+            yaw_rate_rad_s: Some(gyro),
+            ..Sample::default()
+        });
+        for _ in 0..50 {
+            let share = if lag_s > 0.0 {
+                1.0 - (-STEP_S / lag_s).exp()
+            } else {
+                1.0
+            };
+            act += share * (rudder - act);
+            sea += -0.5 * sea * STEP_S + sea_rad_s2 * STEP_S.sqrt() * normal();
+            rate += STEP_S * (A22_PER_S * rate + B2_PER_S2 * (act + 0.02) + sea);
+            heading += STEP_S * rate;
+        }
+    }
+    record
+}
+
+fn identified(record: &Record) -> Identification {
+    identify(record, Window::ALL, None, &IdentifySettings::default()).unwrap()
+}
+
+/// How far the truth lies from the middle of an interval, in half widths.
+fn half_widths([low, high]: [f64; 2], truth: f64) -> f64 {
+    ((2.0 * truth - low - high) / (high - low)).abs()
+}
+
+fn distances(found: &Identification) -> [f64; 2] {
+    let intervals = found.refined.as_ref().unwrap().interval_95;
+    [
+        half_widths(intervals.a22_per_s, A22_PER_S),
+        half_widths(intervals.b2_per_s2, B2_PER_S2),
+    ]
+}
+
+/// Of 16 intervals of 95 % one or two may miss the truth by chance, by little.
+#[test]
+fn recover_a_model_from_ordinary_steering() {
+    let mut hold = 0;
+    for seed in 1..=8 {
+        let lag_s = if seed % 2 == 0 { 0.2 } else { 0.0 };
+        let record = mission(seed, lag_s, if seed % 4 < 2 { 0.0 } else { 0.02 });
+        assert!(is_ordinary_steering(&record.samples));
+        let found = identified(&record);
+        assert!(found.verdict.accepted, "{seed} {:?}", found.verdict);
+        let distances = distances(&found);
+        assert!(distances.iter().all(|d| *d < 2.0), "{seed} {distances:?}");
+        hold += distances.iter().filter(|d| **d < 1.0).count();
+        if lag_s > 0.0 {
+            assert_eq!(*found.method(), EstimateMethod::RudderLag, "{seed}");
+            let delay_s = found.lagging().unwrap().rudder_lag_s;
+            assert!((delay_s - lag_s).abs() < 0.05, "{seed} {delay_s}");
+        }
+    }
+    assert!(hold >= 14, "{hold}");
+}
+
+#[test]
+fn prop_a_transit_without_turns_is_refused_with_what_is_missing() {
+    let mut record = mission(5, 0.0, 0.0);
+    let mut rng = Pcg64Mcg::seed_from_u64(9);
+    for sample in &mut record.samples {
+        let noise: f64 = StandardNormal.sample(&mut rng);
+        sample.heading_rad = 0.005 * noise;
+        sample.yaw_rate_rad_s = None;
+        sample.rudder_rad = -1.2 * sample.heading_rad;
+    }
+    let found = identified(&record);
+    assert!(!found.verdict.accepted, "{:?}", found.verdict);
+}
+
+#[test]
+fn prop_a_stop_and_a_gap_are_cut_out() {
+    let mut record = mission(6, 0.0, 0.0);
+    for sample in &mut record.samples {
+        sample.surge_speed_m_s = Some(1.5);
+    }
+    // At anchor the heading swings without the rudder; then the recorder fails for half a minute.
+    for (k, sample) in record.samples[1000..1600].iter_mut().enumerate() {
+        sample.surge_speed_m_s = Some(0.02);
+        sample.heading_rad += (0.01 * k as f64).sin();
+    }
+    record.samples.drain(2000..2300);
+    let found = identified(&record);
+    assert!(found.verdict.accepted, "{:?}", found.verdict);
+    assert!(distances(&found).iter().all(|d| *d < 2.0), "{found:?}");
+    let reasons = &found.verdict.reasons;
+    let used = reasons
+        .iter()
+        .find(|reason| reason.code == ReasonCode::Ok)
+        .unwrap();
+    assert!(
+        used.measured().contains("of the log was used"),
+        "{}",
+        used.measured()
+    );
+}
+
+#[test]
+fn exact_a_zig_zag_is_no_ordinary_steering() {
+    let samples: Vec<Sample<f64>> = (0..2000)
+        .map(|k| Sample {
+            time_s: 0.1 * f64::from(k),
+            rudder_rad: if (k / 100) % 2 == 0 { 0.2 } else { -0.2 },
+            ..Sample::default()
+        })
+        .collect();
+    assert!(!is_ordinary_steering(&samples));
+}
