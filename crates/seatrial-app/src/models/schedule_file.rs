@@ -88,6 +88,19 @@ impl ScheduleFilePoint {
         })
     }
 
+    /// An interval that is none of its value makes a gain that allows for nothing.
+    fn check(&self) -> Result<(), String> {
+        match self.a22_interval_95_per_s {
+            Some([low, high]) if !(low <= self.a22_per_s && self.a22_per_s <= high) => {
+                Err(format!(
+                    "a22_interval_95_per_s = [{low}, {high}]: expected the least and the greatest value, with a22_per_s = {} between them",
+                    self.a22_per_s
+                ))
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn into_model(self) -> ModelPoint {
         ModelPoint {
             covariance: self.covariance,
@@ -114,7 +127,7 @@ impl ScheduleFilePoint {
 /// The models of a [schedule file](SCHEDULE_FILE_HELP).
 ///
 /// # Errors
-/// A file that cannot be read, is no schedule or has a number out of its range.
+/// A file that cannot be read, is no schedule, or has a number out of its range or an interval that does not hold its value.
 pub fn of_schedule_file(path: &Path) -> Result<Models, Error> {
     let file: ScheduleFile = toml::from_str(&read_text(path)?).map_err(|error| {
         Error::Input(format!("{}: {error}\n{SCHEDULE_FILE_HELP}", path.display()))
@@ -124,6 +137,11 @@ pub fn of_schedule_file(path: &Path) -> Result<Models, Error> {
             "{}: no [[point]]\n{SCHEDULE_FILE_HELP}",
             path.display()
         )));
+    }
+    for (number, point) in (1..).zip(&file.point) {
+        point.check().map_err(|wrong| {
+            Error::Setting(format!("{}: point {number}: {wrong}", path.display()))
+        })?;
     }
     let points = file.point.into_iter().map(ScheduleFilePoint::into_model);
     Ok(Models {
