@@ -86,6 +86,12 @@ impl LogReader {
         let mut found = match_columns(&columns, &table.known(), &choice)?;
         table.select(&found.columns());
         let mut rows = look_ahead(&mut *table, choice.drop_invalid);
+        if rows.is_empty() && table.is_damaged() {
+            return Err(Fault::Damaged {
+                format: "the",
+                what: table.warnings().join("; "),
+            });
+        }
         if rows.is_empty() {
             return Err(Fault::HeaderOnly);
         }

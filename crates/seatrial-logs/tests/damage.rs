@@ -140,3 +140,25 @@ fn io_a_line_without_end_is_refused_with_bounded_memory() {
         "{error}"
     );
 }
+
+/// The library writes no checksums of pages; the file has its own.
+#[test]
+fn io_a_flipped_bit_of_our_own_parquet_changes_no_sample_in_silence() {
+    let mut whole = Vec::new();
+    write_parquet(&mut whole, &rows(&samples(400))).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.parquet");
+    let footer = u32::from_le_bytes(whole[whole.len() - 8..][..4].try_into().unwrap()) as usize;
+    let read = |bytes: &[u8]| -> Result<Vec<_>, ReadError> {
+        std::fs::write(&path, bytes).unwrap();
+        open(&path, &ChannelChoice::default())?.collect()
+    };
+    assert_eq!(read(&whole).unwrap().len(), 400);
+    let (first, end) = (4, whole.len() - 8 - footer);
+    // The index of the pages before the footer is not read.
+    for at in (first..end - 1000).step_by(37) {
+        let mut flipped = whole.clone();
+        flipped[at] ^= 1 << (at % 8);
+        assert!(read(&flipped).is_err(), "byte {at} of {}", whole.len());
+    }
+}
