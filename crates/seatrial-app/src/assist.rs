@@ -273,7 +273,7 @@ mod tests {
     #[test]
     fn exact_nothing_of_a_file_is_told_with_an_error() {
         for error in [
-            "f: TOML parse error at line 1, column 9\n  |\n1 | token = hunter2\n  |         ^\nstring values must be quoted, expected a value",
+            "f: TOML parse error at line 1, column 9\n  |\n1 | a = hunter2\n  |     ^\nstring values must be quoted, expected a value",
             "f: TOML parse error at line 12, column 1\n   |\n12 | hunter2 = 1\n   | ^^^\nunknown field `hunter2`, expected `name` or `a`\n",
             "f: TOML parse error at line 1, column 1\ninvalid type: string \"hunter2, expected hunter2\", expected f64",
             "f: unknown field `hunter2`, expected `name` at line 1 column 9",

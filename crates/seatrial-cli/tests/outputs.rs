@@ -187,7 +187,7 @@ fn cli_what_is_no_earlier_output_of_the_same_kind_is_not_written_over() {
         "identify l.csv --schedule s.toml",
         "identify l.csv --rudder-lag 0.1 --schedule s.toml",
         "gains --schedule s.toml --export px4 --out g",
-        "gains --schedule s.toml --damping 0.8 --export px4 --out g",
+        "gains --schedule s.toml --zeta 0.8 --export px4 --out g",
     ] {
         let (code, told) = run(folder, again);
         assert_eq!(code, Some(0), "{again}: {told}");

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use seatrial_core::Sample;
-use seatrial_logs::{ChannelChoice, Fault, ReadError, Row, open, write_csv, write_parquet};
+use seatrial_logs::{
+    ChannelChoice, Fault, ReadError, Row, open, write_csv, write_mcap, write_parquet,
+};
 
 fn samples(count: u32) -> Vec<Sample<f64>> {
     (0..count)
@@ -161,4 +163,20 @@ fn io_a_flipped_bit_of_our_own_parquet_changes_no_sample_in_silence() {
         flipped[at] ^= 1 << (at % 8);
         assert!(read(&flipped).is_err(), "byte {at} of {}", whole.len());
     }
+}
+
+/// Not a logger that was not running.
+#[test]
+fn io_a_damaged_first_chunk_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let mut bytes = Vec::new();
+    write_mcap(&mut bytes, &rows(&samples(400))).unwrap();
+    let middle = bytes.len() / 4;
+    bytes[middle] ^= 4;
+    std::fs::write(&path, bytes).unwrap();
+    let fault = open(&path, &ChannelChoice::default())
+        .err()
+        .map(|e| e.fault);
+    assert!(matches!(fault, Some(Fault::Damaged { .. })), "{fault:?}");
 }

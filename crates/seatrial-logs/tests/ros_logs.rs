@@ -388,18 +388,6 @@ fn io_a_flipped_bit_of_an_mcap_changes_no_sample_in_silence() {
     );
 }
 
-/// Not a logger that was not running.
-#[test]
-fn io_a_damaged_first_chunk_is_named() {
-    let mut bytes = mcap_file(&run());
-    let chunks = bytes.len() / 2;
-    for at in (200..chunks).step_by(400) {
-        bytes[at] ^= 4;
-    }
-    let fault = read_bytes(&bytes).err().map(|error| error.fault);
-    assert!(matches!(fault, Some(Fault::Damaged { .. })), "{fault:?}");
-}
-
 #[test]
 fn io_mcap_of_other_encodings_is_refused_by_name() {
     let mut file = Cursor::new(Vec::new());
