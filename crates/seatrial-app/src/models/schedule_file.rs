@@ -89,16 +89,14 @@ impl ScheduleFilePoint {
     }
 
     /// An interval that is none of its value makes a gain that allows for nothing.
-    fn check(&self) -> Result<(), String> {
-        match self.a22_interval_95_per_s {
-            Some([low, high]) if !(low <= self.a22_per_s && self.a22_per_s <= high) => {
-                Err(format!(
-                    "a22_interval_95_per_s = [{low}, {high}]: expected the least and the greatest value, with a22_per_s = {} between them",
-                    self.a22_per_s
-                ))
-            }
-            _ => Ok(()),
-        }
+    fn wrong_interval(&self) -> Option<String> {
+        let [low, high] = self.a22_interval_95_per_s?;
+        let a22 = self.a22_per_s;
+        (!(low <= a22 && a22 <= high)).then(|| {
+            format!(
+                "a22_interval_95_per_s = [{low}, {high}]: expected the least and the greatest value, with a22_per_s = {a22} between them"
+            )
+        })
     }
 
     fn into_model(self) -> ModelPoint {
@@ -139,9 +137,10 @@ pub fn of_schedule_file(path: &Path) -> Result<Models, Error> {
         )));
     }
     for (number, point) in (1..).zip(&file.point) {
-        point.check().map_err(|wrong| {
-            Error::Setting(format!("{}: point {number}: {wrong}", path.display()))
-        })?;
+        if let Some(wrong) = point.wrong_interval() {
+            let wrong = format!("{}: point {number}: {wrong}", path.display());
+            return Err(Error::Setting(wrong));
+        }
     }
     let points = file.point.into_iter().map(ScheduleFilePoint::into_model);
     Ok(Models {
