@@ -12,6 +12,59 @@ use serde::Serialize;
 use crate::identify_log::IdentifiedLog;
 use crate::logs::Source;
 
+/// An error in words, without what it quotes of a file: lines, names and values. Whoever asks may name any file of this machine.
+pub fn without_lines_of_files(error: &str) -> String {
+    let mut told = Vec::new();
+    // Behind its place an error of TOML quotes lines and says what stands in them.
+    let mut is_quoting = false;
+    for line in error.lines() {
+        let is_quoted = line
+            .trim_start_matches(|c: char| c.is_ascii_digit() || c == ' ')
+            .starts_with('|');
+        is_quoting |= is_quoted || line.contains("TOML parse error at line");
+        if !is_quoted {
+            told.push(match is_quoting {
+                true => without_what_is_found(line),
+                false => without_what_was_of_another_type(line),
+            });
+        }
+        is_quoting &= is_quoted || line.contains("TOML parse error at line");
+    }
+    told.join("\n")
+}
+
+/// Of what follows a quoted line: what is missing or expected.
+fn without_what_is_found(line: &str) -> String {
+    if line.contains("TOML parse error at line") || line.starts_with("missing field") {
+        return line.to_owned();
+    }
+    let expected = line.rfind(", expected").map(|at| &line[at + 2..]);
+    expected.unwrap_or("not understood").to_owned()
+}
+
+/// What an error says before it quotes a name or a value.
+const QUOTING: [&str; 5] = [
+    "invalid type: ",
+    "invalid value: ",
+    "unknown field ",
+    "unknown variant ",
+    "duplicate field ",
+];
+
+fn without_what_was_of_another_type(line: &str) -> String {
+    let said = QUOTING
+        .iter()
+        .find_map(|said| Some(line.find(said)? + said.trim_end().len()));
+    let Some(at) = said else {
+        return line.to_owned();
+    };
+    let (before, found) = line.split_at(at);
+    let rest = found
+        .rfind(", expected")
+        .or_else(|| found.rfind(" at line "));
+    format!("{before} not shown{}", rest.map_or("", |at| &found[at..]))
+}
+
 /// A verdict, and what may be said of it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ReportedVerdict {
@@ -216,6 +269,24 @@ impl ReportedTrial {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn exact_nothing_of_a_file_is_told_with_an_error() {
+        for error in [
+            "f: TOML parse error at line 1, column 9\n  |\n1 | a = hunter2\n  |     ^\nstring values must be quoted, expected a value",
+            "f: TOML parse error at line 12, column 1\n   |\n12 | hunter2 = 1\n   | ^^^\nunknown field `hunter2`, expected `name` or `a`\n",
+            "f: TOML parse error at line 1, column 1\ninvalid type: string \"hunter2, expected hunter2\", expected f64",
+            "f: unknown field `hunter2`, expected `name` at line 1 column 9",
+            "f: invalid type: string \"hunter2\", expected f64 at line 1 column 9",
+            "f: duplicate field `hunter2` at line 1 column 9",
+        ] {
+            let told = without_lines_of_files(error);
+            assert!(!told.contains("hunter2"), "{told}");
+            assert!(told.starts_with("f: ") && told.contains("line 1"), "{told}");
+        }
+        let plain = "f: missing field `a22_per_s`\nf: no such file";
+        assert_eq!(without_lines_of_files(plain), plain);
+    }
 
     #[test]
     fn exact_a_code_says_its_cause_and_what_to_do() {

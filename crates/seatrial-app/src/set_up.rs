@@ -3,7 +3,7 @@
 use std::net::TcpListener;
 use std::path::Path;
 
-use seatrial_logbook::Logbook;
+use seatrial_logbook::{Error, Logbook, Verification};
 use serde::Serialize;
 
 /// Where the dashboard listens without an option.
@@ -85,8 +85,17 @@ fn logbook(path: &Path) -> Finding {
             format!("{} is made by the first trial", path.display()),
         );
     }
-    match Logbook::open_read_only(path).and_then(|logbook| logbook.entries()) {
-        Ok(campaigns) => Finding::good(
+    let looked = || -> Result<_, Error> {
+        let logbook = Logbook::open_read_only(path)?;
+        Ok((logbook.verify()?, logbook.entries()?))
+    };
+    match looked() {
+        Ok((found, _)) if !found.is_whole() => Finding::bad(
+            "logbook",
+            what_is_wrong(path, &found),
+            "See what can be trusted: seatrial logbook verify. Keep trials in a new file: --logbook FILE.",
+        ),
+        Ok((_, campaigns)) => Finding::good(
             "logbook",
             format!(
                 "{}: {} campaign{}",
@@ -100,6 +109,16 @@ fn logbook(path: &Path) -> Finding {
             error.to_string(),
             "Name another logbook with --logbook FILE, or move this file away.",
         ),
+    }
+}
+
+fn what_is_wrong(path: &Path, found: &Verification) -> String {
+    let damage = found.damage.first();
+    let damage = damage.map(|damage| format!("{}: {}", damage.place, damage.found));
+    let missing = || found.missing.clone().unwrap_or_default();
+    match damage {
+        Some(damage) => format!("{}: damaged: {damage}", path.display()),
+        None => missing(),
     }
 }
 
@@ -175,5 +194,17 @@ mod tests {
         ];
         assert!(findings.iter().all(|f| !f.is_good && !f.action.is_empty()));
         assert!(findings[2].action.contains("seatrial vehicle restore"));
+    }
+
+    #[test]
+    fn exact_a_damaged_logbook_is_found() {
+        let place = tempfile::tempdir().expect("a folder");
+        let path = place.path().join("seatrial.db");
+        drop(Logbook::open(&path).expect("made"));
+        assert!(logbook(&path).is_good);
+        // A log that holds nothing of this logbook: what stood in it is gone.
+        std::fs::write(place.path().join("seatrial.db-wal"), "no log").expect("written");
+        let found = logbook(&path);
+        assert!(!found.is_good && found.found.contains("-wal"), "{found:?}");
     }
 }

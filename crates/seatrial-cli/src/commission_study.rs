@@ -84,7 +84,7 @@ fn write_vehicles(args: &Args, folder: &Path, output: &Output) -> Result<Exit, F
             let path = folder.join(&file);
             let config = vehicle(name, *class_s, seed);
             let text = toml::to_string(&config).map_err(Failure::internal)?;
-            output.save_in(folder, &[(&file, text)])?;
+            output.save_in(folder, &[(&file, format!("# Boat by seatrial\n{text}"))])?;
             written.vehicles.push(path);
         }
     }

@@ -188,7 +188,8 @@ fn markdown(document: &FaultMatrix) -> String {
         .into_iter()
         .map(String::from)
         .collect();
-    let mut text = summary(document) + "\n" + &line(&headings);
+    let mark = "<!-- Fault matrix by seatrial -->\n";
+    let mut text = mark.to_owned() + &summary(document) + "\n" + &line(&headings);
     text += &line(&vec!["---".into(); headings.len()]);
     for row in rows(document) {
         text += &line(&row);

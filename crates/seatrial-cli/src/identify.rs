@@ -3,6 +3,7 @@
 #[cfg(test)]
 mod agreement;
 
+use std::ffi::OsStr;
 use std::path::Path;
 
 use seatrial::Identification;
@@ -135,15 +136,19 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 
 /// The command as it was typed, for the commands that go on from it.
 pub fn call() -> String {
-    let typed = std::env::args().skip(1).map(|argument| {
-        let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+".contains(c);
-        match argument.chars().all(is_plain) && !argument.is_empty() {
-            true => argument,
-            false => format!("'{}'", argument.replace('\'', r"'\''")),
-        }
-    });
+    let typed = std::env::args_os().skip(1).map(|typed| quoted(&typed));
     let words: Vec<String> = std::iter::once("seatrial".into()).chain(typed).collect();
     words.join(" ")
+}
+
+/// An argument as a shell takes it; its bytes where it is no text.
+fn quoted(argument: &OsStr) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+".contains(c);
+    match argument.to_str() {
+        Some(text) if text.chars().all(is_plain) && !text.is_empty() => text.to_owned(),
+        Some(text) => format!("'{}'", text.replace('\'', r"'\''")),
+        None => format!("$'{}'", argument.as_encoded_bytes().escape_ascii()),
+    }
 }
 
 /// The outcome, a table of one line a speed, the cause of the outcome and the next command.

@@ -176,6 +176,7 @@ struct Results<'a> {
 
 fn show(logbook: &Logbook, number: Option<i64>, output: &Output) -> Result<Exit, Failure> {
     let entry = campaign_numbered(logbook, number)?;
+    warn_of_damage(&entry);
     let mut campaign = logbook.campaign(entry.id)?;
     for identification in campaign
         .runs

@@ -215,11 +215,31 @@ impl Deref for OutputPath {
 pub fn checked(command: &Command, matches: &ArgMatches) -> Result<Outputs, Failure> {
     let (mut named, mut written) = (Vec::new(), Vec::new());
     named_files(command, matches, &mut named, &mut written);
-    let outputs = Outputs::of(named);
+    let outputs = Outputs::of(named.clone());
     for path in written.iter().filter(|path| !path.is_dir()) {
         outputs.check(path)?;
     }
+    let read = named.iter().filter(|path| !written.contains(path));
+    read.map(|path| check_readable(path))
+        .collect::<Result<(), _>>()?;
     Ok(outputs)
+}
+
+/// Refuses to read a device, which gives bytes without end, and a pipe, which keeps whoever opens it waiting.
+pub fn check_readable(path: &Path) -> Result<(), Failure> {
+    match std::fs::metadata(path) {
+        Ok(about) if !about.is_file() && !about.is_dir() => Err(Failure::usage(format!(
+            "{}: no file but a device or a pipe; copy what it gives into a file",
+            path.display()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// The path in a value that may name a file, as in `sim:vehicle.toml` and `@list`.
+pub fn path_in(value: &str) -> &Path {
+    let path = value.trim_start_matches("sim:").trim_start_matches("ros2:");
+    Path::new(path.trim_start_matches('@'))
 }
 
 fn named_files(
@@ -241,11 +261,7 @@ fn named_files(
         };
         for value in values {
             let path = match value.to_str() {
-                Some(text) => text
-                    .trim_start_matches("sim:")
-                    .trim_start_matches("ros2:")
-                    .trim_start_matches('@')
-                    .into(),
+                Some(text) => path_in(text).into(),
                 None => PathBuf::from(value),
             };
             if argument.get_value_parser().type_id() == output {
@@ -261,12 +277,21 @@ fn named_files(
     }
 }
 
-/// A reader that has taken nothing for this long is not waited for by a program that was asked to end.
-const UNREAD: Duration = Duration::from_secs(1);
+/// A reader that has taken nothing for this long is not waited for by a program that was asked to end, and by one that had a vehicle.
+const UNREAD: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(5)];
 /// Bytes that are written at a time.
 const AT_A_TIME: usize = 4096;
 
-/// Writes on standard output, however slowly it is read, until the program is asked to end.
+/// How long nobody may read, and why not longer; `None`: as long as it takes.
+fn patience() -> Option<(Duration, &'static str)> {
+    let [asked, handed_back] = UNREAD;
+    if interrupt::is_asked() {
+        return Some((asked, "nobody reads it, and this program was asked to end"));
+    }
+    standard_error::is_detached().then_some((handed_back, "nobody reads it"))
+}
+
+/// Writes on standard output, however slowly it is read: until the program is asked to end, or, where it had a vehicle, nobody reads.
 fn write_out(text: String) -> std::io::Result<()> {
     let (tell, told) = channel();
     std::thread::spawn(move || {
@@ -285,14 +310,14 @@ fn write_out(text: String) -> std::io::Result<()> {
         match told.recv_timeout(look) {
             Ok(written) => written?,
             Err(RecvTimeoutError::Disconnected) => return Ok(()),
-            Err(RecvTimeoutError::Timeout) if !interrupt::is_asked() => continue,
-            Err(RecvTimeoutError::Timeout) if unread < UNREAD => {
-                unread += look;
-                continue;
-            }
             Err(RecvTimeoutError::Timeout) => {
-                let why = "nobody reads it, and this program was asked to end";
-                return Err(std::io::Error::new(std::io::ErrorKind::TimedOut, why));
+                unread += look;
+                match patience() {
+                    Some((most, why)) if unread > most => {
+                        return Err(std::io::Error::new(std::io::ErrorKind::TimedOut, why));
+                    }
+                    _ => continue,
+                }
             }
         }
         unread = Duration::ZERO;

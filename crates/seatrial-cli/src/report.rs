@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use seatrial_app::log_page::page;
 use seatrial_app::models::{Purpose, chosen_campaign};
+use seatrial_app::outputs::head_of;
 use seatrial_app::report::campaign_page;
 use seatrial_logbook::Logbook;
 use serde::Serialize;
@@ -96,7 +97,7 @@ impl Args {
 
 /// The title of the page that is there.
 fn title_of(path: &Path) -> Option<String> {
-    let page = std::fs::read_to_string(path).ok()?;
+    let page = String::from_utf8_lossy(&head_of(path)).into_owned();
     let from = page.find("<title>")?;
     let length = page[from..].find("</title>")?;
     Some(page[from..from + length].to_owned())

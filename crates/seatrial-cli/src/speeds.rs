@@ -72,7 +72,7 @@ pub fn save_schedule(
 ) -> Result<(), Failure> {
     let text = write_schedule_file(models, log)
         .map_err(|error| Failure::from(error).about("--schedule"))?;
-    output.save(path, text)
+    output.save(path, format!("# Speed schedule by seatrial\n{text}"))
 }
 
 fn plural(count: usize) -> &'static str {

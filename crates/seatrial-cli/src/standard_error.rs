@@ -11,6 +11,11 @@ pub fn detach() {
     QUEUE.get_or_init(TextQueue::default);
 }
 
+/// May a vehicle have been ours?
+pub fn is_detached() -> bool {
+    QUEUE.get().is_some()
+}
+
 /// Writes or draws as soon as standard error takes it; at once where it is not detached.
 pub fn write(job: impl FnOnce() + Send + 'static) {
     match QUEUE.get() {

@@ -249,9 +249,14 @@ fn load(path: &Path) -> Result<Backup, Failure> {
     let backup: Backup = read
         .and_then(|text| toml::from_str(&text).map_err(|error| format!("not a backup: {error}")))
         .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
-    let foreign = backup.foreign_names();
+    let (foreign, impossible) = (backup.foreign_names(), backup.impossible_values());
     match foreign.is_empty() {
-        true => Ok(backup),
+        true if impossible.is_empty() => Ok(backup),
+        true => Err(Failure::input(format!(
+            "{}: no autopilot had {}; nothing was written",
+            path.display(),
+            impossible.join("; ")
+        ))),
         false => Err(Failure::input(format!(
             "{}: not a backup of a trial or a commission, which never change {}; nothing was written",
             path.display(),

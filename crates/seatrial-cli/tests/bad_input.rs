@@ -413,4 +413,17 @@ fn cli_a_backup_with_parameters_that_no_trial_changes_is_refused() {
     assert_eq!(exit, 3, "{told}");
     assert!(told.contains("never change ARMING_CHECK"), "{told}");
     assert_eq!(std::fs::read_to_string(&backup).unwrap(), text);
+    for wrong in [
+        "[parameters.FS_TIMEOUT]\nnumber = nan\nkind = 9\n",
+        "[parameters.FS_TIMEOUT]\nnumber = inf\nkind = 9\n",
+        "[parameters.FS_ACTION]\nnumber = -3.0\nkind = 2\n",
+        "[parameters.ATC_STR_RAT_FF]\nnumber = 1e9\nkind = 9\n",
+        "[parameters.FS_TIMEOUT]\nnumber = 5.0\nkind = 77\n",
+        "mode = 4294967295\n",
+    ] {
+        std::fs::write(&backup, format!("system = 1\n{wrong}")).unwrap();
+        let (exit, _, told) = run_to_text(folder.path(), &arguments);
+        assert_eq!(exit, 3, "{wrong}: {told}");
+        assert!(told.contains("no autopilot had"), "{wrong}: {told}");
+    }
 }

@@ -419,7 +419,24 @@ fn io_a_file_that_is_no_log_is_not_told_to_an_assistant() {
             json!({"log": "passwd", "channels_file": "passwd"}),
         ),
         ("inspect", log("a`b.csv")),
+        ("simulate", json!({"vehicle": "sim:passwd"})),
+        ("simulate", json!({"vehicle": "sim:secret.toml"})),
+        ("plan", json!({"vehicle": "sim:secret.toml"})),
+        ("plan", json!({"file": "secret.toml"})),
+        ("plan", json!({"model": "secret.json"})),
+        ("simulate", json!({"vehicle": "sim:secret.json"})),
+        (
+            "inspect",
+            json!({"log": "a`b.csv", "channels_file": "secret.toml"}),
+        ),
+        ("inspect", log("/dev/zero")),
+        ("plan", json!({"file": "/dev/zero"})),
+        ("simulate", json!({"vehicle": "sim:/dev/zero"})),
     ];
+    let secret = folder.path().join("secret.toml");
+    std::fs::write(secret, "root_user_name = \"root_user\"\n").unwrap();
+    let secret = folder.path().join("secret.json");
+    std::fs::write(secret, "{\"root_user\": \"root_user\"}").unwrap();
     for answer in called(folder.path(), &[], &calls) {
         for content in answer["result"]["content"].as_array().unwrap() {
             let text = content["text"].as_str().unwrap();

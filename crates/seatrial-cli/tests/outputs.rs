@@ -141,3 +141,140 @@ fn cli_a_gain_that_is_warned_of_is_exported_only_where_that_is_accepted() {
         fs::remove_file(folder.path().join("gains")).unwrap();
     }
 }
+
+/// Logs whose columns say nothing by their names, and files of somebody else: read or not, they are not written over.
+#[test]
+fn cli_what_is_no_earlier_output_of_the_same_kind_is_not_written_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    kept(folder);
+    let long = "\"Series\";\"Time\";\"Value\"\n\"navigation.headingMagnetic\";\"2021-03-04T00:29:58.000+00:00\";0.7872\n";
+    let page = "<!doctype html><title>The harbour</title>";
+    let strange = [
+        ("long.csv", long),
+        ("abc.csv", "a,b,c\n0,1,2\n1,2,3\n2,3,4\n"),
+        ("bare.csv", "0,1,2\n1,2,3\n"),
+        ("lines.json", "{\"t\":0,\"yaw\":1}\n{\"t\":1,\"yaw\":1}\n"),
+        ("packed.zip", "PK\u{3}\u{4}run.csv"),
+        ("mine.html", page),
+        ("mine.toml", "x = 1\n"),
+        ("notes.md", "What seatrial said on Monday\n"),
+    ];
+    for (name, content) in strange {
+        fs::write(folder.join(name), content).unwrap();
+        for line in [
+            format!("plan --thrust 0.8 --out {name}"),
+            format!("trial --yes --logbook new.db --report {name}"),
+            format!("trial --yes --logbook new.db --record {name}"),
+            format!("gains --logbook a.db --rehearsal --export json --out {name}"),
+            format!("report l.csv --out {name}"),
+            format!("identify l.csv --schedule {name}"),
+            format!("logbook export --logbook a.db --out {name}"),
+        ] {
+            let (code, told) = run(folder, &line);
+            assert_eq!(code, Some(2), "{line}: {told}");
+            assert!(told.contains("give another name"), "{line}: {told}");
+        }
+        assert_eq!(fs::read_to_string(folder.join(name)).unwrap(), content);
+    }
+    assert!(!folder.join("new.db").exists());
+    // What was written here before is written again, and only by what wrote it.
+    for again in [
+        "plan --thrust 0.9 --out p.toml",
+        "report l.csv --out page.html",
+        "inspect l.csv --report page.html",
+        "report l.csv --out page.html",
+        "identify l.csv --schedule s.toml",
+        "identify l.csv --rudder-lag 0.1 --schedule s.toml",
+        "gains --schedule s.toml --export px4 --out g",
+        "gains --schedule s.toml --zeta 0.8 --export px4 --out g",
+    ] {
+        let (code, told) = run(folder, again);
+        assert_eq!(code, Some(0), "{again}: {told}");
+    }
+    for other in [
+        "gains --schedule s.toml --export ros2 --out g",
+        "plan --out s.toml",
+        "plan --out page.html",
+    ] {
+        let (code, told) = run(folder, other);
+        assert_eq!(code, Some(2), "{other}: {told}");
+    }
+}
+
+/// A device has no end.
+#[test]
+fn cli_a_device_is_never_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    kept(folder);
+    for (line, expected) in [
+        ("report l.csv --out /dev/full", 6),
+        ("report l.csv --out /dev/null", 0),
+        ("identify /dev/zero", 2),
+        ("inspect /dev/zero", 2),
+        ("gains --schedule /dev/zero", 2),
+        ("plan --plan /dev/zero", 2),
+        ("turn --model /dev/zero", 2),
+        ("trial --vehicle sim:/dev/zero --logbook n.db --yes", 2),
+    ] {
+        let (code, told) = run(folder, line);
+        assert_eq!(code, Some(expected), "{line}: {told}");
+    }
+}
+
+/// Names are bytes.
+#[test]
+fn cli_a_name_that_is_no_text_is_a_name() {
+    use std::os::unix::ffi::OsStrExt;
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    kept(folder);
+    let name = std::ffi::OsStr::from_bytes(b"b\xff'd.csv");
+    fs::copy(folder.join("l.csv"), folder.join(name)).unwrap();
+    for verb in ["identify", "inspect"] {
+        let ran = seatrial_dev::program()
+            .current_dir(folder)
+            .arg(verb)
+            .arg(name)
+            .output()
+            .unwrap();
+        let told = text(&ran.stdout) + &String::from_utf8_lossy(&ran.stderr);
+        assert_eq!(ran.status.code(), Some(0), "{told}");
+    }
+    #[cfg(feature = "parquet")]
+    for pattern in ["*.csv", "[bl]*.csv", "**/*.csv"] {
+        let out = format!("fleet-{}.parquet", pattern.len());
+        let (code, told) = run(folder, &format!("fleet {pattern} --out {out} --json"));
+        assert_eq!(code, Some(0), "{told}");
+        assert!(told.contains("\"files\": 2"), "{pattern}: {told}");
+    }
+}
+
+/// A pipe takes 64 kB; this one is full.
+#[test]
+fn io_a_trial_ends_though_nobody_reads_what_it_prints() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_reader, mut full) = std::io::pipe().unwrap();
+    std::io::Write::write_all(&mut full, &[b'x'; 1 << 16]).unwrap();
+    let mut unread = seatrial_dev::program()
+        .args(["trial", "--yes", "--json", "--logbook", "a.db"])
+        .current_dir(folder.path())
+        .stdout(full)
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let begun = std::time::Instant::now();
+    let exit = loop {
+        match unread.try_wait().unwrap() {
+            Some(exit) => break exit,
+            None if begun.elapsed().as_secs() > 120 => {
+                unread.kill().unwrap();
+                panic!("it waits for a reader");
+            }
+            None => std::thread::sleep(std::time::Duration::from_millis(100)),
+        }
+    };
+    assert_eq!(exit.code(), Some(6));
+    assert!(folder.path().join("a.db").exists());
+}

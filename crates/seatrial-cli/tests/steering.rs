@@ -81,6 +81,38 @@ fn cli_a_schedule_file_carries_that_a_model_has_no_gain() {
     assert!(gain(1).is_some_and(|gain| gain["value"].is_number()));
 }
 
+/// An interval that leaves no damping gives no gain, and one that is none is a bad file.
+#[test]
+fn cli_an_interval_of_damping_never_makes_a_gain_larger() {
+    let directory = tempfile::tempdir().unwrap();
+    let with = |interval: &str| {
+        let schedule = format!("{SCHEDULE}a22_interval_95_per_s = {interval}\n");
+        let path = write(directory.path(), "schedule.toml", &schedule);
+        run(&["gains", "--schedule", &path, "--json"])
+    };
+    for interval in ["[-1.9, 0.1]", "[-1.9, 0.0]", "[-1.9, -0.0001]"] {
+        let document = document(&with(interval));
+        let gain = document.pointer("/points/0/proportional_gain");
+        assert_eq!(gain, Some(&Value::Null), "{interval}: {document:#}");
+    }
+    let sure = document(&with("[-1.3, -1.2]"));
+    assert!(number(&sure, "/points/0/proportional_gain/value") > 0.0);
+    for interval in [
+        "[-0.1, -1.9]",
+        "[-1.2, -1.1]",
+        "[-1.9, -1.4]",
+        "[-1.9, nan]",
+    ] {
+        let refused = with(interval);
+        let told = text(&refused.stderr);
+        assert_eq!(refused.status.code(), Some(2), "{interval}: {told}");
+        assert!(
+            told.contains("point 2") && told.contains("a22_interval_95_per_s"),
+            "{told}"
+        );
+    }
+}
+
 #[test]
 fn cli_turn_refuses_an_unstable_vehicle_as_a_value() {
     let (document, code) = json(&["turn", "--a22", "0.1", "--b2", "1"]);

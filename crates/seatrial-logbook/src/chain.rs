@@ -1,11 +1,11 @@
 //! The hash chain of a campaign: campaign -> run -> run -> outcome.
 
-use rusqlite::Error;
 use rusqlite::types::ValueRef;
+use rusqlite::{Connection, Error};
 use sha2::{Digest, Sha256};
 
-use super::row::{stage_name, to_json};
-use super::stored::{CampaignEntry, StoredRun};
+use super::row::{Exact, stage_name, to_json};
+use super::stored::{CampaignEntry, StoredRun, collect, unfinished_runs};
 use seatrial::Step;
 
 /// SHA-256 over values; each is preceded by its length or kind, so no two sequences of values
@@ -154,8 +154,10 @@ pub(super) fn row_link(previous: &str, values: &[ValueRef]) -> String {
     link.hex()
 }
 
-/// The last link: how the campaign ended, and the steps that belong to no run.
+/// The last link: how the campaign ended, the steps that belong to no run, and the runs without a result where its hash covers them.
 pub(super) fn outcome_link(
+    connection: &Connection,
+    campaign: i64,
     previous: &str,
     outcome: &str,
     outside: &[Step],
@@ -163,5 +165,63 @@ pub(super) fn outcome_link(
     let mut link = Link::after(previous);
     link.text(outcome);
     link.steps(outside)?;
+    let sealed: Option<i64> = connection.query_row(
+        "SELECT notes_sealed FROM campaign WHERE id = ?",
+        [campaign],
+        |row| row.get(0),
+    )?;
+    if sealed > Some(2) {
+        let unfinished = unfinished_runs(connection, campaign)?;
+        link.length(unfinished.len());
+        for (number, attempt, thrust) in unfinished {
+            link.integer(number.into());
+            link.integer(attempt.into());
+            link.number(thrust);
+        }
+    }
+    Ok(link.hex())
+}
+
+/// The only link of a trial of the pitch axis, as earlier builds kept it: what it ran on, its plan, its result and its samples.
+pub(super) fn pitch_link(connection: &Connection, trial: i64) -> Result<String, Error> {
+    let mut link = Link::after("");
+    connection.query_row(
+        "SELECT configuration, entered, software_version, vehicle, seed, plan, result FROM pitch_trial WHERE id = ?",
+        [trial],
+        |row| {
+            for column in 0..4 {
+                link.text(&row.get::<_, String>(column)?);
+            }
+            let seed: Option<i64> = row.get(4)?;
+            link.integer(seed.is_some().into());
+            link.integer(seed.unwrap_or(0));
+            link.text(&row.get::<_, String>(5)?);
+            link.text(&row.get::<_, String>(6)?);
+            Ok(())
+        },
+    )?;
+    let samples = collect(
+        connection,
+        "SELECT time_s, pitch_rad, elevator_rad, depth_m, surge_speed_m_s FROM pitch_sample WHERE trial = ? ORDER BY number",
+        trial,
+        |row| {
+            let known = |column| row.get::<_, Exact>(column).map(|Exact(value)| value);
+            let optional = |column| {
+                let value: Result<Option<Exact>, Error> = row.get(column);
+                value.map(|value| value.map(|Exact(value)| value))
+            };
+            Ok((
+                [known(0)?, known(1)?, known(2)?],
+                [optional(3)?, optional(4)?],
+            ))
+        },
+    )?;
+    link.length(samples.len());
+    for (known, optional) in samples {
+        known.into_iter().for_each(|value| link.number(value));
+        optional
+            .into_iter()
+            .for_each(|value| link.optional_number(value));
+    }
     Ok(link.hex())
 }

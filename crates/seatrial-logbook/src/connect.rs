@@ -198,6 +198,22 @@ pub(super) fn file_identity(path: &Path) -> Option<(u64, u64)> {
     path.metadata().ok().map(|about| (about.dev(), about.ino()))
 }
 
+/// Does any name lead to this file, which this process has open? `None` where the system does not tell.
+#[cfg(unix)]
+pub(super) fn is_named(identity: (u64, u64)) -> Option<bool> {
+    use std::os::unix::fs::MetadataExt;
+    let open = std::fs::read_dir("/proc/self/fd").ok()?.flatten();
+    let mut open = open.filter_map(|file| std::fs::metadata(file.path()).ok());
+    let file = open.find(|about| (about.dev(), about.ino()) == identity)?;
+    Some(file.nlink() > 0)
+}
+
+/// Elsewhere an open file cannot be moved.
+#[cfg(not(unix))]
+pub(super) fn is_named(_: (u64, u64)) -> Option<bool> {
+    None
+}
+
 /// Elsewhere an open file cannot be moved.
 #[cfg(not(unix))]
 pub(super) fn file_identity(_: &Path) -> Option<(u64, u64)> {

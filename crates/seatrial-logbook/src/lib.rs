@@ -76,6 +76,7 @@ mod stored;
 mod trail;
 mod verify;
 mod write;
+mod write_ahead;
 
 use std::fs::OpenOptions;
 use std::path::{Path, PathBuf};
@@ -155,7 +156,8 @@ impl Logbook {
         Ok(logbook)
     }
 
-    /// Could a logbook be opened there for writing, as far as can be told without writing anything?
+    /// Could a trial be kept there, as far as can be told without writing anything? Not in a logbook that is damaged: no gain would be taken
+    /// from it.
     pub fn check_writable(path: impl Into<PathBuf>) -> Result<(), Error> {
         let path = path.into();
         reject_directory(&path)?;
@@ -166,9 +168,7 @@ impl Logbook {
         };
         if path.exists() {
             let opened = OpenOptions::new().append(true).open(&path);
-            let connected =
-                connect_for_reading(&path).map_err(|error| Error::reading(&path, &error))?;
-            Self::of(connected, path.clone()).identify()?;
+            Self::open_read_only(&path)?.check_undamaged()?;
             return opened.map(drop).map_err(|error| {
                 refused(format!("{error}; make the file and its folder writable"))
             });
@@ -193,6 +193,7 @@ impl Logbook {
         }
         // Asked first: a reader makes such a file, too.
         let lacks_log = connect::lacks_log(&path);
+        let log_damage = write_ahead::damage(&path);
         let connected =
             connect_for_reading(&path).map_err(|error| Error::reading(&path, &error))?;
         let mut logbook = Self::of(connected, path);
@@ -201,6 +202,13 @@ impl Logbook {
         if found != Identity::Logbook(MIGRATIONS.len()) {
             logbook.connection = migrated_copy(&logbook.connection)
                 .map_err(|error| Error::reading(&logbook.path, &error))?;
+        }
+        if let Some(damage) = log_damage {
+            logbook.missing = Some(format!(
+                "{}: its {} {damage}; what stood there is missing",
+                logbook.path.display(),
+                beside(&logbook.path, "-wal").display()
+            ));
         }
         if lacks_log {
             logbook.missing = logbook.reading(unfinished(&logbook.connection))?.map(|campaign| {
@@ -223,6 +231,23 @@ impl Logbook {
             missing: None,
             _copy: connected.copy,
         }
+    }
+
+    fn check_undamaged(&self) -> Result<(), Error> {
+        let damage = match self.was_empty {
+            true => None,
+            false => self.verify()?.damage.into_iter().next(),
+        };
+        damage.map_or(Ok(()), |damage| {
+            Err(Error::Damaged {
+                path: self.path.clone(),
+                place: damage.place,
+                found: format!(
+                    "{}; no gain is taken from it, so that no trial is kept in it: give a new file with --logbook",
+                    damage.found
+                ),
+            })
+        })
     }
 
     /// Keeps everybody from writing to a logbook: to try what a disk that hangs does.
@@ -295,7 +320,7 @@ impl Logbook {
 fn reject_log_of_another(path: &Path) -> Result<(), Error> {
     let log = beside(path, "-wal");
     let is_empty = path.metadata().map_or(true, |about| about.len() == 0);
-    match is_empty && log.exists() {
+    match is_empty && log.metadata().is_ok_and(|about| about.len() > 0) {
         true => Err(Error::Unreadable {
             path: path.into(),
             cause: format!(

@@ -51,6 +51,17 @@ impl Logbook {
         })
     }
 
+    /// What is damaged of these campaigns, or of the file that they are in; of every campaign where none is named.
+    pub fn damage_among(&self, campaigns: &[CampaignId]) -> Result<Option<Damage>, Error> {
+        self.viewing(|| {
+            let is_asked =
+                |entry: &CampaignEntry| campaigns.is_empty() || campaigns.contains(&entry.id);
+            let asked: Vec<CampaignEntry> = self.entries()?.into_iter().filter(is_asked).collect();
+            let damage = asked.iter().find_map(|entry| self.damage_of(entry));
+            Ok(damage.or_else(|| self.damage_of_file()))
+        })
+    }
+
     fn entry_as_found(&self, campaign: CampaignId) -> Result<CampaignEntry, Error> {
         let campaigns = self.entries()?;
         let held = match campaigns.as_slice() {

@@ -15,7 +15,42 @@ const NUMBERS: &str =
     "its rows are not numbered one after the other: one was taken out, put in or moved";
 const UNFINISHED: &str = "has rows of a result, but no result";
 
-const CHECKS: [Check; 10] = [
+const CHECKS: [Check; 17] = [
+    Check {
+        sql: "SELECT 'table review' FROM review
+              GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
+        found: NUMBERS,
+    },
+    Check {
+        sql: "SELECT 'table command' FROM command
+              GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
+        found: NUMBERS,
+    },
+    Check {
+        sql: "SELECT 'table run' FROM run
+              GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
+        found: NUMBERS,
+    },
+    Check {
+        sql: "SELECT 'table configuration' FROM configuration
+              GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
+        found: NUMBERS,
+    },
+    Check {
+        sql: "SELECT 'table pitch_trial' FROM pitch_trial
+              GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
+        found: NUMBERS,
+    },
+    Check {
+        sql: "SELECT 'configuration ' || name FROM configuration
+              WHERE id NOT IN (SELECT configuration FROM campaign)",
+        found: "no campaign has it",
+    },
+    Check {
+        sql: "SELECT 'reviews' FROM trail WHERE (SELECT count(*) FROM command WHERE command = 'review_run' AND result = 'done')
+              > (SELECT count(*) FROM review)",
+        found: "fewer than operators entered: one was taken out",
+    },
     Check {
         sql: "SELECT 'table campaign' FROM campaign
               GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",

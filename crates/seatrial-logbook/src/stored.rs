@@ -36,8 +36,8 @@ pub struct CampaignEntry {
     pub configuration: String,
     /// Notes on the configuration as they stood when it began.
     pub notes: Option<String>,
-    /// What its hash covers: 1 the notes, 2 also that commands and reviews have hash chains. 0 in campaigns of older schemas,
-    /// which show the configuration's newest notes.
+    /// What its hash covers: 1 the notes, 2 also that commands and reviews have hash chains, 3 also the runs without a result.
+    /// 0 in campaigns of older schemas, which show the configuration's newest notes.
     #[serde(skip)]
     pub(super) sealed: i64,
     /// When it began, UTC, ISO 8601.
@@ -200,7 +200,7 @@ pub(super) fn campaign_entries(
 ) -> Result<Vec<CampaignEntry>, rusqlite::Error> {
     collect(
         connection,
-        "SELECT campaign.id, configuration.name,
+        "SELECT campaign.id, coalesce(configuration.name, ''),
                 CASE WHEN notes_sealed IS NOT NULL THEN campaign.notes ELSE configuration.notes END,
                 started, software_version,
                 vehicle, seed, rudder_limit_rad, plan, plan_sha256, outcome, interrupted,
@@ -212,7 +212,7 @@ pub(super) fn campaign_entries(
                      ORDER BY review.id DESC LIMIT 1), run.accepted)), 0)
                  FROM run WHERE run.campaign = campaign.id),
                 full_rudder_rad, full_rudder_assumed, scenario, notes_sealed
-         FROM campaign JOIN configuration ON configuration.id = campaign.configuration
+         FROM campaign LEFT JOIN configuration ON configuration.id = campaign.configuration
          WHERE ? ORDER BY campaign.id",
         1,
         |row| {
@@ -258,6 +258,19 @@ pub(super) fn steps_of_run(
 ) -> Result<Vec<Step>, rusqlite::Error> {
     let steps = steps(connection, "sample.run = ?", run)?;
     Ok(steps.into_iter().map(|(_, step)| step).collect())
+}
+
+/// Number, attempt and thrust of each run without a result.
+pub(super) fn unfinished_runs(
+    connection: &Connection,
+    campaign: i64,
+) -> Result<Vec<(u32, u32, f64)>, rusqlite::Error> {
+    collect(
+        connection,
+        "SELECT number, attempt, thrust FROM run WHERE campaign = ? AND sha256 IS NULL ORDER BY number",
+        campaign,
+        |row| Ok((row.get(0)?, row.get(1)?, row.get::<_, Exact>(2)?.0)),
+    )
 }
 
 /// The steps before the first run and after the last.

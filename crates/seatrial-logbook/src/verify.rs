@@ -3,7 +3,7 @@
 use rusqlite::Connection;
 use serde::Serialize;
 
-use super::chain::{campaign_link, outcome_link, run_link, sha256};
+use super::chain::{campaign_link, outcome_link, pitch_link, run_link, sha256};
 use super::damage::Damage;
 use super::row::to_json;
 use super::stored::{CampaignEntry, State, campaign_entries, collect, steps_outside, stored_run};
@@ -86,6 +86,28 @@ impl Logbook {
             found.add(&place, wrong);
         }
         self.verify_trails(found);
+        self.verify_pitch_trials(found);
+    }
+
+    /// Trials of the pitch axis as earlier builds kept them.
+    fn verify_pitch_trials(&self, found: &mut Verification) {
+        let trials = collect(
+            &self.connection,
+            "SELECT id, sha256 FROM pitch_trial WHERE ? ORDER BY id",
+            1,
+            |row| Ok((row.get(0)?, row.get(1)?)),
+        );
+        let trials: Vec<(i64, String)> = match trials {
+            Ok(trials) => trials,
+            Err(error) => return found.add("pitch trials", error),
+        };
+        for (id, seal) in trials {
+            match pitch_link(&self.connection, id) {
+                Ok(link) if link == seal => {}
+                Ok(_) => found.add(&format!("pitch trial {id}"), "it was put in or changed"),
+                Err(error) => found.add(&format!("pitch trial {id}"), error),
+            }
+        }
     }
 
     fn verify_trails(&self, found: &mut Verification) {
@@ -170,7 +192,10 @@ impl Logbook {
         found.samples += outside.len();
         match campaign.state {
             State::Ended { outcome } => {
-                match to_json(&outcome).and_then(|text| outcome_link(&head, &text, &outside)) {
+                let link = to_json(&outcome).and_then(|text| {
+                    outcome_link(&self.connection, campaign.id.0, &head, &text, &outside)
+                });
+                match link {
                     Ok(link) => head = link,
                     Err(error) => found.add(&place, error),
                 }
@@ -180,7 +205,7 @@ impl Logbook {
         if head != campaign.head_sha256 {
             found.add(
                 &place,
-                "its outcome, the number of its runs or a sample outside them was changed",
+                "its outcome, its runs or a sample outside them was changed, or one was put in",
             );
         }
     }

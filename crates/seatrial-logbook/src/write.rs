@@ -1,14 +1,16 @@
 //! What goes into a logbook.
 
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use rusqlite::backup::Backup;
 use rusqlite::{Connection, ErrorCode, Transaction, TransactionBehavior, params};
 use seatrial_core::Outcome;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::chain::{campaign_link, outcome_link, run_link, sha256};
-use super::connect::{BUSY_TIMEOUT, file_identity};
+use super::connect::{BUSY_TIMEOUT, file_identity, is_named};
 use super::row::{Exact, from_json, stage_name, to_json};
 use super::stored::{campaign_entries, steps_of_run, steps_outside, stored_run};
 use super::{CampaignId, Error, Logbook, RunId};
@@ -65,7 +67,7 @@ impl Logbook {
                                        scenario, plan, plan_sha256, sha256, head_sha256,
                                        notes, notes_sealed)
                  VALUES (?1, strftime('%Y-%m-%dT%H:%M:%SZ'), ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, '', '',
-                         (SELECT notes FROM configuration WHERE id = ?1), 2)",
+                         (SELECT notes FROM configuration WHERE id = ?1), 3)",
                 params![
                     configuration,
                     new.software_version,
@@ -181,23 +183,45 @@ impl Logbook {
     /// Enters how a campaign ended.
     ///
     /// # Errors
-    /// Also where the file was renamed or replaced meanwhile; what was written since is in the renamed one.
+    /// Also where the file was renamed, removed or replaced meanwhile; where its runs are is said.
     pub fn finish_campaign(&mut self, campaign: CampaignId, outcome: Outcome) -> Result<(), Error> {
         self.end_campaign(campaign, outcome)?;
         match self.has_moved() {
             true => Err(Error::NotSaved {
                 path: self.path.clone(),
-                cause: "the file was renamed or replaced during the trial; all runs are in the renamed one".into(),
+                cause: self.saved_elsewhere(),
             }),
             false => Ok(()),
         }
+    }
+
+    /// Where the runs are of a logbook whose name leads to it no more. One that was removed is saved under a new name.
+    fn saved_elsewhere(&self) -> String {
+        if self.file.and_then(is_named) == Some(true) {
+            return "the file was renamed during the trial; all runs are in the renamed one".into();
+        }
+        let what = "the file was removed or replaced during the trial";
+        let free = (1..100).map(|number| numbered(&self.path, number));
+        let Some(new) = free.into_iter().find(|path| !path.exists()) else {
+            return format!("{what}, and its runs are lost: no name beside it is free");
+        };
+        match self.copy_to(&new) {
+            Ok(()) => format!("{what}; all runs are in {}", new.display()),
+            Err(error) => format!("{what}, and its runs are lost: {}: {error}", new.display()),
+        }
+    }
+
+    fn copy_to(&self, new: &Path) -> Result<(), rusqlite::Error> {
+        let mut copy = Connection::open(new)?;
+        Backup::new(&self.connection, &mut copy)?.run_to_completion(1024, Duration::ZERO, None)
     }
 
     fn end_campaign(&mut self, campaign: CampaignId, outcome: Outcome) -> Result<(), Error> {
         self.write(Durability::Power, |transaction| {
             let outcome = to_json(&outcome)?;
             let outside = steps_outside(transaction, campaign.0)?;
-            let link = outcome_link(&head(transaction, campaign.0)?, &outcome, &outside)?;
+            let head = head(transaction, campaign.0)?;
+            let link = outcome_link(transaction, campaign.0, &head, &outcome, &outside)?;
             transaction.execute(
                 "UPDATE campaign SET outcome = ? WHERE id = ?",
                 params![outcome, campaign.0],
@@ -233,6 +257,17 @@ impl Logbook {
     fn has_moved(&self) -> bool {
         self.file.is_some() && self.file != file_identity(&self.path)
     }
+}
+
+/// As `seatrial-1.db` of `seatrial.db`.
+fn numbered(path: &Path, number: u32) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("-{number}"));
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    path.with_file_name(name)
 }
 
 /// Moves what the write-ahead log holds into the file itself. Where readers or a full disk prevent that, it stays where it is.

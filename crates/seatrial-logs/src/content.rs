@@ -219,7 +219,7 @@ fn start(input: impl Read) -> Result<Vec<u8>, Fault> {
 
 /// Is this file a log, or what packs one? Of a text or a Parquet file its columns tell: a heading, and a rudder or a time.
 pub fn is_log(path: &Path) -> bool {
-    let Ok(start) = std::fs::File::open(path)
+    let Ok(start) = crate::input::opened(path)
         .map_err(Fault::read)
         .and_then(start)
     else {

@@ -65,8 +65,20 @@ impl Held {
     pub(crate) fn open(&self, path: &Path) -> io::Result<Input> {
         match self.get(path) {
             Some(held) => Ok(held),
-            None => File::open(path).map(Input::File),
+            None => opened(path).map(Input::File),
         }
+    }
+}
+
+/// Opens a file, or a folder. A device gives bytes without end, and a pipe keeps whoever opens it waiting.
+pub(crate) fn opened(path: &Path) -> io::Result<File> {
+    let about = std::fs::metadata(path)?;
+    match about.is_file() || about.is_dir() {
+        true => File::open(path),
+        false => Err(io::Error::new(
+            io::ErrorKind::InvalidInput,
+            "no file but a device or a pipe; copy what it gives into a file, or name - for standard input",
+        )),
     }
 }
 

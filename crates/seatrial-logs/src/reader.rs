@@ -63,6 +63,17 @@ pub fn open_held(path: &Path, held: &Held, choice: &ChannelChoice) -> Result<Log
     Ok(reader)
 }
 
+/// Why there are none: damage, or a logger that was not running.
+fn no_rows(table: &dyn Table) -> Fault {
+    match table.is_damaged() {
+        true => Fault::Damaged {
+            format: "the",
+            what: table.warnings().join("; "),
+        },
+        false => Fault::HeaderOnly,
+    }
+}
+
 impl LogReader {
     pub(crate) fn new(
         log: String,
@@ -87,7 +98,7 @@ impl LogReader {
         table.select(&found.columns());
         let mut rows = look_ahead(&mut *table, choice.drop_invalid);
         if rows.is_empty() {
-            return Err(Fault::HeaderOnly);
+            return Err(no_rows(&*table));
         }
         leave_out_text(&mut found, &mut rows, &columns, &mut *table);
         if !was_sparse && table.known().is_empty() && is_sparse(&found, &rows) {

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use seatrial_core::Sample;
-use seatrial_logs::{ChannelChoice, Fault, ReadError, Row, open, write_csv, write_parquet};
+use seatrial_logs::{
+    ChannelChoice, Fault, ReadError, Row, open, write_csv, write_mcap, write_parquet,
+};
 
 fn samples(count: u32) -> Vec<Sample<f64>> {
     (0..count)
@@ -139,4 +141,42 @@ fn io_a_line_without_end_is_refused_with_bounded_memory() {
         matches!(error.fault, Fault::TooManyColumns { .. }),
         "{error}"
     );
+}
+
+/// The library writes no checksums of pages; the file has its own.
+#[test]
+fn io_a_flipped_bit_of_our_own_parquet_changes_no_sample_in_silence() {
+    let mut whole = Vec::new();
+    write_parquet(&mut whole, &rows(&samples(400))).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.parquet");
+    let footer = u32::from_le_bytes(whole[whole.len() - 8..][..4].try_into().unwrap()) as usize;
+    let read = |bytes: &[u8]| -> Result<Vec<_>, ReadError> {
+        std::fs::write(&path, bytes).unwrap();
+        open(&path, &ChannelChoice::default())?.collect()
+    };
+    assert_eq!(read(&whole).unwrap().len(), 400);
+    let (first, end) = (4, whole.len() - 8 - footer);
+    // The index of the pages before the footer is not read.
+    for at in (first..end - 1000).step_by(37) {
+        let mut flipped = whole.clone();
+        flipped[at] ^= 1 << (at % 8);
+        assert!(read(&flipped).is_err(), "byte {at} of {}", whole.len());
+    }
+}
+
+/// Not a logger that was not running.
+#[test]
+fn io_a_damaged_first_chunk_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let mut bytes = Vec::new();
+    write_mcap(&mut bytes, &rows(&samples(400))).unwrap();
+    let middle = bytes.len() / 4;
+    bytes[middle] ^= 4;
+    std::fs::write(&path, bytes).unwrap();
+    let fault = open(&path, &ChannelChoice::default())
+        .err()
+        .map(|e| e.fault);
+    assert!(matches!(fault, Some(Fault::Damaged { .. })), "{fault:?}");
 }

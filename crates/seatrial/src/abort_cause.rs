@@ -35,6 +35,7 @@ pub(crate) fn reason(aborted: AbortReason, evidence: Option<&Evidence>) -> Reaso
     let shown = evidence.and_then(|found| {
         compass_failed(aborted, found.samples).or_else(|| match aborted {
             AbortReason::ReversedRudder => works_the_other_way(found),
+            AbortReason::StaleSamples => outputs_failed(found.samples),
             _ => None,
         })
     });
@@ -85,6 +86,49 @@ fn heading_stopped(samples: &[Sample<f64>]) -> Option<Shown> {
             "Look at the compass, its supply and its connection before the next trial.",
         )
     })
+}
+
+/// The heading came and moved to the end, and the rudder was not known, or nothing else was missing.
+fn outputs_failed(samples: &[Sample<f64>]) -> Option<Shown> {
+    let end_s = samples.last()?.time_s;
+    let last = &samples[samples.partition_point(|s| s.time_s < end_s - LAST_S)..];
+    let first_rad = last.first()?.heading_rad;
+    let is_measured = last.iter().all(|s| s.heading_rad.is_finite());
+    let moves = last.iter().any(|s| s.heading_rad != first_rad);
+    let is_even = last
+        .windows(2)
+        .all(|pair| (0.0..0.5 * LAST_S).contains(&(pair[1].time_s - pair[0].time_s)));
+    if !(is_measured && moves && is_even) {
+        return None;
+    }
+    let unknown = last.iter().filter(|s| !s.rudder_rad.is_finite()).count();
+    let what = match (2 * unknown > last.len(), others_stopped(samples, last)) {
+        (true, _) => "came too late, or not at all",
+        (false, false) => "came too rarely to tell when the rudder moved",
+        (false, true) => return None,
+    };
+    Some((
+        format!("the outputs that tell the rudder {what}, while the heading came"),
+        "Look at the link, and at how often the autopilot sends its servo outputs (SERVO_OUTPUT_RAW).",
+    ))
+}
+
+/// Did a measurement besides heading and rudder come before, and not at the end?
+fn others_stopped(samples: &[Sample<f64>], last: &[Sample<f64>]) -> bool {
+    let others = |s: &Sample<f64>| {
+        [
+            s.depth_m,
+            s.altitude_m,
+            s.roll_rad,
+            s.pitch_rad,
+            s.surge_speed_m_s,
+        ]
+    };
+    let came = |part: &[Sample<f64>], k: usize| {
+        let mut values = part.iter().filter_map(|s| others(s)[k]);
+        values.any(f64::is_finite)
+    };
+    (0..5).any(|k| came(samples, k) && !came(last, k))
 }
 
 fn jumped(samples: &[Sample<f64>]) -> Option<Shown> {
@@ -171,7 +215,7 @@ fn action(reason: AbortReason) -> &'static str {
             "Allow more time to settle at each thrust, and check the propulsion and the current."
         }
         AbortReason::StaleSamples => {
-            "Check the compass and the link: the report shows where the samples stopped."
+            "Check the compass, the link, and how often and how late the outputs of the servos come: the report shows where the samples stopped."
         }
         AbortReason::StageTimeLimit => {
             "Check the clock of the vehicle and the time limits of the plan."
@@ -207,5 +251,41 @@ fn action(reason: AbortReason) -> &'static str {
         AbortReason::NotAttended => {
             "Look at the load of its computer and at the disk that keeps the logbook."
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(rudder_rad: f64, depth_m: Option<f64>) -> Vec<Sample<f64>> {
+        let sample = |k: u32| Sample {
+            time_s: 0.05 * f64::from(k),
+            heading_rad: 0.01 * f64::from(k % 7),
+            rudder_rad: if k < 40 { 0.1 } else { rudder_rad },
+            depth_m: if k < 40 { Some(1.0) } else { depth_m },
+            ..Sample::default()
+        };
+        (0..100).map(sample).collect()
+    }
+
+    #[test]
+    fn exact_outputs_that_are_late_or_rare_are_not_the_compass() {
+        let cause = |samples: &[Sample<f64>]| {
+            let evidence = Evidence {
+                samples,
+                training_from_s: None,
+                earlier: None,
+                has_models: false,
+            };
+            reason(AbortReason::StaleSamples, Some(&evidence)).text
+        };
+        assert!(cause(&record(f64::NAN, Some(1.0))).contains("too late"));
+        assert!(cause(&record(0.1, Some(1.0))).contains("too rarely"));
+        // Another measurement stopped, or the heading is always the same.
+        assert!(cause(&record(0.1, None)).contains("no usable sample"));
+        let mut frozen = record(0.1, Some(1.0));
+        frozen.iter_mut().for_each(|s| s.heading_rad = 0.2);
+        assert!(cause(&frozen).contains("no usable sample"));
     }
 }

@@ -42,7 +42,7 @@ impl GainAllowance {
         }
     }
 
-    /// The damping to allow for, 1/s, by a22 and its 95 % interval, 1/s, and a verdict: none where the interval holds 0 or is not known; all
+    /// The damping to allow for, 1/s, by a22 and its 95 % interval, 1/s, and a verdict: none where the interval is not known; all
     /// of it, and so no gain, where the verdict says that the vehicle may be [unstable](ReasonCode::Unstable).
     pub fn damping_of(a22_per_s: f64, interval: Option<[f64; 2]>, may_be_unstable: bool) -> f64 {
         match may_be_unstable {
@@ -51,14 +51,17 @@ impl GainAllowance {
         }
     }
 
-    /// From a22 to the end of its 95 % interval nearer to 0, 1/s; 0 where the interval holds 0.
+    /// From a22 to the end of its 95 % interval nearer to 0, 1/s. All of a22, and so no gain, where that end leaves next to
+    /// [nothing](Self::LEAST_DAMPING) of it: the vehicle may be undamped.
     pub fn damping_per_s(a22_per_s: f64, [_, least_damped_per_s]: [f64; 2]) -> f64 {
-        if least_damped_per_s < 0.0 {
-            (least_damped_per_s - a22_per_s).max(0.0)
-        } else {
-            0.0
+        match -least_damped_per_s >= Self::LEAST_DAMPING * -a22_per_s {
+            true => (least_damped_per_s - a22_per_s).max(0.0),
+            false => a22_per_s.abs(),
         }
     }
+
+    /// The least part of a22 that its interval leaves where there is a gain. K_p falls with the square of it, here to a 400th.
+    pub const LEAST_DAMPING: f64 = 0.05;
 
     /// The gain.
     pub fn design(
@@ -117,9 +120,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn exact_an_interval_that_holds_no_damping_allows_for_none() {
+    fn exact_an_interval_that_leaves_no_damping_gives_no_gain() {
         assert_eq!(GainAllowance::damping_per_s(-1.0, [-1.25, -0.75]), 0.25);
-        assert_eq!(GainAllowance::damping_per_s(-1.0, [-2.25, 0.25]), 0.0);
+        assert_eq!(GainAllowance::damping_per_s(-1.0, [-1.25, -0.0625]), 0.9375);
+        let model = YawModel::from_theta([-1.0, 1.08, 0.012]);
+        for least_damped_per_s in [0.25, 0.0, -0.0001, f64::NAN] {
+            let interval = Some([-2.25, least_damped_per_s]);
+            let allowance = GainAllowance {
+                damping_per_s: GainAllowance::damping_of(-1.0, interval, false),
+                timing: LoopTiming::default(),
+            };
+            let gain = allowance.design(&model, DAMPING_RATIO);
+            assert_eq!(gain, Err(NoGain::CourseUnstable), "{least_damped_per_s}");
+        }
     }
 
     /// The gain is smaller for each thing that it allows for, and (57) for none.

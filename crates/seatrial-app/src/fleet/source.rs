@@ -102,6 +102,7 @@ pub fn find(inputs: &[String]) -> Result<Found, NotFound> {
                 source,
             })?;
             found.extend(pattern.flatten().filter(|path| path.is_file()));
+            fit_no_text(input, &mut found);
         }
         if found.is_empty() {
             return Err(NotFound::Nothing {
@@ -114,6 +115,42 @@ pub fn find(inputs: &[String]) -> Result<Found, NotFound> {
         sources: paths.iter().map(|path| Source::of(path)).collect(),
         passed_over,
     })
+}
+
+/// Adds the files of a pattern whose names are no text, which the library of patterns passes over in silence.
+fn fit_no_text(pattern: &str, found: &mut BTreeSet<PathBuf>) {
+    let Ok(fits) = glob::Pattern::new(pattern) else {
+        return;
+    };
+    let fixed = pattern.find(['*', '?', '[']).unwrap_or(pattern.len());
+    let (root, rest) = pattern.split_at(pattern[..fixed].rfind('/').map_or(0, |at| at + 1));
+    let depth = match rest.contains("**") {
+        true => usize::MAX,
+        false => rest.matches('/').count(),
+    };
+    let options = glob::MatchOptions {
+        require_literal_separator: true,
+        ..glob::MatchOptions::new()
+    };
+    let mut folders = vec![(PathBuf::from(root), 0)];
+    while let Some((folder, below)) = folders.pop() {
+        let named = match folder.as_os_str().is_empty() {
+            true => Path::new("."),
+            false => &folder,
+        };
+        // A folder that cannot be read holds nothing for the library either.
+        for entry in fs::read_dir(named).into_iter().flatten().flatten() {
+            let path = folder.join(entry.file_name());
+            if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+                folders.extend((below < depth).then_some((path, below + 1)));
+            } else if path.to_str().is_none()
+                && fits.matches_with(&path.to_string_lossy(), options)
+                && path.is_file()
+            {
+                found.insert(path);
+            }
+        }
+    }
 }
 
 /// The path of a name that may be in any encoding.

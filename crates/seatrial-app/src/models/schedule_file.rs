@@ -88,6 +88,17 @@ impl ScheduleFilePoint {
         })
     }
 
+    /// An interval that is none of its value makes a gain that allows for nothing.
+    fn wrong_interval(&self) -> Option<String> {
+        let [low, high] = self.a22_interval_95_per_s?;
+        let a22 = self.a22_per_s;
+        (!(low <= a22 && a22 <= high)).then(|| {
+            format!(
+                "a22_interval_95_per_s = [{low}, {high}]: expected the least and the greatest value, with a22_per_s = {a22} between them"
+            )
+        })
+    }
+
     fn into_model(self) -> ModelPoint {
         ModelPoint {
             covariance: self.covariance,
@@ -114,7 +125,7 @@ impl ScheduleFilePoint {
 /// The models of a [schedule file](SCHEDULE_FILE_HELP).
 ///
 /// # Errors
-/// A file that cannot be read, is no schedule or has a number out of its range.
+/// A file that cannot be read, is no schedule, or has a number out of its range or an interval that does not hold its value.
 pub fn of_schedule_file(path: &Path) -> Result<Models, Error> {
     let file: ScheduleFile = toml::from_str(&read_text(path)?).map_err(|error| {
         Error::Input(format!("{}: {error}\n{SCHEDULE_FILE_HELP}", path.display()))
@@ -124,6 +135,12 @@ pub fn of_schedule_file(path: &Path) -> Result<Models, Error> {
             "{}: no [[point]]\n{SCHEDULE_FILE_HELP}",
             path.display()
         )));
+    }
+    for (number, point) in (1..).zip(&file.point) {
+        if let Some(wrong) = point.wrong_interval() {
+            let wrong = format!("{}: point {number}: {wrong}", path.display());
+            return Err(Error::Setting(wrong));
+        }
     }
     let points = file.point.into_iter().map(ScheduleFilePoint::into_model);
     Ok(Models {

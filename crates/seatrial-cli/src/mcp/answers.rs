@@ -50,16 +50,7 @@ fn words(error: impl Into<Error>) -> String {
             "{log}: no log that is understood: expected columns or messages with a time, a heading and a rudder; a person sees with `seatrial inspect` what is there"
         );
     }
-    // Lines of a file that an error quotes: `12 | name = value`.
-    let is_quoted = |line: &&str| {
-        let line = line
-            .trim_start()
-            .trim_start_matches(|c: char| c.is_ascii_digit());
-        line.trim_start().starts_with('|')
-    };
-    let text = error.to_string();
-    let lines: Vec<&str> = text.lines().filter(|line| !is_quoted(line)).collect();
-    lines.join("\n")
+    error.to_string()
 }
 
 /// A log and how to read it.

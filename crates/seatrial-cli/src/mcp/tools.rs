@@ -1,11 +1,13 @@
 //! The tools: what each is for, what it takes, and who answers.
 
+use seatrial_app::assist::without_lines_of_files;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use super::answers::{self, Answer};
 use super::moving::{self, Lock};
 use super::rpc::Fault;
+use crate::output::{check_readable, path_in};
 
 /// What every assistant has to know.
 pub const INSTRUCTIONS: &str = "\
@@ -119,6 +121,7 @@ pub fn call(params: &Value, lock: Lock) -> Result<Value, Fault> {
         given @ Value::Object(_) => given.clone(),
         _ => return Err(Fault::params("arguments: expected an object")),
     };
+    check_paths(&arguments)?;
     let answer = match name {
         "inspect" => answers::inspect(&taken(name, arguments)?),
         "identify" => answers::identify(&taken(name, arguments)?),
@@ -140,6 +143,13 @@ pub fn call(params: &Value, lock: Lock) -> Result<Value, Fault> {
     Ok(shown(answer))
 }
 
+/// Refuses what would be read without end.
+fn check_paths(arguments: &Value) -> Result<(), Fault> {
+    let values = arguments.as_object().into_iter().flat_map(|a| a.values());
+    let mut paths = values.filter_map(Value::as_str).map(path_in);
+    paths.try_for_each(|path| check_readable(path).map_err(Fault::params))
+}
+
 fn taken<T: DeserializeOwned>(tool: &str, arguments: Value) -> Result<T, Fault> {
     serde_json::from_value(arguments).map_err(|error| Fault::params(format!("{tool}: {error}")))
 }
@@ -152,7 +162,10 @@ fn shown(answer: Answer) -> Value {
             "structuredContent": answer.document,
             "isError": false,
         }),
-        Err(message) => json!({"content": [text_of(&message)], "isError": true}),
+        Err(message) => {
+            let message = without_lines_of_files(&message);
+            json!({"content": [text_of(&message)], "isError": true})
+        }
     }
 }
 

@@ -148,7 +148,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     }
     let toml = toml::to_string_pretty(&document.plan).map_err(Failure::internal)?;
     if let Some(path) = &args.out {
-        output.save(path, &toml)?;
+        output.save(path, format!("# Trial plan by seatrial\n{toml}"))?;
     }
     if args.out.is_none() && !output.json {
         eprintln!("{}", text(&document, None));

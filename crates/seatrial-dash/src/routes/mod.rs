@@ -3,6 +3,7 @@
 mod asked;
 mod commission;
 mod control;
+mod damage;
 mod history;
 mod logs;
 #[cfg(feature = "openapi")]
@@ -81,6 +82,7 @@ pub fn router(shared: Arc<Shared>, upload_limit: usize) -> Router {
         .route("/campaigns/{id}/gains.param", get(history::param))
         .route("/campaigns/{id}/gains/{format}", get(history::gains))
         .route("/compare", get(history::compare))
+        .layer(from_fn_with_state(Arc::clone(&shared), damage::told))
         .layer(DefaultBodyLimit::max(COMMAND_LIMIT));
     Router::new()
         .nest("/api/v1", logs.merge(api))

@@ -228,6 +228,12 @@ pub(super) fn all_names() -> impl Iterator<Item = &'static str> {
     ROVER.iter().chain(&SUB).map(|row| row.name)
 }
 
+/// More than any autopilot has in a parameter of this name, of whatever kind; `None` where it is no gain of the controller.
+pub(super) fn most_of(name: &str) -> Option<f64> {
+    let row = ROVER.iter().chain(&SUB).find(|row| row.name == name)?;
+    Some(100.0 * row.per_unit.max(1.0))
+}
+
 /// The names of those that every firmware of a kind has.
 pub(super) fn needed_names(profile: Profile) -> impl Iterator<Item = &'static str> {
     let needed = rows(profile).iter().filter(|row| row.otherwise.is_none());

@@ -1,6 +1,7 @@
 //! Giving a vehicle back: controls released, mode and parameters as they were, read back.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 
 use seatrial_mavlink::ardupilot::Pulse;
 use serde::{Deserialize, Serialize};
@@ -24,16 +25,20 @@ const THROTTLE: &[f64] = &[70.0];
 const SUB_THRUSTERS: &[f64] = &[33.0, 34.0, 35.0, 36.0];
 
 /// The parameters that a trial or a commission changes until the hand-back, besides the gains of the heading controller.
-const CHANGED: [&str; 8] = [
-    "COM_RC_LOSS_T",
-    "FS_ACTION",
-    "FS_GCS_ENABLE",
-    "FS_GCS_TIMEOUT",
-    "FS_PILOT_INPUT",
-    "FS_PILOT_TIMEOUT",
-    "FS_TIMEOUT",
-    "RC_OVERRIDE_TIME",
+/// Each with the values that an autopilot takes, and somewhat more.
+const CHANGED: [(&str, RangeInclusive<f64>); 8] = [
+    ("COM_RC_LOSS_T", 0.0..=60.0),
+    ("FS_ACTION", 0.0..=10.0),
+    ("FS_GCS_ENABLE", 0.0..=10.0),
+    ("FS_GCS_TIMEOUT", 0.0..=300.0),
+    ("FS_PILOT_INPUT", 0.0..=10.0),
+    ("FS_PILOT_TIMEOUT", 0.0..=60.0),
+    ("FS_TIMEOUT", 0.0..=300.0),
+    ("RC_OVERRIDE_TIME", -1.0..=300.0),
 ];
+
+/// MAV_PARAM_TYPE.
+const KINDS: RangeInclusive<u8> = 1..=10;
 
 /// A parameter as it was.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -113,10 +118,40 @@ pub struct PutBack {
 impl Backup {
     /// Names in it that neither a trial nor a commission ever changes: somebody else has written them there.
     pub fn foreign_names(&self) -> Vec<&str> {
-        let is_ours =
-            |name: &&str| CHANGED.contains(name) || cascade::all_names().any(|gain| gain == *name);
+        let is_ours = |name: &&str| range_of(name).is_some();
         let names = self.parameters.keys().map(String::as_str);
         names.filter(|name| !is_ours(name)).collect()
+    }
+
+    /// What in it no autopilot had: the mode, or a parameter with its value.
+    pub fn impossible_values(&self) -> Vec<String> {
+        let mode = self.mode.filter(|mode| !is_mode(*mode));
+        let wrong = |(name, stored): (&String, &Stored)| {
+            let range = range_of(name).unwrap_or(f64::MIN..=f64::MAX);
+            let is_possible = range.contains(&stored.number) && KINDS.contains(&stored.kind);
+            (!is_possible).then(|| format!("{name} = {}, type {}", stored.number, stored.kind))
+        };
+        let parameters = self.parameters.iter().filter_map(wrong);
+        let mode = mode.map(|mode| format!("mode = {mode}"));
+        mode.into_iter().chain(parameters).collect()
+    }
+}
+
+/// The values of a parameter that a trial or a commission changes; `None` of any other.
+fn range_of(name: &str) -> Option<RangeInclusive<f64>> {
+    let known = CHANGED.into_iter().find(|(changed, _)| *changed == name);
+    known
+        .map(|(_, range)| range)
+        .or_else(|| cascade::most_of(name).map(|most| 0.0..=most))
+}
+
+/// ArduPilot numbers its modes; PX4 keeps the main mode in the third byte and a mode of that in the fourth.
+fn is_mode(mode: u32) -> bool {
+    let [low, second, main, sub] = mode.to_le_bytes();
+    match (second, main, sub) {
+        (0, 0, 0) => low < 64,
+        (0, 1.., _) => low == 0 && main < 32 && sub < 32,
+        _ => false,
     }
 }
 

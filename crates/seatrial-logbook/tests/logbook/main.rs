@@ -2,6 +2,7 @@
 
 mod changed;
 mod draw;
+mod lost;
 
 use std::path::Path;
 

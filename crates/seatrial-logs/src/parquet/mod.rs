@@ -32,6 +32,9 @@ const BATCH_ROWS: usize = 1024;
 const MOST_ROWS: u64 = 500_000;
 /// Bytes of the footer, beside a 32nd of the file: what is made of it takes up to 60 times as much.
 const MOST_FOOTER: u64 = 1 << 19;
+/// Under this name our own files tell for each row group where it ends and the CRC-32 of all bytes from the end of the one before on, as in
+/// `1204:9f3a0c11,2310:00b1e52c`: the library writes no checksums of pages.
+pub(crate) const SUMS: &str = "seatrial.crc32";
 /// Characters of a text that are kept: none that means anything here is longer.
 const TEXT: usize = 64;
 
@@ -135,9 +138,49 @@ impl Columnar {
         })
     }
 
+    /// Holds the next row group against its checksum, where the file has one.
+    fn check_sum(&mut self) -> Result<(), Fault> {
+        let metadata = self.reader.metadata().file_metadata();
+        let told = metadata.key_value_metadata().into_iter().flatten();
+        let mut told = told.filter(|pair| pair.key == SUMS);
+        let Some(sums) = told.find_map(|pair| pair.value.as_deref()) else {
+            return Ok(());
+        };
+        let wrong = || broken("the checksums in its footer are damaged");
+        let mut sums = sums.split(',').map(|pair| {
+            let (end, sum) = pair.split_once(':')?;
+            Some((end.parse().ok()?, u32::from_str_radix(sum, 16).ok()?))
+        });
+        let from: u64 = match self.next_group.checked_sub(1) {
+            Some(before) => sums.nth(before).flatten().ok_or_else(wrong)?.0,
+            None => 0,
+        };
+        let (end, sum): (u64, u32) = sums.next().flatten().ok_or_else(wrong)?;
+        if end < from || end > self.length {
+            return Err(wrong());
+        }
+        self.file.seek(SeekFrom::Start(from)).map_err(Fault::read)?;
+        let mut rest = (&mut self.file).take(end - from);
+        let mut hash = crc32fast::Hasher::new();
+        let mut buffer = vec![0; 1 << 16];
+        loop {
+            match rest.read(&mut buffer).map_err(Fault::read)? {
+                0 => break,
+                count => hash.update(buffer.get(..count).unwrap_or_default()),
+            }
+        }
+        match hash.finalize() == sum {
+            true => Ok(()),
+            false => Err(broken(&format!(
+                "the checksum of its bytes {from} to {end} is wrong"
+            ))),
+        }
+    }
+
     /// Opens the next row group that has rows. `false` at the end of the file.
     fn open_group(&mut self) -> Result<bool, Fault> {
         while self.next_group < self.reader.metadata().num_row_groups() {
+            self.check_sum()?;
             let group = self
                 .reader
                 .get_row_group(self.next_group)

@@ -160,7 +160,7 @@ mod tests {
     use super::*;
 
     /// Worlds that once broke an invariant, and what was wrong.
-    const ONCE_BROKEN: [(u64, &str); 8] = [
+    const ONCE_BROKEN: [(u64, &str); 10] = [
         (
             684,
             "a stranger says in the vehicle's name that a submarine is a disarmed boat",
@@ -189,6 +189,14 @@ mod tests {
         (
             233612,
             "a PX4 vehicle's stick was taken for a channel that MANUAL_CONTROL fills",
+        ),
+        (
+            449709,
+            "the report of a moved stick came at the very instant of the first demand, the link was lost later",
+        ),
+        (
+            807406,
+            "the report of a moved stick came at the very instant of the first demand",
         ),
     ];
 

@@ -350,9 +350,10 @@ impl Sea {
         }
     }
 
-    /// Is it before the vehicle was first asked for anything?
+    /// Is it before the vehicle was first asked for anything? What came at the very instant came before: the trial asks once it has
+    /// looked where mode and sticks are, and in made-up time that takes none.
     pub fn is_before_demand(&self, time_s: f64) -> bool {
-        self.asked_s.is_none_or(|asked_s| time_s < asked_s)
+        self.asked_s.is_none_or(|asked_s| time_s <= asked_s)
     }
 
     /// A stick, from 0, whose movement the vehicle reports while we hold it: ArduSub takes the first eight from us.

@@ -1,8 +1,8 @@
 //! The one way to every file that a command writes.
 //!
 //! A file is written beside its place and then takes it, so that a full disk leaves neither half a file nor an empty one.
-//! Refused is what must not be lost: a file that the command reads or writes already (the file itself, whatever its name), a
-//! logbook, a log, what puts a vehicle back.
+//! Refused is what must not be lost: a file that the command reads or writes already (the file itself, whatever its name), and
+//! whatever stands there that is no earlier output of the same kind. What is no file, as a device, is written to and never read.
 //!
 //! ```
 //! use seatrial_app::outputs::Outputs;
@@ -10,16 +10,21 @@
 //! # let folder = tempfile::tempdir()?;
 //! # let page = folder.path().join("page.html");
 //! let outputs = Outputs::of(vec![page.clone()]);
-//! outputs.save(&page, b"<!doctype html>")?;
+//! outputs.save(&page, b"<meta name=\"generator\" content=\"seatrial\">")?;
 //! let twice = Outputs::of(vec![page.clone(), page.clone()]);
 //! assert!(twice.save(&page, b"").is_err());
+//! // No page: the page stays.
+//! assert!(outputs.save(&page, b"# Gains by seatrial").is_err());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+
+mod kind;
 
 use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
+pub use kind::head_of;
 use tempfile::NamedTempFile;
 
 /// Files that SQLite keeps beside a database.
@@ -38,7 +43,7 @@ pub struct Outputs {
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
     /// Something would be lost.
-    #[error("{}: not written: {why}; give another name", .path.display())]
+    #[error("{}: not written: {why}", .path.display())]
     Refused {
         /// The file.
         path: PathBuf,
@@ -61,6 +66,8 @@ enum Kept {
     Logbook,
     Log,
     Backup,
+    /// Nothing that this program has written as an output of the same kind.
+    Foreign,
 }
 
 impl Outputs {
@@ -72,7 +79,7 @@ impl Outputs {
     /// May this output be written? Asked before work begins whose result would have no place.
     ///
     /// # Errors
-    /// [`OutputError::Refused`] where the command names the file twice, or a logbook or a log is there.
+    /// [`OutputError::Refused`] where the command names the file twice, or something is there that is no earlier output.
     pub fn check(&self, path: &Path) -> Result<(), OutputError> {
         match self.kept(path)? {
             Some(kept) => Err(kept.refused(path)),
@@ -83,8 +90,8 @@ impl Outputs {
     /// Writes a file whole.
     ///
     /// # Errors
-    /// As [`check`](Self::check), but for a log that holds the same bytes already; [`OutputError::NotSaved`] where the
-    /// disk does not take it, and the file is as it was before.
+    /// As [`check`](Self::check), and where the earlier output is of another kind; not where the file holds the same bytes already.
+    /// [`OutputError::NotSaved`] where the disk does not take it, and the file is as it was before.
     pub fn save(&self, path: &Path, content: &[u8]) -> Result<(), OutputError> {
         self.save_with(path, |file| file.write_all(content))
     }
@@ -95,7 +102,7 @@ impl Outputs {
         path: &Path,
         write: impl FnOnce(&mut File) -> io::Result<()>,
     ) -> Result<(), OutputError> {
-        let kept = self.kept(path)?;
+        let kept = self.kept(path)?.filter(|kept| *kept != Kept::Foreign);
         if let Some(Kept::Logbook) = kept {
             return Err(Kept::Logbook.refused(path));
         }
@@ -106,6 +113,8 @@ impl Outputs {
         let place = place_of(path);
         let mut beside = beside(&place).map_err(not_saved)?;
         write(beside.as_file_mut()).map_err(not_saved)?;
+        let is_replaced = kind::is_replaced(&place, beside.path());
+        let kept = kept.or_else(|| (!is_replaced).then_some(Kept::Foreign));
         match kept {
             Some(_) if has_same_bytes(beside.path(), &place).map_err(not_saved)? => Ok(()),
             Some(kept) => Err(kept.refused(path)),
@@ -116,9 +125,12 @@ impl Outputs {
     /// Begins a file that is read while it grows.
     ///
     /// # Errors
-    /// As [`check`](Self::check), and where the file cannot be made.
+    /// As [`check`](Self::check), and where anything is there or the file cannot be made.
     pub fn grow(&self, path: &Path) -> Result<File, OutputError> {
         self.check(path)?;
+        if !kind::head_of(path).is_empty() {
+            return Err(Kept::Foreign.refused(path));
+        }
         let begin = || match device(path)? {
             Some(device) => Ok(device),
             None => {
@@ -134,7 +146,7 @@ impl Outputs {
         if here.count() > 1 {
             return Err(OutputError::Refused {
                 path: path.into(),
-                why: "this command reads this file, or writes it already",
+                why: "this command reads this file, or writes it already; give another name",
             });
         }
         Ok(kept_at(path))
@@ -168,10 +180,15 @@ impl Kept {
         OutputError::Refused {
             path: path.into(),
             why: match self {
-                Self::Logbook => "it is a logbook or another database, and would be lost",
-                Self::Log => "it is a log, and would be lost",
+                Self::Logbook => {
+                    "it is a logbook or another database, and would be lost; give another name"
+                }
+                Self::Log => "it is a log, and would be lost; give another name",
                 Self::Backup => {
-                    "it holds what `seatrial vehicle restore` puts back, and would be lost"
+                    "it holds what `seatrial vehicle restore` puts back, and would be lost; give another name"
+                }
+                Self::Foreign => {
+                    "what is there is no earlier output of this kind, and would be lost; give another name, or remove it first"
                 }
             },
         }
@@ -190,7 +207,11 @@ fn kept_at(path: &Path) -> Option<Kept> {
     if is_file && place_of(path).to_string_lossy().ends_with(BACKUP) {
         return Some(Kept::Backup);
     }
-    (is_file && seatrial_logs::is_log(path)).then_some(Kept::Log)
+    match is_file && !kind::head_of(path).is_empty() {
+        true if seatrial_logs::is_log(path) => Some(Kept::Log),
+        true if !kind::is_output(path) => Some(Kept::Foreign),
+        _ => None,
+    }
 }
 
 fn is_database(path: &Path) -> bool {
@@ -292,13 +313,15 @@ fn has_same_bytes(one: &Path, other: &Path) -> io::Result<bool> {
 mod tests {
     use super::*;
 
+    const PLAN: &str = "# Trial plan by seatrial\nthrusts = [0.5]\n";
+    const ANOTHER: &str = "# Trial plan by seatrial\nthrusts = [0.6]\n";
     const LOG: &str = "time_s,heading_deg,rudder_deg\n0,1,2\n1,2,3\n2,3,4\n";
 
     #[test]
     fn io_what_a_command_reads_or_writes_is_not_written_over_by_any_name() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
-        fs::write(at("plan.toml"), "x = 1").unwrap();
+        fs::write(at("plan.toml"), PLAN).unwrap();
         std::os::unix::fs::symlink(at("plan.toml"), at("link")).unwrap();
         fs::hard_link(at("plan.toml"), at("hard")).unwrap();
         std::os::unix::fs::symlink(at("new"), at("dangling")).unwrap();
@@ -314,13 +337,13 @@ mod tests {
             assert!(matches!(refused, OutputError::Refused { .. }), "{refused}");
             assert!(outputs.grow(&at(output)).is_err(), "{output}");
         }
-        assert_eq!(fs::read_to_string(at("hard")).unwrap(), "x = 1");
+        assert_eq!(fs::read_to_string(at("hard")).unwrap(), PLAN);
         assert!(!at("new").exists());
         // Named once, a link leads to the file that is written.
         Outputs::of(vec![at("link")])
-            .save(&at("link"), b"y")
+            .save(&at("link"), ANOTHER.as_bytes())
             .unwrap();
-        assert_eq!(fs::read_to_string(at("plan.toml")).unwrap(), "y");
+        assert_eq!(fs::read_to_string(at("plan.toml")).unwrap(), ANOTHER);
         assert!(at("link").is_symlink());
     }
 
@@ -342,10 +365,62 @@ mod tests {
         // The log that is there already is no loss, nor is a file of another kind.
         outputs.save(&at("run.csv"), LOG.as_bytes()).unwrap();
         for _ in 0..2 {
-            outputs.save(&at("page.html"), b"<!doctype html>").unwrap();
+            outputs.save(&at("plan.toml"), PLAN.as_bytes()).unwrap();
         }
         let left: Vec<_> = fs::read_dir(folder.path()).unwrap().collect();
         assert_eq!(left.len(), 5, "{left:?}");
+    }
+
+    #[test]
+    fn io_only_an_earlier_output_of_the_same_kind_is_written_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = folder.path().join("out");
+        let gains = "# PX4 rover parameters by seatrial\nA 1\n";
+        let (json, other) = (
+            r#"{"schema":"seatrial.truth.v1"}"#,
+            r#"{"schema": "seatrial.model.v1"}"#,
+        );
+        let page = "<html><meta name=\"generator\" content=\"seatrial\">";
+        let table = "place,quantity,unit,printed\n1,2,3,4\n";
+        let own = [PLAN, gains, json, other, page];
+        let strange = [
+            "a,b,c\n1,2,3\n2,3,4\n",
+            "0 1 2\n1 2 3\n",
+            "{\"t\": 1, \"heading\": 2}\n",
+            "PK\x03\x04run.csv seatrial",
+            "notes on seatrial\n",
+            "<!doctype html><title>mine</title>",
+        ];
+        for before in own.iter().chain(&strange).chain([&table]) {
+            for after in own {
+                fs::write(&place, before).unwrap();
+                let saved = Outputs::default().save(&place, after.as_bytes());
+                assert_eq!(saved.is_ok(), *before == after, "{before} -> {after}");
+                let there = fs::read_to_string(&place).unwrap();
+                assert_eq!(there, *before);
+            }
+            let is_own = own.contains(before);
+            assert_eq!(Outputs::default().check(&place).is_ok(), is_own, "{before}");
+            assert!(Outputs::default().grow(&place).is_err(), "{before}");
+        }
+        // What has changed within its kind, and a table by its heading.
+        for (before, after) in [(PLAN, ANOTHER), (table, "place,quantity,unit,printed\n")] {
+            fs::write(&place, before).unwrap();
+            Outputs::default().save(&place, after.as_bytes()).unwrap();
+            assert_eq!(fs::read_to_string(&place).unwrap(), after);
+        }
+        fs::write(&place, "").unwrap();
+        Outputs::default().save(&place, PLAN.as_bytes()).unwrap();
+    }
+
+    /// A device gives bytes without end.
+    #[test]
+    fn io_a_device_is_written_to_and_never_read() {
+        let outputs = Outputs::default();
+        let full = Path::new("/dev/full");
+        assert_eq!(head_of(Path::new("/dev/zero")), b"");
+        assert!(outputs.check(full).is_ok() && outputs.save(full, b"a").is_err());
+        outputs.save(Path::new("/dev/null"), b"a").unwrap();
     }
 
     #[test]
@@ -355,9 +430,9 @@ mod tests {
         let full = |_: &mut File| Err(io::ErrorKind::StorageFull.into());
         assert!(Outputs::default().save_with(&page, full).is_err());
         assert!(!page.exists());
-        fs::write(&page, "before").unwrap();
+        fs::write(&page, PLAN).unwrap();
         assert!(Outputs::default().save_with(&page, full).is_err());
-        assert_eq!(fs::read_to_string(&page).unwrap(), "before");
+        assert_eq!(fs::read_to_string(&page).unwrap(), PLAN);
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 }
