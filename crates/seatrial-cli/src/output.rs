@@ -219,9 +219,8 @@ pub fn checked(command: &Command, matches: &ArgMatches) -> Result<Outputs, Failu
     for path in written.iter().filter(|path| !path.is_dir()) {
         outputs.check(path)?;
     }
-    let read = named.iter().filter(|path| !written.contains(path));
-    read.map(|path| check_readable(path))
-        .collect::<Result<(), _>>()?;
+    let mut read = named.iter().filter(|path| !written.contains(path));
+    read.try_for_each(|path| check_readable(path))?;
     Ok(outputs)
 }
 
