@@ -30,7 +30,8 @@ use crate::windows::WindowArgs;
 Without windows the manoeuvres of the log are looked for: for each speed (thrust, where the log has it) the best excited \
 one trains, joined with others, and another one validates. A log without manoeuvres, or that is one, is for training \
 as a whole, and validated by its own legs where the rudder was deflected four times or more: a model of the first legs \
-must predict the others. For the estimator the excitation ends when the rudder has been deflected to both sides and comes \
+must predict the others. A log of ordinary steering, by an autopilot or by hand, needs no manoeuvre: the whole of it is \
+fitted, without stops and gaps, and checked on its last two fifths. For the estimator the excitation ends when the rudder has been deflected to both sides and comes \
 back from the second.
 
 The first line is the outcome: USE, USE WITH CARE, NOT VALIDATED or DO NOT USE. Exit code 0: the model, or one of several, \

@@ -213,14 +213,13 @@ impl Deref for OutputPath {
 
 /// The files of a command line: every value that may name one. What is in the way of an output is refused.
 pub fn checked(command: &Command, matches: &ArgMatches) -> Result<Outputs, Failure> {
-    let (mut named, mut written) = (Vec::new(), Vec::new());
-    named_files(command, matches, &mut named, &mut written);
+    let [mut named, mut written, mut read] = [const { Vec::new() }; 3];
+    named_files(command, matches, [&mut named, &mut written, &mut read]);
     let outputs = Outputs::of(named.clone());
     for path in written.iter().filter(|path| !path.is_dir()) {
         outputs.check(path)?;
     }
-    let mut read = named.iter().filter(|path| !written.contains(path));
-    read.try_for_each(|path| check_readable(path))?;
+    read.iter().try_for_each(|path| check_readable(path))?;
     Ok(outputs)
 }
 
@@ -241,11 +240,13 @@ pub fn path_in(value: &str) -> &Path {
     Path::new(path.trim_start_matches('@'))
 }
 
+/// Options of recordings, whose writer looks at what is there itself.
+const RECORDINGS: [&str; 2] = ["out", "record"];
+
 fn named_files(
     command: &Command,
     matches: &ArgMatches,
-    named: &mut Vec<PathBuf>,
-    written: &mut Vec<PathBuf>,
+    [named, written, read]: [&mut Vec<PathBuf>; 3],
 ) {
     let below = matches.subcommand();
     let output = clap::value_parser!(OutputPath);
@@ -265,6 +266,8 @@ fn named_files(
             };
             if argument.get_value_parser().type_id() == output {
                 written.push(path.clone());
+            } else if !RECORDINGS.contains(&argument.get_id().as_str()) {
+                read.push(path.clone());
             }
             named.push(path);
         }
@@ -272,7 +275,7 @@ fn named_files(
     if let Some((name, matches)) = below
         && let Some(command) = command.find_subcommand(name)
     {
-        named_files(command, matches, named, written);
+        named_files(command, matches, [named, written, read]);
     }
 }
 

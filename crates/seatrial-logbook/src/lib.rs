@@ -65,6 +65,7 @@ mod connect;
 mod damage;
 mod error;
 mod keeper;
+mod open_here;
 mod operators;
 mod read;
 mod recorder;
@@ -100,6 +101,7 @@ pub use write::NewCampaign;
 
 pub use connect::Held;
 use connect::{Connected, beside, connect, connect_for_reading, file_identity, harden};
+use open_here::OpenHere;
 use schema::{Identity, MIGRATIONS, altered, identity, migrate};
 
 /// The example of the readme, which is compiled.
@@ -127,6 +129,8 @@ pub struct Logbook {
     /// What is not there, where a write-ahead log is missing.
     missing: Option<String>,
     _copy: Option<TempDir>,
+    /// Dropped last, behind the connection.
+    _open: OpenHere,
 }
 
 impl Logbook {
@@ -138,13 +142,14 @@ impl Logbook {
         let path = path.into();
         reject_directory(&path)?;
         reject_log_of_another(&path)?;
+        let (open, _) = OpenHere::after(|| ());
         let access = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_CREATE;
         let connection = connect(&path, access).map_err(|error| Error::reading(&path, &error))?;
         let connected = Connected {
             connection,
             copy: None,
         };
-        let mut logbook = Self::of(connected, path);
+        let mut logbook = Self::of(connected, path, open);
         logbook.file = file_identity(&logbook.path);
         logbook.identify()?;
         logbook
@@ -167,9 +172,10 @@ impl Logbook {
             cause,
         };
         if path.exists() {
-            let opened = OpenOptions::new().append(true).open(&path);
+            let opened = || OpenOptions::new().append(true).open(&path).map(drop);
+            let (_open, opened) = OpenHere::after(opened);
             Self::open_read_only(&path)?.check_undamaged()?;
-            return opened.map(drop).map_err(|error| {
+            return opened.unwrap_or(Ok(())).map_err(|error| {
                 refused(format!("{error}; make the file and its folder writable"))
             });
         }
@@ -193,17 +199,17 @@ impl Logbook {
         }
         // Asked first: a reader makes such a file, too.
         let lacks_log = connect::lacks_log(&path);
-        let log_damage = write_ahead::damage(&path);
+        let (open, log_damage) = OpenHere::after(|| write_ahead::damage(&path));
         let connected =
             connect_for_reading(&path).map_err(|error| Error::reading(&path, &error))?;
-        let mut logbook = Self::of(connected, path);
+        let mut logbook = Self::of(connected, path, open);
         let found = logbook.identify()?;
         logbook.was_empty = found == Identity::Empty;
         if found != Identity::Logbook(MIGRATIONS.len()) {
             logbook.connection = migrated_copy(&logbook.connection)
                 .map_err(|error| Error::reading(&logbook.path, &error))?;
         }
-        if let Some(damage) = log_damage {
+        if let Some(damage) = log_damage.flatten() {
             logbook.missing = Some(format!(
                 "{}: its {} {damage}; what stood there is missing",
                 logbook.path.display(),
@@ -222,7 +228,7 @@ impl Logbook {
         Ok(logbook)
     }
 
-    fn of(connected: Connected, path: PathBuf) -> Self {
+    fn of(connected: Connected, path: PathBuf, open: OpenHere) -> Self {
         Self {
             connection: connected.connection,
             path,
@@ -230,6 +236,7 @@ impl Logbook {
             file: None,
             missing: None,
             _copy: connected.copy,
+            _open: open,
         }
     }
 

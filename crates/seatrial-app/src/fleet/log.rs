@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use seatrial::identification::Verdict;
+use seatrial::identify::mission::is_ordinary_steering;
 use seatrial::identify::{ExaminedRecord, IdentifyError, IdentifySettings, ValidationData};
 use seatrial::identify::{Single, singles};
 use seatrial::manoeuvre::Manoeuvre;
@@ -202,11 +203,12 @@ fn judge_units(record: &mut Record, log: &LogReader) {
 }
 
 /// A row for each manoeuvre that begins inside a window; where there is none in a record that is no more than that
-/// window, a row for the whole.
+/// window, or where it is ordinary steering, a row for the whole.
 fn manoeuvres(record: &Record, new: Window, options: &Options) -> Vec<Row> {
     let segments = find(&record.samples);
     let found = singles(record, &segments);
-    if found.is_empty() && new == Window::ALL {
+    let is_whole = new == Window::ALL;
+    if is_whole && (found.is_empty() || is_ordinary_steering(&record.samples)) {
         return vec![whole(record, &segments, options)];
     }
     let examined = ExaminedRecord::of(record);

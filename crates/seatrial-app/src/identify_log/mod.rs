@@ -51,7 +51,7 @@ pub struct IdentifiedLog {
 
 /// Identifies a log, as `seatrial identify LOG` does: without windows its manoeuvres are looked for, those of one speed
 /// joined, and each model validated on a manoeuvre that it was not trained on; a log without manoeuvres, or that is
-/// one, is for training as a whole.
+/// one, is for training as a whole. Ordinary steering is fitted as a whole and checked on its last two fifths.
 ///
 /// A model that may not be used is no error: look at [`IdentifiedLog::verdict`].
 ///

@@ -7,6 +7,9 @@ use std::path::Path;
 /// Bytes at the beginning of a file that say what it is.
 const HEAD: u64 = 4096;
 
+/// A vehicle in the language of another program.
+const EXPORT: &str = "export";
+
 /// A first line that is shorter does not tell a table of ours from another.
 const SHORTEST_HEADING: usize = 20;
 
@@ -60,10 +63,15 @@ fn marked(head: &[u8]) -> Option<String> {
         return Some("page".into());
     }
     let mut lines = text.lines();
-    lines.by_ref().take(5).find_map(kind_of_line).or_else(|| {
+    let kind = lines.by_ref().take(5).find_map(kind_of_line).or_else(|| {
         let manual = lines.find(|line| line.starts_with(".TH seatrial"));
         manual.map(|_| "manual".into())
-    })
+    })?;
+    // Languages begin differently.
+    match kind == EXPORT {
+        true => Some(format!("{EXPORT} {}", text.get(..2).unwrap_or_default())),
+        false => Some(kind),
+    }
 }
 
 /// As in `"schema": "seatrial.truth.v1"`, in `# PX4 rover parameters by seatrial` and in `// name, by seatrial`.
@@ -79,7 +87,7 @@ fn kind_of_line(line: &str) -> Option<String> {
     }
     let (title, _) = line.split_once(" by seatrial")?;
     match title.strip_suffix(',') {
-        Some(name) => Some(format!("export {}", name.get(..2).unwrap_or_default())),
+        Some(_) => Some(EXPORT.into()),
         None => Some(title.to_owned()),
     }
 }

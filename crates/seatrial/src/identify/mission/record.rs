@@ -1,11 +1,22 @@
 //! An ordinary log as the likelihood takes it: legs without a gap, while the vehicle makes way.
 
+use std::sync::Arc;
+
 use seatrial_core::{Real, Sample};
 
+use crate::identify::pace::Pace;
+use crate::likelihood::leg::deviation;
 use crate::record::{duration_s, median, median_interval_s};
 
-/// Most comparisons of a log: more are thinned, which leaves the rudder whole.
-const MOST_COMPARISONS: usize = 8_000;
+/// Most comparisons of a log: of more, those where the rudder works most are taken.
+const MOST_COMPARISONS: usize = 20_000;
+
+/// Comparisons are no further apart than this share of the interval at which the rudder is renewed: what is left out between two of them, the
+/// pilot has seen.
+const THINNED: f64 = 0.5;
+
+/// Comparisons of a part of a long log.
+const PART: usize = 1_000;
 
 /// An interval this many times the usual one is a gap.
 const GAP: f64 = 10.0;
@@ -36,6 +47,12 @@ pub struct Leg {
     pub yaw_rate_rad_s: Vec<f64>,
     /// Speeds there over the usual one; 1 where none is logged.
     pub speed: Vec<f64>,
+    commands: Arc<Commands>,
+}
+
+/// The command of a leg, which its parts share.
+#[derive(Debug)]
+struct Commands {
     change_s: Vec<f64>,
     command_rad: Vec<f64>,
     /// First and second integral of the command up to each change, rad s and rad s^2.
@@ -59,7 +76,7 @@ impl Legs {
     /// Of finite samples whose time increases. `None` where no leg is long enough.
     pub fn of(samples: &[Sample<f64>]) -> Option<Self> {
         let usual_s = median_interval_s(samples).filter(|h| *h > 0.0)?;
-        let step = samples.len().div_ceil(MOST_COMPARISONS);
+        let step = step(samples, usual_s);
         let speeds = usual_speeds(samples, usual_s);
         let total_s = duration_s(samples);
         let has_rate = has_gyro(samples);
@@ -101,9 +118,10 @@ impl Legs {
             .filter(|leg| leg.duration_s() > LEAST_LEG * total_s)
             .collect();
         let used_s: f64 = legs.iter().map(Leg::duration_s).sum();
+        let interval_s = step as f64 * usual_s;
         (!legs.is_empty()).then_some(Self {
-            legs,
-            interval_s: step as f64 * usual_s,
+            legs: most_excited(legs, interval_s),
+            interval_s,
             speed_m_s: mean_speed_m_s,
             share: used_s / total_s,
         })
@@ -141,7 +159,7 @@ impl Legs {
             .iter()
             .flat_map(|leg| leg.speed.iter().copied())
             .collect();
-        crate::likelihood::leg::deviation(&speeds)
+        deviation(&speeds)
     }
 
     /// The legs with speeds over the mean speed of others.
@@ -172,8 +190,39 @@ impl Legs {
                 })
             })
             .collect();
-        crate::likelihood::leg::deviation(&rates).max(f64::MIN_POSITIVE)
+        deviation(&rates).max(f64::MIN_POSITIVE)
     }
+}
+
+/// Samples from one comparison to the next.
+fn step(samples: &[Sample<f64>], usual_s: f64) -> usize {
+    let renewed_s = Pace::of(samples).map_or(usual_s, |pace| pace.rudder_s);
+    let most = ((THINNED * renewed_s / usual_s) as usize).max(1);
+    samples.len().div_ceil(MOST_COMPARISONS).min(most)
+}
+
+/// The parts of long legs in which the rudder works most, in order of time.
+fn most_excited(legs: Vec<Leg>, interval_s: f64) -> Vec<Leg> {
+    let total: usize = legs.iter().map(Leg::len).sum();
+    if total <= MOST_COMPARISONS {
+        return legs;
+    }
+    let mut parts: Vec<(f64, Leg)> = Vec::new();
+    for leg in &legs {
+        let commands = leg.commands(0.0, interval_s);
+        for from in (0..leg.len()).step_by(PART) {
+            let to = (from + PART).min(leg.len());
+            if to - from > PART / 2 {
+                let work = deviation(&commands[from..to - 1]);
+                parts.push((work, leg.part(from..to)));
+            }
+        }
+    }
+    parts.sort_by(|a, b| b.0.total_cmp(&a.0));
+    parts.truncate(MOST_COMPARISONS / PART);
+    let mut legs: Vec<Leg> = parts.into_iter().map(|(_, leg)| leg).collect();
+    legs.sort_by(|a, b| a.time_s[0].total_cmp(&b.time_s[0]));
+    legs
 }
 
 /// Most of a gyro's gain may be missing or too much, of what the heading turns.
@@ -275,9 +324,11 @@ impl Leg {
                 false => Vec::new(),
             },
             speed: picked().map(speed).collect(),
-            change_s: samples.iter().map(|s| s.time_s).collect(),
-            command_rad: samples.iter().map(|s| s.rudder_rad).collect(),
-            integrals,
+            commands: Arc::new(Commands {
+                change_s: samples.iter().map(|s| s.time_s).collect(),
+                command_rad: samples.iter().map(|s| s.rudder_rad).collect(),
+                integrals,
+            }),
         }
     }
 
@@ -325,11 +376,8 @@ impl Leg {
     pub fn commands(&self, shift_s: f64, usual_s: f64) -> Vec<f64> {
         let mean_s = AVERAGE * usual_s;
         let half_s = 0.5 * mean_s;
-        let mut upto = [-half_s, half_s].map(|by| Cursor {
-            leg: self,
-            at: 0,
-            by_s: by - shift_s,
-        });
+        let first_s = self.time_s.first().copied().unwrap_or(0.0);
+        let mut upto = [-half_s, half_s].map(|by_s| self.commands.from(first_s, by_s - shift_s));
         let mut smooth = |time_s: f64| (upto[1].upto(time_s) - upto[0].upto(time_s)) / mean_s;
         let mut before = self.time_s.first().map_or(0.0, |first| smooth(*first));
         self.time_s
@@ -344,26 +392,38 @@ impl Leg {
     }
 }
 
+impl Commands {
+    fn from(&self, time_s: f64, by_s: f64) -> Cursor<'_> {
+        let after = self
+            .change_s
+            .partition_point(|change_s| *change_s <= time_s + by_s);
+        Cursor {
+            commands: self,
+            at: after.saturating_sub(1),
+            by_s,
+        }
+    }
+}
+
 /// The second integral of the command up to times that do not go back.
 struct Cursor<'a> {
-    leg: &'a Leg,
+    commands: &'a Commands,
     at: usize,
     by_s: f64,
 }
 
 impl Cursor<'_> {
     fn upto(&mut self, time_s: f64) -> f64 {
-        let (leg, time_s) = (self.leg, time_s + self.by_s);
-        while self.at + 1 < leg.change_s.len() && leg.change_s[self.at + 1] <= time_s {
+        let (commands, time_s) = (self.commands, time_s + self.by_s);
+        while commands
+            .change_s
+            .get(self.at + 1)
+            .is_some_and(|next_s| *next_s <= time_s)
+        {
             self.at += 1;
         }
-        let since_s = time_s - leg.change_s[self.at];
-        let command = if since_s < 0.0 {
-            leg.command_rad[0]
-        } else {
-            leg.command_rad[self.at]
-        };
-        let [once, twice] = leg.integrals[self.at];
-        twice + since_s * (once + 0.5 * since_s * command)
+        let since_s = time_s - commands.change_s[self.at];
+        let [once, twice] = commands.integrals[self.at];
+        twice + since_s * (once + 0.5 * since_s * commands.command_rad[self.at])
     }
 }

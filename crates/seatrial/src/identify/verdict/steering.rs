@@ -5,6 +5,7 @@ use crate::figures::{percent, r2_text, three_figures};
 use crate::identification::{LEAST_R2, Reason, ReasonCode, Verdict, WIDEST_A22, WIDEST_B2};
 use crate::identify::misfit::{disturbance_share, is_large_share};
 use crate::identify::mission::Steering;
+use crate::identify::whole_record::LEAST_SHARE;
 use crate::plausibility::{self, Doubt};
 
 /// Longest interval at which heading or rudder may be renewed, in time constants of the vehicle.
@@ -98,7 +99,7 @@ impl Weighing {
             );
         };
         let predicts = r2 >= LEAST_R2 && prediction.share_of_persistence() < 1.0;
-        let is_confirmed = is_large_share(sea_share(steering)) && steering.held_out.is_telling;
+        let is_confirmed = sea_share(steering) > LEAST_SHARE && steering.held_out.is_telling;
         if !predicts && !is_confirmed {
             self.reject(
                 ReasonCode::LowR2,
