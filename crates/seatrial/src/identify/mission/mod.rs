@@ -1,6 +1,6 @@
 //! A model from an ordinary log: whatever moved the rudder, an autopilot or a helmsman, while the vehicle made way.
 //!
-//! The likelihood of [`filter`] compares heading and gyro with a first-order vehicle under the recorded rudder and a disturbance. It needs no
+//! The likelihood of `filter` compares heading and gyro with a first-order vehicle under the recorded rudder and a disturbance. It needs no
 //! manoeuvre and no rest, and a rudder that answers the heading does not bias it: what is predicted is the next sample.
 //!
 //! | symbol | meaning | unit |

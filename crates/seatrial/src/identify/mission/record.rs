@@ -11,10 +11,6 @@ use crate::record::{duration_s, median, median_interval_s};
 /// Most comparisons of a log: of more, those where the rudder works most are taken.
 const MOST_COMPARISONS: usize = 20_000;
 
-/// Comparisons are no further apart than this share of the interval at which the rudder is renewed: what is left out between two of them, the
-/// pilot has seen.
-const THINNED: f64 = 0.5;
-
 /// Comparisons of a part of a long log.
 const PART: usize = 1_000;
 
@@ -194,11 +190,11 @@ impl Legs {
     }
 }
 
-/// Samples from one comparison to the next.
+/// Samples from one comparison to the next: as often as the rudder is renewed. Closer ones would compare with a rudder that the log holds, and what
+/// is left out between two of them the pilot has seen.
 fn step(samples: &[Sample<f64>], usual_s: f64) -> usize {
     let renewed_s = Pace::of(samples).map_or(usual_s, |pace| pace.rudder_s);
-    let most = ((THINNED * renewed_s / usual_s) as usize).max(1);
-    samples.len().div_ceil(MOST_COMPARISONS).min(most)
+    ((renewed_s / usual_s).round() as usize).max(1)
 }
 
 /// The parts of long legs in which the rudder works most, in order of time.
