@@ -41,9 +41,10 @@ impl Problem<'_> {
             .map(|g| (g - &mean) * (g - &mean).transpose())
             .sum::<DMatrix<f64>>()
             * (BLOCKS as f64 / (BLOCKS as f64 - 1.0));
-        let sandwich = &inverse * scatter * &inverse;
-        let rows = self.rows(fit, &derivatives.parameters);
-        let of = |covariance: &DMatrix<f64>| &rows * covariance * rows.transpose();
+        // Symmetric, and by dot products, whose bits are the same on every machine.
+        let sandwich = inverse.tr_mul(&scatter.tr_mul(&inverse));
+        let columns = self.rows(fit, &derivatives.parameters).transpose();
+        let of = |covariance: &DMatrix<f64>| columns.tr_mul(&covariance.tr_mul(&columns));
         let (own, other) = (of(&inverse), of(&sandwich));
         let times: Vec<f64> = (0..4)
             .map(|i| {
