@@ -186,6 +186,7 @@ pub fn heading_step(
 }
 
 /// exp(-h/T), computed anew only where the interval changes.
+#[derive(Clone)]
 struct Decay {
     time_s: f64,
     interval_s: f64,
@@ -211,7 +212,8 @@ impl Decay {
 }
 
 /// A steering gear that lags, has a largest rate or has play.
-struct Gear {
+#[derive(Clone)]
+pub(crate) struct Gear {
     decay: Decay,
     rate_limit_rad_s: f64,
     half_play_rad: f64,
@@ -228,12 +230,22 @@ impl Gear {
         }
     }
 
+    /// A gear that lags by so much, s, and nothing else.
+    pub(crate) fn lagging(lag_s: f64, angle_rad: f64) -> Self {
+        Self {
+            decay: Decay::of(lag_s),
+            rate_limit_rad_s: f64::INFINITY,
+            half_play_rad: 0.0,
+            angle_rad,
+        }
+    }
+
     fn remembers(&self) -> bool {
         self.decay.time_s > 0.0 || self.rate_limit_rad_s.is_finite() || self.half_play_rad > 0.0
     }
 
     /// The mean angle over a part, rad.
-    fn advance(&mut self, command_rad: f64, part_s: f64) -> f64 {
+    pub(crate) fn advance(&mut self, command_rad: f64, part_s: f64) -> f64 {
         let from = self.angle_rad;
         let command_rad = match self.half_play_rad > 0.0 {
             true => from.clamp(
@@ -314,7 +326,7 @@ impl<'a> Motion<'a> {
 }
 
 /// exp(-a h), (1 - exp(-a h))/a and (h - that)/a.
-fn decays(damping_per_s: f64, h: f64) -> [f64; 3] {
+pub(crate) fn decays(damping_per_s: f64, h: f64) -> [f64; 3] {
     let z = (damping_per_s * h).clamp(-0.5, 60.0);
     let left = libm::exp(-z);
     if z.abs() < 1e-3 {
@@ -478,6 +490,7 @@ impl Transition {
     }
 }
 
-fn product(a: &Square, b: &Square) -> Square {
-    core::array::from_fn(|i| core::array::from_fn(|j| (0..4).map(|k| a[i][k] * b[k][j]).sum()))
+/// The product of two square matrices.
+pub(crate) fn product<const N: usize>(a: &[[f64; N]; N], b: &[[f64; N]; N]) -> [[f64; N]; N] {
+    core::array::from_fn(|i| core::array::from_fn(|j| (0..N).map(|k| a[i][k] * b[k][j]).sum()))
 }

@@ -1,6 +1,6 @@
 //! The fit of one hypothesis: Gauss and Newton's method with Levenberg's damping on innovations and priors.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::filter::{Gains, Noise, Start, innovations};
 use super::hypothesis::{Parameter, Scale, Structure, Vehicle};
@@ -338,13 +338,7 @@ impl<'a> Problem<'a> {
         let jacobian = self.jacobian(&x, &noise, gains, &errors);
         let information = self.information(&jacobian, variance, &self.prior_information());
         let factor = information.clone().cholesky()?;
-        let log_determinant = 2.0
-            * factor
-                .l()
-                .diagonal()
-                .iter()
-                .map(|d| libm::log(*d))
-                .sum::<f64>();
+        let log_determinant = log_determinant(&factor);
         let log_prior: f64 = self
             .parameters
             .iter()
@@ -403,6 +397,12 @@ impl<'a> Problem<'a> {
         }
         information
     }
+}
+
+/// Log of the determinant of what was factored, with the same bits on every machine.
+pub(crate) fn log_determinant(factor: &Cholesky<f64, Dyn>) -> f64 {
+    let logs = factor.l_dirty().diagonal().map(libm::log);
+    2.0 * logs.iter().sum::<f64>()
 }
 
 /// A run that leaves the numbers is only very wrong.

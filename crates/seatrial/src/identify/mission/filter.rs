@@ -10,6 +10,7 @@
 //! the measurements, once on the rudder, the offset and the bias of the gyro each, and b, c and b_r follow by least squares.
 
 use super::record::{Leg, Legs};
+use crate::likelihood::filter::{Gear, decays, product};
 
 /// How damping and rudder effect go with the speed u over the usual speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,12 +57,9 @@ const STATES: usize = 5;
 type State = [f64; STATES];
 type Square = [[f64; STATES]; STATES];
 
-/// Parts of the record whose scatter tells how uncertain the estimate is.
-pub const BLOCKS: usize = 12;
-
-/// Products of the whitened columns over a block.
+/// What the whitened columns of all innovations add up to.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Block {
+pub struct Sums {
     /// Sums of products of the columns.
     pub products: [[f64; COLUMNS]; COLUMNS],
     /// Sum of the logs of the deviations of the innovations.
@@ -75,25 +73,30 @@ const SAME_INTERVAL: f64 = 0.2;
 /// Gains have settled where a step changes them by less than this share.
 const SETTLED: f64 = 1e-4;
 
-/// The products of all legs by blocks of equal numbers of comparisons.
-pub fn blocks(legs: &Legs, point: &Point, yaw_rate_rad_s: f64) -> [Block; BLOCKS] {
-    let mut blocks = [Block::default(); BLOCKS];
-    let total = legs.len().max(1);
-    let mut row = 0;
+/// Runs the filter over all legs; `took` gets the columns of each innovation and its relative variance.
+pub fn each_innovation(
+    legs: &Legs,
+    point: &Point,
+    yaw_rate_rad_s: f64,
+    mut took: impl FnMut(&[f64; COLUMNS], f64),
+) {
     for leg in &legs.legs {
         let mut run = Run::new(leg, point, legs.interval_s, yaw_rate_rad_s);
         for i in 0..leg.len() {
-            let block = &mut blocks[(row + i) * BLOCKS / total];
-            run.measure(i, |errors, variance| block.add(errors, variance));
+            run.measure(i, &mut took);
             run.advance(i);
         }
-        row += leg.len();
     }
-    blocks
 }
 
-impl Block {
-    fn add(&mut self, errors: &[f64; COLUMNS], variance: f64) {
+/// The columns with the linear parameters [b, c, b_r].
+pub fn combined(columns: &[f64; COLUMNS], linear: &[f64; COLUMNS - 1]) -> f64 {
+    let [data, rudder, offset, bias] = columns;
+    data + linear[0] * rudder + linear[1] * offset + linear[2] * bias
+}
+
+impl Sums {
+    pub fn add(&mut self, errors: &[f64; COLUMNS], variance: f64) {
         for a in 0..COLUMNS {
             for b in a..COLUMNS {
                 self.products[a][b] += errors[a] * errors[b] / variance;
@@ -109,9 +112,8 @@ pub struct Run<'a> {
     leg: &'a Leg,
     point: &'a Point,
     commands: Vec<f64>,
-    act_rad: f64,
-    /// States of each column.
-    pub x: [State; COLUMNS],
+    gear: Gear,
+    x: [State; COLUMNS],
     p: Square,
     transition: Transition,
     gains: [State; 2],
@@ -148,7 +150,7 @@ impl<'a> Run<'a> {
         let mut x = [[0.0; STATES]; COLUMNS];
         x[0][0] = leg.heading_rad.first().copied().unwrap_or(0.0);
         Self {
-            act_rad: commands.first().copied().unwrap_or(0.0),
+            gear: Gear::lagging(point.lag_s, commands.first().copied().unwrap_or(0.0)),
             commands,
             leg,
             point,
@@ -194,7 +196,8 @@ impl<'a> Run<'a> {
             for (c, x) in self.x.iter_mut().enumerate() {
                 let measured = match c {
                     0 => rate,
-                    3 => 1.0,
+                    // The bias is what is measured too much.
+                    3 => -1.0,
                     _ => 0.0,
                 };
                 errors[c] = measured - x[1];
@@ -219,7 +222,7 @@ impl<'a> Run<'a> {
         if !self.is_settled {
             self.p = self.transition.propagate(&self.p);
         }
-        let act = gear(self.point.lag_s, &mut self.act_rad, self.commands[i], h);
+        let act = self.gear.advance(self.commands[i], h);
         let [damping, effect] = self.factors(i);
         self.step
             .update(self.point, damping * self.point.damping_per_s, h);
@@ -242,23 +245,15 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// The state behind the linear parameters [b, c, b_r].
-    pub fn state(&self, linear: &[f64; 3]) -> State {
-        core::array::from_fn(|s| {
-            let [b, c, bias] = linear;
-            self.x[0][s] + b * self.x[1][s] + c * self.x[2][s] - bias * self.x[3][s]
-        })
-    }
-
     /// A free run over the next comparisons from a state: headings and yaw rates.
     pub fn free(&self, i: usize, until: usize, linear: &[f64; 3]) -> Vec<[f64; 2]> {
-        let mut x = self.state(linear);
-        let mut act_rad = self.act_rad;
+        let mut x: State = core::array::from_fn(|s| combined(&self.x.map(|x| x[s]), linear));
+        let mut gear = self.gear.clone();
         let mut step = self.step;
         let mut states = vec![[x[0], x[1]]];
         for k in i..until {
             let h = self.leg.time_s[k + 1] - self.leg.time_s[k];
-            let act = gear(self.point.lag_s, &mut act_rad, self.commands[k], h);
+            let act = gear.advance(self.commands[k], h);
             let [damping, effect] = self.factors(k);
             step.update(self.point, damping * self.point.damping_per_s, h);
             step.advance(&mut x, effect * (linear[0] * act + linear[1]));
@@ -266,17 +261,6 @@ impl<'a> Run<'a> {
         }
         states
     }
-}
-
-/// Mean angle of a rudder that lags over an interval, and its angle at the end.
-fn gear(lag_s: f64, act_rad: &mut f64, command_rad: f64, h: f64) -> f64 {
-    if lag_s <= 0.0 {
-        return command_rad;
-    }
-    let away = *act_rad - command_rad;
-    let left = libm::exp(-h / lag_s);
-    *act_rad = command_rad + away * left;
-    command_rad + away * lag_s / h * (1.0 - left)
 }
 
 /// The gain of a measurement of one state, and the covariance after it.
@@ -302,15 +286,7 @@ impl Step {
             return;
         }
         (self.damping_per_s, self.h) = (damping_per_s, h);
-        let z = (damping_per_s * h).clamp(-0.5, 60.0);
-        self.left = libm::exp(-z);
-        if z.abs() < 1e-3 {
-            self.once = h * (1.0 - 0.5 * z + z * z / 6.0);
-            self.twice = 0.5 * h * h * (1.0 - z / 3.0);
-        } else {
-            self.once = (1.0 - self.left) * h / z;
-            self.twice = (h - self.once) * h / z;
-        }
+        [self.left, self.once, self.twice] = decays(damping_per_s, h);
     }
 
     fn advance(&self, x: &mut State, push: f64) {
@@ -423,8 +399,4 @@ fn exponential(a: &Square, h: f64) -> Square {
         f = product(&f, &f);
     }
     f
-}
-
-fn product(a: &Square, b: &Square) -> Square {
-    core::array::from_fn(|i| core::array::from_fn(|j| (0..STATES).map(|k| a[i][k] * b[k][j]).sum()))
 }

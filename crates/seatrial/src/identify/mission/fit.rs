@@ -2,8 +2,9 @@
 
 use nalgebra::{DMatrix, DVector, Vector4};
 
-use super::filter::{BLOCKS, Block, COLUMNS, Point, SpeedLaw, blocks};
+use super::filter::{COLUMNS, Point, SpeedLaw, Sums, each_innovation};
 use super::record::Legs;
+use crate::likelihood::fit::log_determinant;
 
 /// What is supposed of vehicle and disturbance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,8 +22,6 @@ pub struct Hypothesis {
 pub struct Scale {
     /// Damping of the first look, 1/s.
     pub rate_per_s: f64,
-    /// The usual interval between comparisons, s.
-    pub interval_s: f64,
     /// Deviation of the yaw rate, rad/s.
     pub yaw_rate_rad_s: f64,
     pub(super) has_gyro: bool,
@@ -41,6 +40,8 @@ pub struct Fit {
     pub linear: [f64; 3],
     /// Variance of the heading noise, rad^2.
     pub variance_rad2: f64,
+    /// Log of the determinant of the information of the linear parameters, in units of that variance.
+    pub linear_log_determinant: f64,
     /// Minus log of likelihood and priors, restricted.
     pub cost: f64,
 }
@@ -110,7 +111,6 @@ impl<'a> Problem<'a> {
                 legs,
                 scale: Scale {
                     rate_per_s: rate,
-                    interval_s: legs.interval_s,
                     yaw_rate_rad_s,
                     has_gyro,
                 },
@@ -191,8 +191,15 @@ impl<'a> Problem<'a> {
         if point.lag_s * point.damping_per_s > 1.0 {
             return None;
         }
-        let blocks = blocks(self.legs, &point, self.scale.yaw_rate_rad_s);
-        let all = sum(&blocks);
+        let mut all = Sums::default();
+        each_innovation(
+            self.legs,
+            &point,
+            self.scale.yaw_rate_rad_s,
+            |e, variance| {
+                all.add(e, variance);
+            },
+        );
         let (linear, left, log_determinant) = self.linear(&all)?;
         let freedom = all.count - 3.0;
         let variance_rad2 = left / freedom;
@@ -206,12 +213,13 @@ impl<'a> Problem<'a> {
             point,
             linear,
             variance_rad2,
+            linear_log_determinant: log_determinant,
             cost,
         })
     }
 
     /// Least squares of the linear parameters: their values, the sum of squares that is left, and the log determinant.
-    pub(super) fn linear(&self, all: &Block) -> Option<([f64; 3], f64, f64)> {
+    fn linear(&self, all: &Sums) -> Option<([f64; 3], f64, f64)> {
         let columns = if self.scale.has_gyro {
             COLUMNS
         } else {
@@ -224,23 +232,12 @@ impl<'a> Problem<'a> {
         // The innovation of what a column adds is minus that of the column.
         let solution = -factor.solve(&right);
         let left = g(0, 0) + right.dot(&solution);
-        let log_determinant = 2.0
-            * factor
-                .l()
-                .diagonal()
-                .iter()
-                .map(|d| libm::log(*d))
-                .sum::<f64>();
         let mut linear = [0.0; 3];
         linear
             .iter_mut()
             .zip(solution.iter())
             .for_each(|(l, s)| *l = *s);
-        if columns == COLUMNS {
-            // The bias adds to what is measured.
-            linear[2] = -linear[2];
-        }
-        (left > 0.0).then_some((linear, left, log_determinant))
+        (left > 0.0).then_some((linear, left, log_determinant(&factor)))
     }
 
     /// The largest posterior from a start, by Fisher's scoring with Levenberg's damping.
@@ -339,18 +336,4 @@ pub(super) fn belief(parameter: usize) -> Option<[f64; 2]> {
         WAVE_RATIO => Some([0.0, 0.7]),
         _ => Some([0.0, 4.0]),
     }
-}
-
-pub(super) fn sum(blocks: &[Block; BLOCKS]) -> Block {
-    let mut all = Block::default();
-    for block in blocks {
-        for a in 0..COLUMNS {
-            for b in a..COLUMNS {
-                all.products[a][b] += block.products[a][b];
-            }
-        }
-        all.log_deviations += block.log_deviations;
-        all.count += block.count;
-    }
-    all
 }

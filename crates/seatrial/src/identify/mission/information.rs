@@ -2,8 +2,12 @@
 
 use nalgebra::{DMatrix, DVector, Matrix4};
 
-use super::filter::{BLOCKS, COLUMNS, Point, Run, blocks};
-use super::fit::{Fit, LAG, LAG_DEVIATION, Problem, SHIFT, belief, sum};
+use super::filter::{COLUMNS, Point, combined, each_innovation};
+use super::fit::{Fit, LAG, LAG_DEVIATION, Problem, SHIFT, belief};
+use crate::likelihood::fit::log_determinant;
+
+/// Parts of the record whose scatter tells how uncertain the estimate is.
+const BLOCKS: usize = 12;
 
 /// Student's 95 % for twelve blocks over that of a normal deviate, squared.
 const STUDENT: f64 = 1.26;
@@ -26,13 +30,9 @@ impl Problem<'_> {
     pub(super) fn uncertainty(&self, fit: &Fit) -> Option<Uncertainty> {
         let derivatives = self.derivatives(fit);
         let factor = derivatives.information().cholesky()?;
-        let log_determinant = 2.0
-            * factor
-                .l()
-                .diagonal()
-                .iter()
-                .map(|d| libm::log(*d))
-                .sum::<f64>();
+        let log_determinant = log_determinant(&factor);
+        let linear = if self.scale.has_gyro { 3.0 } else { 2.0 };
+        let of_linear = fit.linear_log_determinant - linear * libm::log(fit.variance_rad2);
         let inverse = factor.inverse();
         let scores: Vec<DVector<f64>> = (0..BLOCKS).map(|k| derivatives.score(k, BLOCKS)).collect();
         let mean = scores.iter().sum::<DVector<f64>>() / BLOCKS as f64;
@@ -65,16 +65,9 @@ impl Problem<'_> {
         };
         Some(Uncertainty {
             covariance,
-            log_evidence: -fit.cost
-                - 0.5 * (log_determinant - self.linear_determinant(fit)?)
-                - priors,
+            // The cost has the linear parameters' determinant already.
+            log_evidence: -fit.cost - 0.5 * (log_determinant - of_linear) - priors,
         })
-    }
-
-    fn linear_determinant(&self, fit: &Fit) -> Option<f64> {
-        let all = sum(&blocks(self.legs, &fit.point, self.scale.yaw_rate_rad_s));
-        let columns = if self.scale.has_gyro { 3.0 } else { 2.0 };
-        Some(self.linear(&all)?.2 - columns * libm::log(fit.variance_rad2))
     }
 
     /// Slopes of d, b, c and the delay with the parameters.
@@ -101,9 +94,7 @@ impl Problem<'_> {
             .map(|(_, variance)| 1.0 / (variance * fit.variance_rad2).sqrt())
             .collect();
         let weighted = |of: &dyn Fn(usize) -> f64| DVector::from_fn(here.len(), |i, _| of(i));
-        let error = |e: &[f64; COLUMNS]| {
-            e[0] + fit.linear[0] * e[1] + fit.linear[1] * e[2] - fit.linear[2] * e[3]
-        };
+        let error = |e: &[f64; COLUMNS]| combined(e, &fit.linear);
         let errors = weighted(&|i| weights[i] * error(&here[i].0));
         let (mut of_errors, mut of_logs) = (Vec::new(), Vec::new());
         for i in &own {
@@ -119,8 +110,7 @@ impl Problem<'_> {
         }
         let linear = if self.scale.has_gyro { 3 } else { 2 };
         for j in 0..linear {
-            let sign = if j == 2 { -1.0 } else { 1.0 };
-            of_errors.push(weighted(&|k| sign * weights[k] * here[k].0[j + 1]));
+            of_errors.push(weighted(&|k| weights[k] * here[k].0[j + 1]));
             of_logs.push(DVector::zeros(here.len()));
         }
         // The variance of the heading noise.
@@ -151,13 +141,14 @@ impl Problem<'_> {
     /// The columns of each innovation and its relative variance.
     fn columns(&self, point: &Point) -> Vec<([f64; COLUMNS], f64)> {
         let mut columns = Vec::with_capacity(2 * self.legs.len());
-        for leg in &self.legs.legs {
-            let mut run = Run::new(leg, point, self.scale.interval_s, self.scale.yaw_rate_rad_s);
-            for i in 0..leg.len() {
-                run.measure(i, |errors, variance| columns.push((*errors, variance)));
-                run.advance(i);
-            }
-        }
+        each_innovation(
+            self.legs,
+            point,
+            self.scale.yaw_rate_rad_s,
+            |e, variance| {
+                columns.push((*e, variance));
+            },
+        );
         columns
     }
 }

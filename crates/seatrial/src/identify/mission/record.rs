@@ -7,6 +7,7 @@ use seatrial_core::{Real, Sample};
 use crate::identify::pace::Pace;
 use crate::likelihood::leg::deviation;
 use crate::record::{duration_s, median, median_interval_s};
+use crate::record_series::RecordSeries;
 
 /// Most comparisons of a log: of more, those where the rudder works most are taken.
 const MOST_COMPARISONS: usize = 20_000;
@@ -37,7 +38,7 @@ const SPEED_MEAN_S: f64 = 0.6;
 pub struct Leg {
     /// Times of the comparisons, s.
     pub time_s: Vec<f64>,
-    /// Headings there, rad, unwrapped.
+    /// Headings there, rad, unwrapped, from the first.
     pub heading_rad: Vec<f64>,
     /// Yaw rates there, rad/s; empty where none is measured.
     pub yaw_rate_rad_s: Vec<f64>,
@@ -291,16 +292,7 @@ impl Leg {
         has_rate: bool,
         speed: impl Fn(usize) -> f64,
     ) -> Self {
-        let mut heading = samples[0].heading_rad;
-        let mut last = heading;
-        let unwrapped: Vec<f64> = samples
-            .iter()
-            .map(|s| {
-                heading += (s.heading_rad - last).wrapped();
-                last = s.heading_rad;
-                heading
-            })
-            .collect();
+        let unwrapped = RecordSeries::new(samples, 1).heading_rad;
         let (mut once, mut twice) = (0.0, 0.0);
         let mut integrals = vec![[0.0; 2]];
         for pair in samples.windows(2) {

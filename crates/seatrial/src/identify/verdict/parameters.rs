@@ -273,13 +273,18 @@ impl Weighing {
         }
         self.misfit(checked);
         let refined = checked.refined();
-        if refined.map_or(model.b2_per_s2, |refined| refined.interval_95.b2_per_s2[1]) < 0.0 {
+        self.sign(refined.map_or(model.b2_per_s2, |refined| refined.interval_95.b2_per_s2[1]));
+        self.training_fit(checked);
+    }
+
+    /// `b2_per_s2` is the upper end of its interval.
+    pub(super) fn sign(&mut self, b2_per_s2: f64) {
+        if b2_per_s2 < 0.0 {
             self.note(
                 ReasonCode::SignReversed,
                 "b2 is negative: a positive rudder angle turns towards decreasing heading in this log; keep this sign, or negate the rudder channel".into(),
             );
         }
-        self.training_fit(checked);
     }
 
     fn misfit(&mut self, checked: &Checked) {

@@ -62,12 +62,7 @@ impl Weighing {
                 ),
             );
         }
-        if refined.interval_95.b2_per_s2[1] < 0.0 {
-            self.note(
-                ReasonCode::SignReversed,
-                "b2 is negative: a positive rudder angle turns towards decreasing heading in this log; keep this sign, or negate the rudder channel".into(),
-            );
-        }
+        self.sign(refined.interval_95.b2_per_s2[1]);
     }
 
     fn steering_pace(&mut self, steering: &Steering) {
