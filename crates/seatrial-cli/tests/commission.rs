@@ -280,6 +280,21 @@ fn cli_gains_of_our_own_heading_controller_are_proven_at_every_speed() {
     assert!(overshoot("new") < 0.5 * overshoot("old"), "{errors}");
 }
 
+/// Compass and sea move its heading by more than a degree, which is nobody's fault; without repeats and their scatter two speeds were proven.
+#[test]
+fn cli_gains_of_a_noisy_starfish_are_proven_at_every_speed() {
+    let folder = tempfile::tempdir().unwrap();
+    let vehicle = ["--vehicle", "sim:starfish", "--json"];
+    run_in(folder.path(), &[&["trial"][..], &vehicle].concat());
+    let output = run_in(folder.path(), &[&["commission"][..], &vehicle].concat());
+    let found = document(&output);
+    let speeds = found["speeds"].as_array().unwrap();
+    assert_eq!(speeds.len(), 5, "{found}");
+    for speed in speeds {
+        assert_eq!(speed["ending"]["state"], "kept", "{}", text(&output.stderr));
+    }
+}
+
 #[test]
 fn cli_a_commission_without_a_model_an_envelope_or_an_autopilot_says_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
@@ -342,6 +357,31 @@ fn cli_the_study_of_commissions_reaches_its_goals() {
             "{class}"
         );
     }
+}
+
+/// A sea and a compass of half a degree do not put gains back that are better, and the promised overshoot is measured.
+#[test]
+fn cli_better_gains_are_kept_in_a_sea() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = [
+        "study",
+        "commission",
+        "--boats",
+        "8",
+        "--sea",
+        "--seed",
+        "700",
+        "--json",
+    ];
+    let found = document(&run_in(folder.path(), &study));
+    let sum = |what: &str| -> u64 {
+        let classes = found["classes"].as_array().unwrap().iter();
+        classes.map(|class| class[what].as_u64().unwrap()).sum()
+    };
+    assert_eq!(sum("refused"), 0);
+    assert!(sum("better") >= 23, "{found}");
+    assert!(sum("better_kept") + 1 >= sum("better"), "{found}");
+    assert!(sum("as_foreseen") >= 22, "{found}");
 }
 
 /// Boats of the study for the firmware's simulation: each is a vehicle of its class.

@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use seatrial::commission::{
-    Evidence, Judgement, ModelCheck, Response, Stage, StepInstant, StepTest, check_model, foresee,
-    judge,
+    Evidence, Foreseen, Judgement, ModelCheck, Response, Stage, StepInstant, StepTest, check_model,
+    foresee, judge, scatter_rad,
 };
 use seatrial_core::{AbortReason, Envelope};
 
@@ -13,6 +13,9 @@ use super::{Commissioned, Ending, GainedVehicle, Lost, Proposal, check_text, res
 
 /// The first step with new gains, rad.
 const SMALL_STEP_RAD: f64 = 0.14;
+
+/// Steps of a commission that are repeated at most.
+pub(super) const MOST_REPEATS: usize = 2;
 
 /// What is to be done.
 pub struct Order<'a> {
@@ -68,7 +71,8 @@ impl Commission<'_> {
     fn run(&mut self, found: &mut Commissioned) -> Result<Ending, Lost> {
         let proposal = self.order.proposal;
         let old = self.steps(&proposal.test, proposal.old_patience(), "old gains")?;
-        let response = self.measured(&old, proposal.test.step_rad, "old gains")?;
+        let response = self.measured(std::slice::from_ref(&old), &proposal.test, 0.0)?;
+        self.tell("old gains", &old, &response);
         found.old = Some(response);
         let check = check_model(&proposal.evidence.boat(), &old.legs);
         (self.progress)(&format!("model: {}", check_text(&check)));
@@ -86,35 +90,72 @@ impl Commission<'_> {
             step_rad: SMALL_STEP_RAD.min(proposal.test.step_rad),
             ..proposal.test
         };
+        let mut repeats = MOST_REPEATS;
         for (stage, test) in [(Stage::Small, small_test), (Stage::Full, proposal.test)] {
-            let name = match stage {
-                Stage::Small => "new gains, small step",
-                Stage::Full => "new gains",
-            };
-            let steps = self.steps(&test, proposal.new_patience(), name)?;
-            let new = self.measured(&steps, test.step_rad, name)?;
-            match stage {
-                Stage::Small => found.small = Some(new),
-                Stage::Full => found.new = Some(new),
-            }
-            let Judgement { keep, against } = judge(
-                stage,
-                test.step_rad,
-                &new,
-                found.old.as_ref(),
-                &foreseen(&test),
-            );
-            if !keep {
+            let judgement =
+                self.judged(found, (stage, &test), &old, &foreseen(&test), &mut repeats)?;
+            if !judgement.keep {
                 (self.progress)("putting the old gains back");
                 self.vehicle.write(&proposal.control.settings)?;
                 return Ok(Ending::PutBack {
                     at_small_step: stage == Stage::Small,
-                    against,
+                    against: judgement.against,
                 });
             }
         }
         let undo = self.vehicle.keep()?;
         Ok(Ending::Kept { undo })
+    }
+
+    /// Steps with the new gains, repeated where a wave may have spoilt them, beside those with the old ones.
+    fn judged(
+        &mut self,
+        found: &mut Commissioned,
+        (stage, test): (Stage, &StepTest),
+        old: &StepRecord,
+        foreseen: &Foreseen,
+        repeats: &mut usize,
+    ) -> Result<Judgement, Lost> {
+        let proposal = self.order.proposal;
+        let name = match stage {
+            Stage::Small => "new gains, small step",
+            Stage::Full => "new gains",
+        };
+        let mut patience = proposal.new_patience();
+        let mut records = Vec::new();
+        loop {
+            let record = self.steps(test, patience, name)?;
+            let scatter_rad = self.scatter_rad(old)?.min(self.scatter_rad(&record)?);
+            records.push(record);
+            let new = self.measured(&records, test, scatter_rad)?;
+            let of_old = self.measured(std::slice::from_ref(old), &proposal.test, scatter_rad)?;
+            self.tell(name, &records[records.len() - 1], &new);
+            found.old = Some(of_old);
+            match stage {
+                Stage::Small => found.small = Some(new),
+                Stage::Full => found.new = Some(new),
+            }
+            let judgement = judge(
+                stage,
+                test.step_rad,
+                &new,
+                Some(&of_old),
+                foreseen,
+                scatter_rad,
+            );
+            if *repeats == 0 || !judgement.is_worth_repeating() {
+                return Ok(judgement);
+            }
+            *repeats -= 1;
+            patience = proposal.old_patience();
+            let against: Vec<String> = judgement.against.iter().map(ToString::to_string).collect();
+            (self.progress)(&format!("{name}: {}: once more", against.join("; ")));
+        }
+    }
+
+    fn scatter_rad(&self, record: &StepRecord) -> Result<f64, Lost> {
+        scatter_rad(&record.legs, self.order.proposal.smoothing_s)
+            .ok_or_else(|| ended_for(AbortReason::StaleSamples))
     }
 
     fn steps(
@@ -185,17 +226,21 @@ impl Commission<'_> {
     }
 
     fn measured(
-        &mut self,
-        record: &StepRecord,
-        step_rad: f64,
-        name: &str,
+        &self,
+        records: &[StepRecord],
+        test: &StepTest,
+        scatter_rad: f64,
     ) -> Result<Response, Lost> {
-        let response = Response::measure(&record.legs, step_rad, self.order.proposal.smoothing_s);
-        let response = response.ok_or_else(|| ended_for(AbortReason::StaleSamples))?;
+        let repeats: Vec<_> = records.iter().map(|record| record.legs.clone()).collect();
+        let smoothing_s = self.order.proposal.smoothing_s;
+        Response::of_repeats(&repeats, test.step_rad, smoothing_s, scatter_rad)
+            .ok_or_else(|| ended_for(AbortReason::StaleSamples))
+    }
+
+    fn tell(&mut self, name: &str, record: &StepRecord, response: &Response) {
         let speed = record.surge_speed_m_s;
         let at = speed.map_or(String::new(), |speed| format!("at {speed:.2} m/s "));
-        (self.progress)(&format!("{name}: {at}{}", response_text(&response)));
-        Ok(response)
+        (self.progress)(&format!("{name}: {at}{}", response_text(response)));
     }
 }
 

@@ -5,6 +5,7 @@ use seatrial::commission::{
 };
 use seatrial_core::{CascadeSettings, SchedulePoint, YawModel};
 
+use super::conduct::MOST_REPEATS;
 use super::step_run::Patience;
 use crate::Error;
 use crate::models::{ModelPoint, Models};
@@ -66,10 +67,12 @@ pub struct Proposal {
 
 impl Proposal {
     /// How long the steps take at most, s: with the old gains, a small one and with the new ones, each away and back once the
-    /// vehicle has settled.
+    /// vehicle has settled, and with steps that are repeated.
     pub fn duration_s(&self) -> f64 {
-        let waits_s = self.old_patience().longest_s + 2.0 * self.new_patience().longest_s;
-        waits_s + 6.0 * self.test.hold_s
+        let repeats = MOST_REPEATS as f64;
+        let waits_s =
+            (1.0 + repeats) * self.old_patience().longest_s + 2.0 * self.new_patience().longest_s;
+        waits_s + 2.0 * (3.0 + repeats) * self.test.hold_s
     }
 
     /// How far the vehicle goes meanwhile at most, m, where its speed is known.
@@ -199,6 +202,7 @@ pub(super) fn evidence(point: &ModelPoint, full_rad: f64, control: &Control) -> 
         heading_noise_rad: point
             .noise
             .map_or(HEADING_NOISE_RAD, |[heading, _]| heading),
+        disturbance_rad_s2: point.noise.map_or(0.0, |[_, disturbance]| disturbance),
         loop_interval_s: control.loop_interval_s,
         steering_taken: control.steering_taken,
     }

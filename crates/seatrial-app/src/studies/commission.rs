@@ -17,6 +17,8 @@ pub struct Commissions {
     pub boats: u64,
     /// Loops of the autopilot per second.
     pub loop_rate_hz: u32,
+    /// Is each boat in a sea of its own?
+    pub has_sea: bool,
     /// Classes of boats.
     pub classes: Vec<Class>,
 }
@@ -30,6 +32,12 @@ pub struct Class {
     pub refused: u64,
     /// Boats whose proposed gains were kept.
     pub kept: usize,
+    /// Boats whose proposed gains would be kept, were there no sea and no noise.
+    pub better: usize,
+    /// Of these, how many were kept.
+    pub better_kept: usize,
+    /// Boats whose measured overshoot was in the interval that was foreseen.
+    pub as_foreseen: usize,
     /// What each method makes of them.
     pub methods: Vec<Row>,
 }
@@ -60,18 +68,19 @@ pub fn boats_of_all(boats: u64) -> u64 {
     boats * CLASSES_S.len() as u64
 }
 
-/// Commissions `boats` of each class under an autopilot with this many loops a second.
+/// Commissions `boats` of each class, in a sea or not, under an autopilot with this many loops a second.
 pub fn commission_boats(
     boats: u64,
     seed: u64,
     loop_rate_hz: u32,
+    has_sea: bool,
     workers: &Workers,
 ) -> Commissions {
     let loop_interval_s = 1.0 / f64::from(loop_rate_hz);
     let classes = CLASSES_S.iter().enumerate().map(|(number, class_s)| {
         let first = seed.wrapping_add(1_000_000 * number as u64);
         let found = workers.each(boats, |boat| {
-            commission_one(*class_s, first.wrapping_add(boat), loop_interval_s)
+            commission_one(*class_s, first.wrapping_add(boat), loop_interval_s, has_sea)
         });
         class(*class_s, boats, &found)
     });
@@ -80,15 +89,20 @@ pub fn commission_boats(
         seed,
         boats,
         loop_rate_hz,
+        has_sea,
         classes: classes.collect(),
     }
 }
 
 fn class(time_constant_s: [f64; 2], asked: u64, boats: &[Commissioning]) -> Class {
+    let count = |is: fn(&Commissioning) -> bool| boats.iter().filter(|boat| is(boat)).count();
     Class {
         time_constant_s,
         refused: asked - boats.len() as u64,
-        kept: boats.iter().filter(|boat| boat.is_kept).count(),
+        kept: count(|boat| boat.is_kept),
+        better: count(|boat| boat.is_better),
+        better_kept: count(|boat| boat.is_better && boat.is_kept),
+        as_foreseen: count(|boat| boat.is_as_foreseen),
         methods: Method::ALL
             .iter()
             .enumerate()

@@ -10,10 +10,13 @@ use super::Draw;
 const LEARNT_TIMES: f64 = 3.0;
 const LONGEST_LEARNING_S: f64 = 300.0;
 
+/// The correlation time of a sea, s.
+const SEA_TIME_S: f64 = 2.0;
+
 /// A boat that steers.
 ///
 /// ```text
-/// r' = a22 r + B u + C0,   T_l u' = s(t - T_d) - u
+/// r' = a22 r + B u + C0 + d,   T_l u' = s(t - T_d) - u
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Boat {
@@ -27,6 +30,8 @@ pub struct Boat {
     pub rate_noise_rad_s: f64,
     /// White noise of its heading, rad.
     pub heading_noise_rad: f64,
+    /// Deviation of what the sea turns it with, rad/s^2, which it forgets in 2 s.
+    pub disturbance_rad_s2: f64,
     /// The share of full steering that is not left where thrusters drive and steer at once.
     pub steering_taken: f64,
 }
@@ -121,6 +126,7 @@ struct Helm<'a> {
     left: f64,
     interval_s: f64,
     noise: Draw,
+    sea_rad_s2: f64,
 }
 
 impl<'a> Helm<'a> {
@@ -140,6 +146,7 @@ impl<'a> Helm<'a> {
             left,
             interval_s,
             noise: Draw::new(seed),
+            sea_rad_s2: 0.0,
         }
     }
 
@@ -175,10 +182,21 @@ impl<'a> Helm<'a> {
             let mean = 0.5 * (before + self.rudder);
             let held = if self.left > 0.0 { mean } else { asked };
             let model = &self.boat.model;
-            let acceleration = model.b2_per_s2 * held + model.c0_rad_per_s2;
+            let acceleration = model.b2_per_s2 * held + model.c0_rad_per_s2 + self.sea();
             self.state = self.step.advance(self.state, acceleration);
         }
         sum / f64::from(loops)
+    }
+
+    /// What the sea turns the boat with in the next loop, rad/s^2.
+    fn sea(&mut self) -> f64 {
+        let deviation = self.boat.disturbance_rad_s2;
+        if deviation > 0.0 {
+            let left = libm::exp(-self.interval_s / SEA_TIME_S);
+            let new = deviation * (1.0 - left * left).sqrt();
+            self.sea_rad_s2 = left * self.sea_rad_s2 + new * self.noise.normal();
+        }
+        self.sea_rad_s2
     }
 }
 

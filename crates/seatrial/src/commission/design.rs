@@ -138,7 +138,7 @@ fn slowest(
             return None;
         }
         let legs = test.simulate(boat, settings, 1);
-        let response = Response::measure(&legs, STEP_RAD, 0.0)?;
+        let response = Response::measure(&legs, STEP_RAD, 0.0, 0.0)?;
         slowest_s = slowest_s.max(response.settling_s?);
         if response.overshoot > most_overshoot || slowest_s >= soonest_s {
             return None;
@@ -159,7 +159,7 @@ fn is_quiet(evidence: &Evidence, settings: &CascadeSettings<f64>) -> bool {
         ..evidence.test(settings.angle_gain_per_s)
     };
     let legs = test.simulate(&evidence.noisy_boat(), settings, 1);
-    let response = Response::measure(&legs, STEP_RAD, 0.0);
+    let response = Response::measure(&legs, STEP_RAD, 0.0, 0.0);
     response.is_some_and(|response| response.activity_per_s < MOST_ACTIVITY_PER_S)
 }
 
@@ -191,6 +191,7 @@ pub(super) mod tests {
             delay_s: 0.04,
             rate_noise_rad_s: 0.005,
             heading_noise_rad: 0.005,
+            disturbance_rad_s2: 0.0,
             loop_interval_s: 0.02,
             steering_taken: 0.0,
         }
@@ -205,7 +206,7 @@ pub(super) mod tests {
             let test = evidence.test(settings.angle_gain_per_s);
             for boat in evidence.boats() {
                 let legs = test.simulate(&boat, &settings, 1);
-                let response = Response::measure(&legs, STEP_RAD, 0.0).unwrap();
+                let response = Response::measure(&legs, STEP_RAD, 0.0, 0.0).unwrap();
                 assert!(response.overshoot <= MOST_OVERSHOOT, "{response:?}");
                 assert!(response.settling_s.is_some(), "{response:?}");
             }

@@ -30,6 +30,8 @@ pub struct Evidence {
     pub rate_noise_rad_s: f64,
     /// White noise of the heading, rad.
     pub heading_noise_rad: f64,
+    /// Deviation of what the sea turns it with, rad/s^2.
+    pub disturbance_rad_s2: f64,
     /// Between two loops of the autopilot, s.
     pub loop_interval_s: f64,
     /// The share of full steering that is not left where thrusters drive and steer at once.

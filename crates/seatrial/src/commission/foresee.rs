@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::boat::{Boat, StepTest};
 use super::evidence::Evidence;
-use super::response::Response;
+use super::response::{Response, scatter_rad};
 use crate::draw::Draw;
 
 /// Boats that are drawn.
@@ -43,9 +43,14 @@ pub struct Range {
 impl Range {
     fn of(mut values: Vec<f64>) -> Self {
         values.sort_by(f64::total_cmp);
+        // The next of n values is below the k-th with probability k/(n + 1).
         let at = |share: f64| {
-            let place = (share * (values.len().max(1) - 1) as f64).round() as usize;
-            values.get(place).copied().unwrap_or(f64::NAN)
+            let place = (share * (values.len() + 1) as f64).round() as usize;
+            let last = values.len().saturating_sub(1);
+            values
+                .get(place.saturating_sub(1).min(last))
+                .copied()
+                .unwrap_or(f64::NAN)
         };
         Self {
             middle: at(0.5),
@@ -67,7 +72,8 @@ pub fn foresee(
         .filter_map(|seed| {
             let boat = drawn(evidence, &mut draw);
             let legs = test.simulate(&boat, settings, seed);
-            Response::measure(&legs, test.step_rad, smoothing_s)
+            let scatter_rad = scatter_rad(&legs, smoothing_s)?;
+            Response::measure(&legs, test.step_rad, smoothing_s, scatter_rad)
         })
         .collect();
     let range = |of: &dyn Fn(&Response) -> f64| Range::of(responses.iter().map(of).collect());
@@ -100,6 +106,7 @@ fn drawn(evidence: &Evidence, draw: &mut Draw) -> Boat {
             ..boat.model
         },
         lag_s: (boat.lag_s + later_s).max(0.0),
+        disturbance_rad_s2: evidence.disturbance_rad_s2,
         ..boat
     }
 }
@@ -111,6 +118,6 @@ mod tests {
     #[test]
     fn exact_a_range_is_where_the_boats_are() {
         let range = Range::of((0..=40).map(f64::from).collect());
-        assert_eq!((range.low, range.middle, range.high), (1.0, 20.0, 39.0));
+        assert_eq!((range.low, range.middle, range.high), (0.0, 20.0, 40.0));
     }
 }

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::foresee::Foreseen;
-use super::response::Response;
+use super::response::{Response, WITHIN};
 
 /// What new gains may not exceed whatever the old ones did: overshoot and oscillation, fractions of the step; steady error,
 /// rad; rudder activity, full deflections per second.
@@ -15,9 +15,8 @@ const MOST_STEADY_ERROR_RAD: f64 = 0.035;
 const MOST_ACTIVITY_PER_S: f64 = 0.5;
 /// A small step is measured less well: its overshoot and oscillation may be that much more, rad.
 const SMALL_STEP_RAD: f64 = 0.0175;
-/// New gains are no worse than old ones within these: overshoot, a fraction of the step; settling, a share, and s.
+/// New gains are no worse than old ones within these: overshoot, a fraction of the step; settling, s.
 const OVERSHOOT_ALIKE: f64 = 0.04;
-const SETTLING_ALIKE: f64 = 1.0;
 const SETTLING_ALIKE_S: f64 = 0.1;
 /// Beyond what was foreseen: overshoot, a fraction of the step; settling and activity, shares.
 const BEYOND_OVERSHOOT: f64 = 0.06;
@@ -131,19 +130,31 @@ pub struct Judgement {
     pub against: Vec<Against>,
 }
 
+impl Judgement {
+    /// May a wave have done it, so that the step is worth repeating? A heading that swings is left alone.
+    pub fn is_worth_repeating(&self) -> bool {
+        let swings = |against: &Against| matches!(against, Against::Oscillation { .. });
+        !self.keep && !self.against.iter().any(swings)
+    }
+}
+
 /// Judges the new gains by a step of this size. The old ones count where they did better; where they did not settle, the
-/// limits that hold for every boat still do.
+/// limits that hold for every boat still do. `scatter_rad` is what sea and compass move a heading by that is held.
+///
+/// Gains that overshoot less than the old ones by a share of the step may take that share longer to settle, and what the scatter makes of both times.
 pub fn judge(
     stage: Stage,
     step_rad: f64,
     new: &Response,
     old: Option<&Response>,
     foreseen: &Foreseen,
+    scatter_rad: f64,
 ) -> Judgement {
-    let spare = match stage {
-        Stage::Small => SMALL_STEP_RAD / step_rad,
+    let small_rad = match stage {
+        Stage::Small => SMALL_STEP_RAD,
         Stage::Full => 0.0,
     };
+    let spare = [1.0, WITHIN].map(|times| (small_rad + times * scatter_rad) / step_rad);
     let old = old.filter(|_| stage == Stage::Full);
     let mut against = Vec::new();
     let Some(found_s) = new.settling_s else {
@@ -154,8 +165,11 @@ pub fn judge(
             against,
         };
     };
-    let old_s = old.and_then(|old| old.settling_s);
-    let alike_s = old_s.map(|old_s| SETTLING_ALIKE * old_s + SETTLING_ALIKE_S);
+    let alike_s = old.and_then(|old| {
+        let less = (old.overshoot - new.overshoot).max(0.0);
+        let error_s = libm::hypot(old.settling_error_s, new.settling_error_s);
+        Some((1.0 + less) * old.settling_s? + SETTLING_ALIKE_S + error_s)
+    });
     let foreseen_s = BEYOND_SETTLING * foreseen.settling_s.high + SETTLING_ALIKE_S;
     let most_s = alike_s.map_or(foreseen_s, |alike_s| alike_s.min(foreseen_s));
     if found_s > most_s {
@@ -173,14 +187,14 @@ fn excess(
     new: &Response,
     old: Option<&Response>,
     foreseen: &Foreseen,
-    spare: f64,
+    [spare_overshoot, spare_oscillation]: [f64; 2],
 ) -> impl Iterator<Item = Against> {
     let foreseen_overshoot = foreseen.overshoot.high + BEYOND_OVERSHOOT;
     let alike = old.map_or(f64::INFINITY, |old| {
         (old.overshoot + OVERSHOOT_ALIKE).max(2.0 * OVERSHOOT_ALIKE)
     });
-    let overshoot = MOST_OVERSHOOT.min(foreseen_overshoot).min(alike) + spare;
-    let oscillation = MOST_OSCILLATION + spare;
+    let overshoot = MOST_OVERSHOOT.min(foreseen_overshoot).min(alike) + spare_overshoot;
+    let oscillation = MOST_OSCILLATION + spare_oscillation;
     let foreseen_activity = BEYOND_ACTIVITY * foreseen.activity_per_s.high;
     let activity = MOST_ACTIVITY_PER_S.min(foreseen_activity.max(LITTLE_ACTIVITY_PER_S));
     let found = [
@@ -228,6 +242,7 @@ mod tests {
         Response {
             overshoot: 0.03,
             settling_s: Some(4.0),
+            settling_error_s: 0.0,
             steady_error_rad: 0.002,
             activity_per_s: 0.05,
             oscillation: 0.01,
@@ -235,7 +250,7 @@ mod tests {
     }
 
     fn against(new: Response, old: Option<Response>) -> Vec<Against> {
-        judge(Stage::Full, 0.5, &new, old.as_ref(), &foreseen()).against
+        judge(Stage::Full, 0.5, &new, old.as_ref(), &foreseen(), 0.0).against
     }
 
     #[test]
@@ -303,6 +318,37 @@ mod tests {
         }
     }
 
+    /// 31 % and 5.9 s with the old gains, none and 6.3 s with the new ones.
+    #[test]
+    fn regress_half_a_second_is_no_reason_for_a_large_overshoot() {
+        let old = Response {
+            overshoot: 0.31,
+            settling_s: Some(5.9),
+            ..good()
+        };
+        let new = Response {
+            overshoot: 0.0,
+            settling_s: Some(6.3),
+            ..good()
+        };
+        assert_eq!(against(new, Some(old)), []);
+    }
+
+    /// A time that the scatter moves by a second is no later by half a second.
+    #[test]
+    fn regress_times_are_compared_to_within_their_errors() {
+        let within = |settling_error_s| Response {
+            settling_error_s,
+            ..good()
+        };
+        let later = |settling_error_s| Response {
+            settling_s: Some(4.5),
+            ..within(settling_error_s)
+        };
+        assert_eq!(against(later(0.5), Some(within(0.5))), []);
+        assert!(!against(later(0.1), Some(within(0.1))).is_empty());
+    }
+
     /// Old gains that settle sooner are the measure.
     #[test]
     fn exact_new_gains_that_are_slower_than_the_old_ones_go() {
@@ -315,7 +361,7 @@ mod tests {
             matches!(found[..], [Against::SettlesLate { .. }]),
             "{found:?}"
         );
-        let small = judge(Stage::Small, 0.14, &good(), Some(&quick), &foreseen());
+        let small = judge(Stage::Small, 0.14, &good(), Some(&quick), &foreseen(), 0.0);
         assert!(small.keep, "{small:?}");
     }
 }

@@ -151,7 +151,7 @@ mod tests {
             let test = evidence.test(settings.angle_gain_per_s);
             for boat in evidence.boats() {
                 let legs = test.simulate(&boat, &settings, 1);
-                let response = Response::measure(&legs, test.step_rad, 0.0).unwrap();
+                let response = Response::measure(&legs, test.step_rad, 0.0, 0.0).unwrap();
                 assert!(response.overshoot <= MOST_LED_OVERSHOOT, "{response:?}");
                 let slowest_s = 6.0 * (time_constant_s + lag_s) + 4.0;
                 let settles_s = response.settling_s;

@@ -24,4 +24,4 @@ pub use evidence::{Evidence, NoProposal};
 pub use foresee::{Foreseen, Range, foresee};
 pub use judge::{Against, Judgement, Stage, judge};
 pub use model_check::{ModelCheck, check_model};
-pub use response::Response;
+pub use response::{Response, scatter_rad};

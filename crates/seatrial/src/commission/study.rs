@@ -3,12 +3,12 @@
 use seatrial_core::{CascadeSettings, YawModel};
 use serde::Serialize;
 
-use super::boat::{Boat, StepTest};
+use super::boat::{Boat, StepInstant, StepTest};
 use super::design::propose;
 use super::evidence::Evidence;
-use super::foresee::foresee;
-use super::judge::{Judgement, Stage, judge};
-use super::response::Response;
+use super::foresee::{Foreseen, foresee};
+use super::judge::{Stage, judge};
+use super::response::{Response, scatter_rad};
 use crate::draw::Draw;
 
 /// Time constants of the classes, s.
@@ -23,6 +23,9 @@ const OFF_CENTRE: f64 = 0.03;
 /// Noise of the yaw rate, rad/s, and of the heading, rad.
 const RATE_NOISE_RAD_S: f64 = 0.005;
 const HEADING_NOISE_RAD: f64 = 0.002;
+/// In a sea: noise of the heading, rad, and deviation of the sea as a share of the acceleration at full steering.
+const NOISE_IN_A_SEA_RAD: [f64; 2] = [0.002, 0.008];
+const SEA: [f64; 2] = [0.0, 0.02];
 /// What a trial errs by: a22 and B as shares, the lag as a share and at least that many s; standard deviations.
 const MODEL_ERROR: f64 = 0.04;
 const LAG_ERROR: f64 = 0.15;
@@ -70,7 +73,14 @@ pub struct Commissioning {
     pub responses: [Response; 4],
     /// Were the proposed gains kept?
     pub is_kept: bool,
+    /// Would they be kept, were there no sea and no noise?
+    pub is_better: bool,
+    /// Was the overshoot that was measured in the interval that was foreseen?
+    pub is_as_foreseen: bool,
 }
+
+/// Steps of a commission that are repeated at most.
+const MOST_REPEATS: usize = 2;
 
 /// Rover's settings as they come, 4.6.
 pub fn defaults() -> CascadeSettings<f64> {
@@ -102,15 +112,32 @@ fn quick_tuned(boat: &Boat) -> CascadeSettings<f64> {
     }
 }
 
-/// The boat of a class that a seed draws.
+/// The boat of a class that a seed draws, in calm water.
 pub fn boat_of(class_s: [f64; 2], seed: u64) -> Boat {
     drawn(class_s, &mut Draw::new(seed))
 }
 
-/// Commissions one boat of a class; `None` where no gains are proposed for it.
-pub fn commission_one(class_s: [f64; 2], seed: u64, loop_interval_s: f64) -> Option<Commissioning> {
+/// The boat in the sea that a seed draws.
+fn in_a_sea(boat: Boat, seed: u64) -> Boat {
+    let mut draw = Draw::new(!seed);
+    let mut even = |[low, high]: [f64; 2]| low + (high - low) * draw.uniform();
+    Boat {
+        heading_noise_rad: even(NOISE_IN_A_SEA_RAD),
+        disturbance_rad_s2: even(SEA) * boat.model.b2_per_s2,
+        ..boat
+    }
+}
+
+/// Commissions one boat of a class, in a sea or not; `None` where no gains are proposed for it.
+pub fn commission_one(
+    class_s: [f64; 2],
+    seed: u64,
+    loop_interval_s: f64,
+    has_sea: bool,
+) -> Option<Commissioning> {
     let mut draw = Draw::new(seed);
     let boat = drawn(class_s, &mut draw);
+    let boat = if has_sea { in_a_sea(boat, seed) } else { boat };
     let evidence = evidence(&boat, &mut draw, loop_interval_s);
     let time_constant_s = -1.0 / boat.model.a22_per_s;
     let test = StepTest {
@@ -122,34 +149,114 @@ pub fn commission_one(class_s: [f64; 2], seed: u64, loop_interval_s: f64) -> Opt
     };
     let proposed = propose(&evidence, &defaults()).ok()?;
     let smoothing_s = 0.2 / proposed.angle_gain_per_s;
-    let respond = |settings: &CascadeSettings<f64>, test: &StepTest| {
-        let legs = test.learnt(settings).simulate(&boat, settings, seed);
-        Response::measure(&legs, test.step_rad, smoothing_s)
+    let trial = Steps {
+        boat: &boat,
+        seed,
+        smoothing_s,
     };
-    let old = respond(&defaults(), &test)?;
-    let new = respond(&proposed, &test)?;
+    let respond = |settings: &CascadeSettings<f64>| {
+        let legs = trial.record(settings, &test, 0);
+        Response::measure(
+            &legs,
+            STEP_RAD,
+            smoothing_s,
+            scatter_rad(&legs, smoothing_s)?,
+        )
+    };
+    let (old, new) = (respond(&defaults())?, respond(&proposed)?);
     let small_test = StepTest {
         step_rad: SMALL_STEP_RAD,
         ..test
     };
-    let small = respond(&proposed, &small_test)?;
-    let passes = |stage, response: &Response, test: &StepTest| {
-        let foreseen = foresee(&evidence, &proposed, &test.learnt(&proposed), smoothing_s);
-        let Judgement { keep, .. } = judge(stage, test.step_rad, response, Some(&old), &foreseen);
-        keep
+    let foreseen =
+        |test: &StepTest| foresee(&evidence, &proposed, &test.learnt(&proposed), smoothing_s);
+    let stages =
+        [(Stage::Small, small_test), (Stage::Full, test)].map(|(s, t)| (s, t, foreseen(&t)));
+    let overshoot = stages[1].2.overshoot;
+    let calm = Boat {
+        rate_noise_rad_s: 0.0,
+        heading_noise_rad: 0.0,
+        disturbance_rad_s2: 0.0,
+        ..boat
     };
-    let is_kept = passes(Stage::Small, &small, &small_test) && passes(Stage::Full, &new, &test);
+    let truly = Steps {
+        boat: &calm,
+        ..trial
+    };
+    let is_kept = trial.keeps(&proposed, &test, &stages)?;
     Some(Commissioning {
         time_constant_s,
         lag_s: boat.lag_s,
+        is_better: truly.keeps(&proposed, &test, &stages[1..])?,
+        is_as_foreseen: (overshoot.low..=overshoot.high).contains(&new.overshoot),
         responses: [
             old,
-            respond(&quick_tuned(&boat), &test)?,
+            respond(&quick_tuned(&boat))?,
             new,
             if is_kept { new } else { old },
         ],
         is_kept,
     })
+}
+
+/// Steps of a boat in its sea.
+#[derive(Clone, Copy)]
+struct Steps<'a> {
+    boat: &'a Boat,
+    seed: u64,
+    smoothing_s: f64,
+}
+
+impl Steps<'_> {
+    fn record(
+        &self,
+        settings: &CascadeSettings<f64>,
+        test: &StepTest,
+        repeat: usize,
+    ) -> [Vec<StepInstant>; 2] {
+        let seed = self.seed.wrapping_add(1_000_003 * repeat as u64);
+        test.learnt(settings).simulate(self.boat, settings, seed)
+    }
+
+    /// Would a commission keep these settings by these stages?
+    fn keeps(
+        &self,
+        settings: &CascadeSettings<f64>,
+        test: &StepTest,
+        stages: &[(Stage, StepTest, Foreseen)],
+    ) -> Option<bool> {
+        let old = [self.record(&defaults(), test, 0)];
+        let mut repeats = 0;
+        for (stage, test, foreseen) in stages {
+            let mut records = Vec::new();
+            loop {
+                records.push(self.record(settings, test, repeats));
+                let scatter_rad = scatter_rad(&old[0], self.smoothing_s)?
+                    .min(scatter_rad(&records[records.len() - 1], self.smoothing_s)?);
+                let measured = |records: &[_], step_rad| {
+                    Response::of_repeats(records, step_rad, self.smoothing_s, scatter_rad)
+                };
+                let new = measured(&records, test.step_rad)?;
+                let old = measured(&old, STEP_RAD)?;
+                let judgement = judge(
+                    *stage,
+                    test.step_rad,
+                    &new,
+                    Some(&old),
+                    foreseen,
+                    scatter_rad,
+                );
+                if judgement.keep {
+                    break;
+                }
+                if repeats == MOST_REPEATS || !judgement.is_worth_repeating() {
+                    return Some(false);
+                }
+                repeats += 1;
+            }
+        }
+        Some(true)
+    }
 }
 
 fn drawn(class_s: [f64; 2], draw: &mut Draw) -> Boat {
@@ -165,6 +272,7 @@ fn drawn(class_s: [f64; 2], draw: &mut Draw) -> Boat {
         delay_s: even(DELAY_S),
         rate_noise_rad_s: RATE_NOISE_RAD_S,
         heading_noise_rad: HEADING_NOISE_RAD,
+        disturbance_rad_s2: 0.0,
         steering_taken: 0.0,
     }
 }
@@ -192,6 +300,7 @@ fn evidence(boat: &Boat, draw: &mut Draw, loop_interval_s: f64) -> Evidence {
         delay_s: boat.delay_s,
         rate_noise_rad_s: boat.rate_noise_rad_s,
         heading_noise_rad: boat.heading_noise_rad,
+        disturbance_rad_s2: boat.disturbance_rad_s2,
         loop_interval_s,
         steering_taken: 0.0,
     }
