@@ -31,14 +31,16 @@ fn documented() -> Vec<(ReasonCode, String)> {
 }
 
 fn page() -> String {
-    let mut page = "# Verdicts\n\nEvery code that a verdict may hold, with its cause and its cure, as the program says them. An outcome is decided by the most\nimportant reason; the others are remarks. Where no cure stands here, the reason itself says what to do, because it depends on what was measured. [The file of channels](channels.md) says how\na column is scaled or turned.\n"
+    let mut page = "# Verdicts\n\nEvery code of a verdict, with its cause and its cure. The most important reason decides the outcome; the others are remarks. Where\nno cure stands here, the reason itself names one. [The file of channels](channels.md) says how a column is scaled or turned.\n"
         .to_owned();
     for (code, says) in documented() {
-        let _ = write!(page, "\n## {code}\n\n{says}\n");
-        if let Some(words) = words::of(&code) {
-            let cure = words.action(Reader::Terminal);
-            let _ = write!(page, "\n- Cause: {}\n- Cure: {cure}\n", words.cause);
-        }
+        let _ = match words::of(&code) {
+            Some(words) => {
+                let cure = words.action(Reader::Terminal);
+                writeln!(page, "\n## {code}\n\n{}\n\n**Cure:** {cure}", words.cause)
+            }
+            None => writeln!(page, "\n## {code}\n\n{says}"),
+        };
     }
     page
 }
