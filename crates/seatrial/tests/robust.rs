@@ -336,9 +336,35 @@ fn recover_a_yaw_rate_that_overshoots_is_refused_for_no_other_cause() {
         let verdict = &found.verdict;
         assert!(!verdict.accepted);
         assert!(!verdict.has(&ReasonCode::SampledTooSeldom), "{verdict:?}");
-        assert!(!verdict.has(&ReasonCode::LoggedTooSlowly), "{verdict:?}");
         assert!(!verdict.has(&ReasonCode::RudderJammed), "{verdict:?}");
     }
+}
+
+/// Five samples a second of a vehicle with a time constant of 0.77 s, whose rudder moves up to an interval after a sample: such a log was refused.
+#[test]
+fn recover_a_rudder_that_moves_between_the_samples_of_a_slow_log() {
+    let theta = [-1.3, 1.3, 0.02];
+    let (mut found, mut held) = (0, 0);
+    for seed in 1..=6 {
+        for first in 0..4 {
+            let samples = stage(theta, 0.0, 4e-3, seed);
+            let slow: Record = samples.into_iter().skip(first).step_by(4).collect();
+            let result = identify(&slow, Window::ALL, None, &IdentifySettings::default()).unwrap();
+            assert!(
+                !result.verdict.has(&ReasonCode::SampledTooSeldom),
+                "{result:?}"
+            );
+            let interval_95 = result.refined.unwrap().interval_95;
+            let off = [
+                off(interval_95.a22_per_s, theta[0]),
+                off(interval_95.b2_per_s2, theta[1]),
+            ];
+            assert!(off.iter().all(|off| *off < 2.0), "{seed} {first} {off:?}");
+            found += 1;
+            held += usize::from(off.iter().all(|off| *off <= 1.0));
+        }
+    }
+    assert!(10 * held >= 9 * found, "{held} of {found}");
 }
 
 /// A vehicle with a time constant of 1 s in a log of 1 Hz: how the rudder moved in between is not in it.

@@ -128,7 +128,6 @@ fn blamed(code: &ReasonCode) -> &'static [&'static str] {
         | ReasonCode::TimesShared
         | ReasonCode::ClockJumped
         | ReasonCode::ClockJitter
-        | ReasonCode::LoggedTooSlowly
         | ReasonCode::SampledTooSeldom => &["time"],
         ReasonCode::HeadingUnitDoubtful
         | ReasonCode::HeadingConstant

@@ -127,8 +127,6 @@ pub enum ReasonCode {
     YawRateLate,
     /// The column of the heading names a course over ground.
     CourseForHeading,
-    /// Samples are too far apart for the vehicle.
-    LoggedTooSlowly,
     /// The heading is refreshed more slowly than rows are written.
     HeadingHeld,
     /// The rudder is refreshed more slowly than rows are written.

@@ -113,7 +113,7 @@ fn of_log(code: &ReasonCode) -> Option<Words> {
             "Use the part before or behind the jump.",
             "Use the part before or behind the jump: pass training=(from, to).",
         ),
-        ReasonCode::SampledTooSeldom | ReasonCode::LoggedTooSlowly => same(
+        ReasonCode::SampledTooSeldom => same(
             "Heading or rudder is logged too seldom for this vehicle.",
             "Log both faster: ten samples in the time that a turn takes to die out.",
         ),

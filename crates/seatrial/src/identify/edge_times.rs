@@ -23,12 +23,17 @@ const NUDGE: f64 = 1e-4;
 const LAGS: [f64; 7] = [0.05, 0.075, 0.11, 0.17, 0.25, 0.38, 0.57];
 const FINER_LAGS: [f64; 2] = [1.15, 1.05];
 
+/// Samples further apart than this share of the time constant do not show when the rudder moved.
+const SLOW: f64 = 0.12;
+
 /// A rudder movement that nobody saw.
 struct Edge {
     /// Index of the sample before it.
     before: usize,
     /// In how many usual intervals it may have been.
     steps: u32,
+    /// Were samples lost there?
+    is_lost: bool,
 }
 
 impl Edge {
@@ -69,17 +74,28 @@ pub struct Edges<'a> {
 }
 
 impl<'a> Edges<'a> {
-    /// Looks for the intervals in which the rudder moved far while samples were lost.
-    pub fn of(samples: &'a [Sample<f64>]) -> Self {
+    /// Looks for the intervals in which the rudder moved far while samples were lost, or in which a vehicle of this damping turns far.
+    pub fn of(samples: &'a [Sample<f64>], model: Option<YawModel<f64>>) -> Self {
         let usual_s = median_interval_s(samples).unwrap_or(0.0);
         let lost = LostRudder::Interpolated;
+        // Where the vehicle turns far in a usual interval, every interval may hide an edge.
+        let first_damping = || {
+            let span = RecordSpan::of(samples).ok()?;
+            span.first_damping(samples, None).ok()
+        };
+        let damping_per_s = model.map(|m| m.a22_per_s).or_else(first_damping);
+        let seen_s = match damping_per_s.is_some_and(|d| usual_s * d.abs() > SLOW) {
+            true => 0.0,
+            false => usual_s,
+        };
         let hidden = |(before, pair): (usize, &[Sample<f64>])| {
             let interval_s = pair[1].time_s - pair[0].time_s;
             let moved_rad = pair[1].rudder_rad - pair[0].rudder_rad;
-            let hides_edge = lost.hides_edge(interval_s, usual_s, moved_rad);
+            let hides_edge = lost.hides_edge(interval_s, seen_s, moved_rad);
             hides_edge.then(|| Edge {
                 before,
                 steps: lost.steps(interval_s, usual_s),
+                is_lost: lost.hides_edge(interval_s, usual_s, moved_rad),
             })
         };
         Self {
@@ -88,9 +104,9 @@ impl<'a> Edges<'a> {
         }
     }
 
-    /// How many there are.
-    pub fn count(&self) -> usize {
-        self.all.len()
+    /// In how many of them samples were lost.
+    pub fn lost(&self) -> usize {
+        self.all.iter().filter(|edge| edge.is_lost).count()
     }
 
     /// By how much the headings are wrong where only the mean of the rudder over an interval is known, over b2, rad s^2.
@@ -126,8 +142,32 @@ impl<'a> Edges<'a> {
         }
         let span = RecordSpan::of(self.samples).ok()?;
         let start_per_s = span.first_damping(self.samples, start).ok()?;
+        let timed = self.behind_likeliest_lag(&span, start_per_s, true)?;
+        // Where nothing was lost the rudder may have moved at the samples' own times.
+        let at_samples = match self.lost() {
+            0 => self.behind_likeliest_lag(&span, start_per_s, false),
+            _ => None,
+        };
+        let price = self.all.len() as f64 * libm::log(self.samples.len() as f64);
+        if at_samples.is_some_and(|held| 2.0 * (timed.log_likelihood - held.log_likelihood) < price)
+        {
+            return None;
+        }
+        Some(EdgeTimes {
+            covariance: timed.covariance(&span, self)?,
+            samples: Cow::Owned(timed.samples),
+        })
+    }
+
+    /// The likelier of a rudder that acts at once and one behind its likeliest lag, with edges in their likeliest places or at the samples.
+    fn behind_likeliest_lag(
+        &self,
+        span: &RecordSpan,
+        start_per_s: f64,
+        is_timed: bool,
+    ) -> Option<Timing> {
         let scale = span.rate_scale(start_per_s);
-        let behind = |lag_s: f64| Timing::new(&span, self, start_per_s, lag_s);
+        let behind = |lag_s: f64| Timing::new(span, self, start_per_s, lag_s, is_timed);
         let prompt = behind(0.0);
         let mut lagging = likelier(None, LAGS.map(|lag| behind(lag / scale)));
         for ratio in FINER_LAGS {
@@ -140,11 +180,7 @@ impl<'a> Edges<'a> {
                 .as_ref()
                 .is_none_or(|prompt| 2.0 * (lagging.log_likelihood - prompt.log_likelihood) > price)
         };
-        let likeliest = lagging.filter(pays).or(prompt)?;
-        Some(EdgeTimes {
-            covariance: likeliest.covariance(&span, self)?,
-            samples: Cow::Owned(likeliest.samples),
-        })
+        lagging.filter(pays).or(prompt)
     }
 }
 
@@ -165,10 +201,43 @@ struct Timing {
 
 impl Timing {
     /// `None` where the record does not determine them.
-    fn new(span: &RecordSpan, edges: &Edges, start_per_s: f64, lag_s: f64) -> Option<Self> {
+    fn new(
+        span: &RecordSpan,
+        edges: &Edges,
+        start_per_s: f64,
+        lag_s: f64,
+        is_timed: bool,
+    ) -> Option<Self> {
         let servo = Servo::new(0.0, lag_s).ok()?;
         let prepared =
             |samples: &[Sample<f64>]| span.prepare(&servo.acting(samples), start_per_s).ok();
+        let samples = edges.samples;
+        let (a22_per_s, timed) = match is_timed {
+            true => Self::timed(edges, start_per_s, &prepared)?,
+            false => (start_per_s, samples.to_vec()),
+        };
+        let record = prepared(&timed)?;
+        let peak = output_error(span, &record, a22_per_s)?;
+        let comparisons = record.blocks() as f64;
+        let floor_rad2 = match is_timed {
+            true => (peak.fit.linear[0] * edges.coarseness_rad_s2()).powi(2),
+            false => 0.0,
+        };
+        let mean_square_rad2 = peak.fit.residual / comparisons + floor_rad2;
+        Some(Self {
+            lag_s,
+            peak,
+            samples: timed,
+            log_likelihood: -0.5 * comparisons * libm::log(mean_square_rad2),
+        })
+    }
+
+    /// The damping and the samples with the edges in their likeliest places.
+    fn timed(
+        edges: &Edges,
+        start_per_s: f64,
+        prepared: &dyn Fn(&[Sample<f64>]) -> Option<RecordSeries>,
+    ) -> Option<(f64, Vec<Sample<f64>>)> {
         let samples = edges.samples;
         let at_the_start = |edge: &Edge| {
             let mut moved = samples.to_vec();
@@ -184,17 +253,7 @@ impl Timing {
         for (edge, share) in edges.all.iter().zip(shares) {
             timed[edge.before].rudder_rad = edge.mean_rad(samples, edge.possible(share));
         }
-        let record = prepared(&timed)?;
-        let peak = output_error(span, &record, a22_per_s)?;
-        let comparisons = record.blocks() as f64;
-        let floor_rad2 = (peak.fit.linear[0] * edges.coarseness_rad_s2()).powi(2);
-        let mean_square_rad2 = peak.fit.residual / comparisons + floor_rad2;
-        Some(Self {
-            lag_s,
-            peak,
-            samples: timed,
-            log_likelihood: -0.5 * comparisons * libm::log(mean_square_rad2),
-        })
+        Some((a22_per_s, timed))
     }
 
     /// ```text

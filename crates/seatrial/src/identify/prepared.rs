@@ -44,12 +44,12 @@ impl<'a> Prepared<'a> {
     ) -> Result<Self, IdentifyError> {
         let samples = record.record().window(training);
         let manoeuvre = manoeuvre_to_learn_from(record.record(), samples)?;
-        let edges = Edges::of(&pass.accepted);
+        let edges = Edges::of(&pass.accepted, Some(pass.online.model));
         Ok(Self {
             training,
             accepted: &pass.accepted,
             online: pass.online.model,
-            log: LogStatistics::of(record, training, &manoeuvre, pass, edges.count()),
+            log: LogStatistics::of(record, training, &manoeuvre, pass, edges.lost()),
             interval_s: median_interval_s(samples),
             record,
             edge_times: refine.then(|| edges.edge_times(Some(pass.online.model))),

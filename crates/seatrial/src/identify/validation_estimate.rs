@@ -19,7 +19,7 @@ pub(super) fn validation_estimate_behind(
     known_delay_s: Option<f64>,
 ) -> Option<Refined> {
     Manoeuvre::find(samples)?;
-    let edges = Edges::of(samples);
+    let edges = Edges::of(samples, None);
     let edge_times = edges.edge_times(None);
     let found = robust_estimate_behind(&edge_times.samples, known_delay_s).ok()?;
     Some(intervals::widened(&found.refined, &edge_times.covariance))

@@ -66,13 +66,6 @@ pub enum Doubt {
     },
     /// The yaw rate contradicts heading and time.
     RateMismatch(RateMismatch),
-    /// Samples are too far apart for the vehicle's time constant.
-    SlowLog {
-        /// The usual interval, s.
-        interval_s: f64,
-        /// 1/|a22| of the model that was found, s.
-        time_constant_s: f64,
-    },
     /// The heading is refreshed more slowly than rows are written.
     HeadingHeld {
         /// The interval between new headings, s.
@@ -165,7 +158,6 @@ impl Doubt {
             | Self::TimeAssumed { .. } => ReasonCode::TimeUnitDoubtful,
             Self::RateMismatch(mismatch) if mismatch.is_reversed() => ReasonCode::YawRateReversed,
             Self::RateMismatch(_) => ReasonCode::YawRateContradicts,
-            Self::SlowLog { .. } => ReasonCode::LoggedTooSlowly,
             Self::HeadingHeld { .. } => ReasonCode::HeadingHeld,
             Self::RudderHeld { .. } => ReasonCode::RudderHeld,
             Self::TimesShared { .. } => ReasonCode::TimesShared,
@@ -259,12 +251,6 @@ impl Doubt {
             Self::TimeIsIndex { is_given: true } => "the time counts 0, 1, 2 like the number of a row, and there is no yaw rate to show that a row takes the time that was said: a22 and b2 are as wrong as that".into(),
             Self::TimeIsIndex { is_given: false } => "the time counts 0, 1, 2 like the number of a row, and there is no yaw rate to show that a row takes a second: say so with --unit time=s, or choose another column with --time".into(),
             Self::RateMismatch(mismatch) => mismatch.text(),
-            Self::SlowLog { interval_s, time_constant_s } => format!(
-                "samples are {} s apart, more than a fifth of the vehicle's time constant, {} s or less: what happened between them is not in the log; log at least every {} s (ArduPilot: fast attitude in LOG_BITMASK, or SR0_EXTRA1 and SR0_RC_CHAN for telemetry)",
-                three_figures(*interval_s),
-                three_figures(*time_constant_s),
-                three_figures(time_constant_s / 10.0)
-            ),
             Self::HeadingStood { from_s, for_s } => format!(
                 "the compass stood still from {} s on for {} s while the vehicle turned",
                 three_figures(*from_s),

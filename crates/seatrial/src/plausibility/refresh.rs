@@ -16,8 +16,6 @@ use seatrial_core::{Real, Sample};
 use super::doubt::Doubt;
 use crate::record::median_interval_s;
 
-/// Samples further apart than this share of the time constant do not show what the vehicle did.
-const LARGEST_INTERVAL: f64 = 0.2;
 /// An effect on a22 under this share is left to the interval.
 const LEAST_EFFECT: f64 = 0.02;
 /// Rows beside each other over which the heading must turn by as many of its smallest steps.
@@ -33,12 +31,6 @@ pub(super) fn doubts(samples: &[Sample<f64>], time_constant_s: f64) -> Vec<Doubt
     let Some(interval_s) = median_interval_s(samples) else {
         return Vec::new();
     };
-    if interval_s > LARGEST_INTERVAL * time_constant_s {
-        return vec![Doubt::SlowLog {
-            interval_s,
-            time_constant_s,
-        }];
-    }
     let effect = |refresh_s: f64| (refresh_s - interval_s) / time_constant_s;
     let heading = heading_refresh(samples).map(|rows| rows * interval_s);
     let rudder = rudder_refresh(samples).map(|rows| rows * interval_s);

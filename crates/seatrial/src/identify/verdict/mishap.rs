@@ -65,7 +65,6 @@ fn is_led_to(code: &ReasonCode) -> bool {
             | ReasonCode::Disagreement
             | ReasonCode::Contradicted
             | ReasonCode::SampledTooSeldom
-            | ReasonCode::LoggedTooSlowly
             | ReasonCode::RudderSaturated
     )
 }

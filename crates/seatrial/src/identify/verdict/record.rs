@@ -22,8 +22,9 @@ const NOTED_SPEED_CHANGE: f64 = 0.1;
 /// Intervals between samples this many times the usual, one in twenty, are noted.
 const NOTED_JITTER: f64 = 1.5;
 
-/// Longest interval between new values of a channel, in time constants of the vehicle: beyond, a22 is biased by more than its interval.
-const LONGEST_INTERVAL: f64 = 0.2;
+/// Longest interval between new values of a channel, in time constants of the vehicle: up to there the intervals hold, whether the rudder moves at
+/// the samples' own times or between them.
+const LONGEST_INTERVAL: f64 = 0.4;
 
 /// One side of the rudder this share short of the other is noted.
 const NOTED_SHORT_SIDE: f64 = 0.25;

@@ -6,7 +6,7 @@ use crate::identification::{LEAST_R2, Reason, ReasonCode, Verdict, WIDEST_A22, W
 use crate::identify::misfit::{disturbance_share, is_large_share};
 use crate::identify::mission::Steering;
 use crate::identify::whole_record::LEAST_SHARE;
-use crate::plausibility::{self, Doubt};
+use crate::plausibility;
 
 /// Longest interval at which heading or rudder may be renewed, in time constants of the vehicle.
 const LONGEST_INTERVAL: f64 = 0.5;
@@ -18,11 +18,8 @@ const MOST_OF_THE_LOG: f64 = 0.8;
 pub(in crate::identify) fn judge_steering(steering: &Steering) -> Verdict {
     let mut weighing = Weighing::default();
     weighing.doubts(&steering.log.unit_doubts);
-    let timing = plausibility::timing_doubts(&steering.samples, steering.refined.model.a22_per_s);
-    // How often the channels must be renewed is another matter here.
-    let is_of_the_clock = |doubt: &Doubt| !matches!(doubt, Doubt::SlowLog { .. });
-    let timing: Vec<Doubt> = timing.into_iter().filter(is_of_the_clock).collect();
-    weighing.doubts(&timing);
+    let a22_per_s = steering.refined.model.a22_per_s;
+    weighing.doubts(&plausibility::timing_doubts(&steering.samples, a22_per_s));
     weighing.doubts(&steering.log.unchecked);
     weighing.steering_parameters(steering);
     weighing.steering_pace(steering);
