@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::log::Options;
 use super::table::TableWriter;
 use super::{Row, Source};
-use crate::outputs::{OutputError, Outputs, replace};
+use crate::outputs::{OutputError, Outputs, Planned, replace};
 
 /// After so long what was written goes to the disk, so that a power failure costs no more than that.
 const SYNC_EVERY: Duration = Duration::from_secs(5);
@@ -175,7 +175,7 @@ impl Journal {
         let path = journal_path(out);
         named.push(path.clone());
         let outputs = Outputs::of(named);
-        outputs.check(out)?;
+        outputs.check_for(out, Planned::Results)?;
         outputs.check(&path)?;
         let failed = |source| JournalError::NotSaved {
             path: path.clone(),

@@ -39,6 +39,15 @@ pub struct Outputs {
     named: Vec<PathBuf>,
 }
 
+/// The kind of an output that hours of work may come before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Planned {
+    /// A page.
+    Page,
+    /// A table of the results of many logs.
+    Results,
+}
+
 /// Why a file was not written.
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
@@ -84,6 +93,18 @@ impl Outputs {
         match self.kept(path)? {
             Some(kept) => Err(kept.refused(path)),
             None => Ok(()),
+        }
+    }
+
+    /// [Checks](Self::check) the place of an output whose kind is known before it is made.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check), and where the earlier output is of another kind.
+    pub fn check_for(&self, path: &Path, planned: Planned) -> Result<(), OutputError> {
+        self.check(path)?;
+        match kind::is_planned(path, planned) {
+            true => Ok(()),
+            false => Err(Kept::Foreign.refused(path)),
         }
     }
 
@@ -274,10 +295,11 @@ fn device(path: &Path) -> io::Result<Option<File>> {
 
 /// What the system said, without the name of a file that nobody asked for.
 fn without_its_path(error: io::Error) -> io::Error {
-    let of_the_system = error
-        .get_ref()
-        .and_then(|inner| inner.source()?.downcast_ref::<io::Error>()?.raw_os_error());
-    of_the_system.map_or(error, io::Error::from_raw_os_error)
+    // The library puts the name behind what the system said.
+    match error.to_string().split_once(" at path ") {
+        Some((said, _)) => io::Error::new(error.kind(), said),
+        None => error,
+    }
 }
 
 /// An empty file in the same folder, with the permissions that the one in its place has or would get.
@@ -421,6 +443,15 @@ mod tests {
         assert_eq!(head_of(Path::new("/dev/zero")), b"");
         assert!(outputs.check(full).is_ok() && outputs.save(full, b"a").is_err());
         outputs.save(Path::new("/dev/null"), b"a").unwrap();
+    }
+
+    #[test]
+    fn io_an_error_names_no_file_that_nobody_asked_for() {
+        let told = Outputs::default()
+            .save(Path::new("/proc/page.html"), b"a")
+            .unwrap_err()
+            .to_string();
+        assert!(!told.contains(".part"), "{told}");
     }
 
     #[test]
