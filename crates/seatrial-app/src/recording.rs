@@ -1,5 +1,6 @@
 //! Recordings: what a trial sees and estimates, in a log whose suffix says its format.
 
+use std::fs::File;
 use std::io::{self, BufWriter, LineWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -91,7 +92,7 @@ enum Rows {
         flush_due_s: f64,
     },
     /// Parquet begins to be readable with its end: written anew whenever a run is over.
-    Kept(Vec<Row>),
+    Kept { rows: Vec<Row>, file: File },
 }
 
 impl Recording {
@@ -105,14 +106,23 @@ impl Recording {
         let start = || -> io::Result<Rows> {
             let writer: Box<dyn RowWriter + Send> = match format {
                 #[cfg(feature = "parquet")]
-                Format::Parquet => return Ok(Rows::Kept(Vec::new())),
+                Format::Parquet => {
+                    let rows = Vec::new();
+                    return Ok(Rows::Kept { rows, file });
+                }
                 Format::Csv => Box::new(CsvWriter::new(LineWriter::new(file))?),
                 #[cfg(feature = "mcap")]
                 Format::Mcap => Box::new(seatrial_logs::McapWriter::new(BufWriter::new(file))?),
                 #[cfg(not(feature = "parquet"))]
-                Format::Parquet => return built(format).map(|()| Rows::Kept(Vec::new())),
+                Format::Parquet => {
+                    let rows = Vec::new();
+                    return built(format).map(|()| Rows::Kept { rows, file });
+                }
                 #[cfg(not(feature = "mcap"))]
-                Format::Mcap => return built(format).map(|()| Rows::Kept(Vec::new())),
+                Format::Mcap => {
+                    let rows = Vec::new();
+                    return built(format).map(|()| Rows::Kept { rows, file });
+                }
             };
             Ok(Rows::Streamed {
                 writer,
@@ -128,7 +138,7 @@ impl Recording {
     /// Takes a row.
     pub fn take(&mut self, row: Row) -> Result<(), OutputError> {
         let taken = match &mut self.rows {
-            Rows::Kept(rows) => {
+            Rows::Kept { rows, .. } => {
                 rows.push(row);
                 Ok(())
             }
@@ -153,7 +163,10 @@ impl Recording {
     /// A run is over: the file holds it from now on.
     pub fn run_ended(&mut self) -> Result<(), OutputError> {
         match &mut self.rows {
-            Rows::Kept(rows) => replace(&self.path, |file| write_rows(file, Format::Parquet, rows)),
+            Rows::Kept { rows, file } => {
+                let write = |file: &mut File| write_rows(file, Format::Parquet, rows);
+                replace(&self.path, file, write).map(|new| *file = new)
+            }
             Rows::Streamed { writer, .. } => writer.flush(),
         }
         .map_err(not_saved(&self.path))
@@ -163,7 +176,7 @@ impl Recording {
     pub fn finish(mut self) -> Result<(), OutputError> {
         self.run_ended()?;
         match self.rows {
-            Rows::Kept(_) => Ok(()),
+            Rows::Kept { .. } => Ok(()),
             Rows::Streamed { writer, .. } => writer.finish().map_err(not_saved(&self.path)),
         }
     }

@@ -2,7 +2,9 @@
 
 use std::os::raw::c_int;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, OnceLock};
+use std::time::Duration;
 
 use signal_hook::consts::{
     SIGABRT, SIGALRM, SIGBUS, SIGHUP, SIGINT, SIGIO, SIGPROF, SIGQUIT, SIGSYS, SIGTERM, SIGTRAP,
@@ -67,4 +69,25 @@ pub fn is_asked() -> bool {
     ASKED
         .get()
         .is_some_and(|asked| asked.load(Ordering::Relaxed))
+}
+
+/// Longest a file may still be written once the program was asked to end.
+const STILL_WRITTEN: Duration = Duration::from_secs(2);
+
+/// What a job gives that a disk or a pipe may hold up for good; `None` where the program was asked to end meanwhile.
+pub fn unless_asked<T: Send + 'static>(job: impl FnOnce() -> T + Send + 'static) -> Option<T> {
+    let (tell, told) = channel();
+    std::thread::spawn(move || tell.send(job()));
+    let look = Duration::from_millis(50);
+    let mut asked_for = Duration::ZERO;
+    while asked_for < STILL_WRITTEN {
+        match told.recv_timeout(look) {
+            Ok(done) => return Some(done),
+            Err(RecvTimeoutError::Timeout) if is_asked() => asked_for += look,
+            Err(RecvTimeoutError::Timeout) => {}
+            // The job has panicked, and said so.
+            Err(RecvTimeoutError::Disconnected) => return None,
+        }
+    }
+    None
 }

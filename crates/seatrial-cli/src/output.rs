@@ -12,7 +12,7 @@ use std::time::Duration;
 use clap::{ArgMatches, Command};
 use seatrial::identification::Verdict;
 use seatrial::plain_text::plain;
-use seatrial_app::outputs::{OutputError, Outputs};
+use seatrial_app::outputs::{OutputError, Outputs, Planned};
 use seatrial_app::trial_run::{NotBegun, VehicleError};
 use serde::Serialize;
 
@@ -73,6 +73,14 @@ impl Failure {
     /// Input that cannot be read or understood.
     pub fn input(message: impl fmt::Display) -> Self {
         Self::new(Exit::Input, message)
+    }
+
+    /// A disk or a pipe that takes nothing, and a program that was asked to end.
+    pub fn held_up(path: &Path) -> Self {
+        Self::not_saved(format!(
+            "{}: not saved: nothing takes it, and this program was asked to end",
+            path.display()
+        ))
     }
 
     /// Input that was understood but gives no result.
@@ -213,11 +221,15 @@ impl Deref for OutputPath {
 
 /// The files of a command line: every value that may name one. What is in the way of an output is refused.
 pub fn checked(command: &Command, matches: &ArgMatches) -> Result<Outputs, Failure> {
-    let [mut named, mut written, mut read] = [const { Vec::new() }; 3];
-    named_files(command, matches, [&mut named, &mut written, &mut read]);
+    let [mut named, mut written, mut reports, mut read] = [const { Vec::new() }; 4];
+    let kinds = [&mut named, &mut written, &mut reports, &mut read];
+    named_files(command, matches, kinds);
     let outputs = Outputs::of(named.clone());
     for path in written.iter().filter(|path| !path.is_dir()) {
         outputs.check(path)?;
+    }
+    for path in reports.iter() {
+        outputs.check_for(path, Planned::Page)?;
     }
     read.iter().try_for_each(|path| check_readable(path))?;
     Ok(outputs)
@@ -240,13 +252,16 @@ pub fn path_in(value: &str) -> &Path {
     Path::new(path.trim_start_matches('@'))
 }
 
+/// The option of a page.
+const REPORT: &str = "report";
+
 /// Options of recordings, whose writer looks at what is there itself.
 const RECORDINGS: [&str; 2] = ["out", "record"];
 
 fn named_files(
     command: &Command,
     matches: &ArgMatches,
-    [named, written, read]: [&mut Vec<PathBuf>; 3],
+    [named, written, reports, read]: [&mut Vec<PathBuf>; 4],
 ) {
     let below = matches.subcommand();
     let output = clap::value_parser!(OutputPath);
@@ -265,6 +280,12 @@ fn named_files(
                 None => PathBuf::from(value),
             };
             if argument.get_value_parser().type_id() == output {
+                let is_page = argument.get_id() == REPORT;
+                let written = if is_page {
+                    &mut *reports
+                } else {
+                    &mut *written
+                };
                 written.push(path.clone());
             } else if !RECORDINGS.contains(&argument.get_id().as_str()) {
                 read.push(path.clone());
@@ -275,7 +296,7 @@ fn named_files(
     if let Some((name, matches)) = below
         && let Some(command) = command.find_subcommand(name)
     {
-        named_files(command, matches, [named, written, read]);
+        named_files(command, matches, [named, written, reports, read]);
     }
 }
 
@@ -351,7 +372,10 @@ impl Output {
 
     /// Writes a file whole.
     pub fn save(&self, path: &Path, content: impl AsRef<[u8]>) -> Result<(), Failure> {
-        Ok(self.files.save(path, content.as_ref())?)
+        let (files, place) = (self.files.clone(), path.to_path_buf());
+        let content = content.as_ref().to_vec();
+        let saved = interrupt::unless_asked(move || files.save(&place, &content));
+        Ok(saved.ok_or_else(|| Failure::held_up(path))??)
     }
 
     /// Makes a folder and writes these files in it.

@@ -270,6 +270,41 @@ fn cli_logbook_verify_tells_whole_from_damaged() {
     }
 }
 
+/// The newer of two campaigns is damaged: the older one is shown with this as the reason, and no gain comes from it.
+#[test]
+fn cli_one_damaged_campaign_is_named_where_another_one_is_taken() {
+    let folder = tempfile::tempdir().unwrap();
+    let logbook = folder.path().join("seatrial.db");
+    for configuration in ["first", "second"] {
+        let model = YawModel::from_theta([-1.07, 1.08, 0.012]);
+        record(&logbook, configuration, model);
+    }
+    let whole = std::fs::read(&logbook).unwrap();
+    let verdicts = whole.windows(10).enumerate();
+    let verdicts = verdicts.filter(|(_, word)| *word == b"fit to use");
+    let damages_the_second = |at: usize| {
+        let mut bytes = whole.clone();
+        bytes[at] = b'h';
+        std::fs::write(&logbook, bytes).unwrap();
+        printed(&logbook, &["list"]).contains("campaign 2: DAMAGED")
+    };
+    assert!(verdicts.map(|(at, _)| at).any(damages_the_second));
+    let page = folder.path().join("page.html");
+    let mut report = program();
+    report.arg("report").arg("--logbook").arg(&logbook);
+    let told = report.arg("--out").arg(&page).output().unwrap();
+    let told = text(&told.stderr);
+    assert!(told.contains("campaign 2, is damaged"), "{told}");
+    let server = crate::dashboard::server::Server::start(folder.path(), &[]);
+    for place in ["schedule", "gains.param?rehearsal=true"] {
+        let asked = server.ask("GET", &format!("/campaigns/1/{place}"));
+        let (status, refused) = asked.send();
+        assert_eq!(status, 422, "{place}: {refused}");
+        let message = refused["message"].as_str().unwrap();
+        assert!(message.contains("campaign 2"), "{message}");
+    }
+}
+
 /// Of a logbook that was cut off to nothing nobody may believe that it is whole.
 #[test]
 fn cli_logbook_an_empty_file_is_not_whole() {

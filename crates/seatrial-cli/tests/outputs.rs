@@ -150,6 +150,28 @@ fn cli_what_is_no_earlier_output_of_the_same_kind_is_not_written_over() {
     kept(folder);
     let long = "\"Series\";\"Time\";\"Value\"\n\"navigation.headingMagnetic\";\"2021-03-04T00:29:58.000+00:00\";0.7872\n";
     let page = "<!doctype html><title>The harbour</title>";
+    // A logbook, a log and a document whose first byte was damaged: what they are is not seen any more.
+    for (name, damaged) in [("a.db", "b.db"), ("l.csv", "d.csv"), ("p.toml", "d.toml")] {
+        let mut bytes = fs::read(folder.join(name)).unwrap();
+        bytes[0] ^= 1;
+        fs::write(folder.join(damaged), &bytes).unwrap();
+        for line in [
+            format!("report --logbook a.db --out {damaged}"),
+            format!("trial --yes --logbook new.db --report {damaged}"),
+            format!("sim log --seed 3 --thrust 0.8 --out {damaged}"),
+            #[cfg(feature = "parquet")]
+            format!("fleet l.csv --out {damaged}"),
+        ] {
+            let (code, told) = run(folder, &line);
+            assert_eq!(code, Some(2), "{line}: {told}");
+        }
+        assert!(
+            fs::read(folder.join(damaged)).unwrap() == bytes,
+            "{damaged}"
+        );
+    }
+    #[cfg(feature = "parquet")]
+    assert_eq!(run(folder, "fleet l.csv --out p.toml").0, Some(2));
     let strange = [
         ("long.csv", long),
         ("abc.csv", "a,b,c\n0,1,2\n1,2,3\n2,3,4\n"),
@@ -277,4 +299,43 @@ fn io_a_trial_ends_though_nobody_reads_what_it_prints() {
     };
     assert_eq!(exit.code(), Some(6));
     assert!(folder.path().join("a.db").exists());
+}
+
+/// A pipe that nobody opens keeps whoever writes to it waiting.
+#[test]
+fn io_a_trial_that_writes_to_a_pipe_without_a_reader_ends_when_asked() {
+    for option in ["--report", "--record"] {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe.csv");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.unwrap().success());
+        let mut trial = seatrial_dev::program()
+            .args(["trial", "--yes", "--logbook", "a.db", option, "pipe.csv"])
+            .current_dir(folder.path())
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        let pause = std::time::Duration::from_millis(100);
+        let begun = std::time::Instant::now();
+        // The logbook is opened after the recording.
+        while option == "--report" && !folder.path().join("a.db").exists() {
+            std::thread::sleep(pause);
+        }
+        std::thread::sleep(20 * pause);
+        let id = trial.id().to_string();
+        let asked = std::process::Command::new("kill").arg(id).status();
+        assert!(asked.unwrap().success());
+        let exit = loop {
+            match trial.try_wait().unwrap() {
+                Some(exit) => break exit,
+                None if begun.elapsed().as_secs() > 60 => {
+                    trial.kill().unwrap();
+                    panic!("{option}: it waits for a reader");
+                }
+                None => std::thread::sleep(pause),
+            }
+        };
+        assert_eq!(exit.code(), Some(6), "{option}");
+    }
 }

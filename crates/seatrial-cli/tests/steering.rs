@@ -107,10 +107,56 @@ fn cli_an_interval_of_damping_never_makes_a_gain_larger() {
         let told = text(&refused.stderr);
         assert_eq!(refused.status.code(), Some(2), "{interval}: {told}");
         assert!(
-            told.contains("point 2") && told.contains("a22_interval_95_per_s"),
+            told.contains("point 2") && told.contains("interval of a22_per_s"),
             "{told}"
         );
     }
+}
+
+/// What is no interval is refused in a document as in a schedule, by whatever takes a model from it.
+#[test]
+fn cli_a_document_whose_interval_does_not_hold_its_value_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("l.csv").display().to_string();
+    run(&[
+        "sim", "log", "--seed", "1", "--thrust", "0.8", "--out", &log,
+    ]);
+    let (sound, _) = json(&["identify", &log]);
+    let with = |path: &str, value: Value| {
+        let mut changed = sound.clone();
+        for refined in ["/refined", "/models/0/identification/refined"] {
+            *changed.pointer_mut(&format!("{refined}/{path}")).unwrap() = value.clone();
+        }
+        write(folder.path(), "m.json", &changed.to_string())
+    };
+    for (path, value) in [
+        ("interval_95/a22_per_s", serde_json::json!([-0.9, -1.9])),
+        ("interval_95/a22_per_s", serde_json::json!([-1.9, -1.5])),
+        ("interval_95/b2_per_s2", serde_json::json!([1.2, 0.9])),
+        ("covariance/0/0", serde_json::json!(-0.1)),
+    ] {
+        let model = with(path, value);
+        for line in [
+            vec!["gains", "--model", &model],
+            vec!["turn", "--model", &model],
+            vec!["export", "--to", "vehicle", "--model", &model],
+            vec!["validate", &log, "--model", &model],
+            vec!["health", &model, &log],
+            vec!["plan", "--thrust", "0.8", "--model", &model],
+        ] {
+            let refused = run(&line);
+            let told = text(&refused.stderr);
+            assert_eq!(refused.status.code(), Some(2), "{line:?} {path}: {told}");
+            assert!(told.contains("run 1"), "{told}");
+        }
+    }
+    // One that reaches 0 is an interval, and there is no gain.
+    let model = with("interval_95/a22_per_s", serde_json::json!([-1.9, 0.0]));
+    let (none, code) = json(&["gains", "--model", &model]);
+    assert_eq!(
+        (none.pointer("/points/0/proportional_gain"), code),
+        (Some(&Value::Null), Some(4))
+    );
 }
 
 #[test]

@@ -9,6 +9,7 @@ use seatrial::identification::Reader;
 use seatrial::propagation::interval_95;
 use seatrial::{Campaign, Run};
 use seatrial_app::advice::addressed;
+use seatrial_app::models::check_undamaged;
 use seatrial_app::report::campaign_page;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 use seatrial_core::{
@@ -316,6 +317,7 @@ pub fn schedule(
     speed_m_s: Option<f64>,
     damping_ratio: f64,
 ) -> Result<Schedule, Refusal> {
+    check_undamaged(logbook).map_err(|error| Refusal::unprocessable("no_model", error))?;
     let campaign = logbook.campaign(CampaignId(id))?;
     let limit = campaign.rudder_limit_rad;
     let mut points: Vec<(u32, f64, Model, Identified)> = campaign

@@ -4,6 +4,7 @@ use axum::Json;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use seatrial::identification::Reader;
+use seatrial::plain_text::plain;
 use seatrial_app::advice::addressed;
 
 use crate::api::ErrorBody;
@@ -17,12 +18,12 @@ pub struct Refusal {
 }
 
 impl Refusal {
-    /// A refusal, in the words of the page.
+    /// A refusal, in the words of the page; what others wrote in it cannot turn its lines around.
     pub(crate) fn new(status: StatusCode, code: &'static str, message: impl ToString) -> Self {
         Self {
             status,
             code,
-            message: addressed(&message.to_string(), Reader::Dashboard),
+            message: addressed(&plain(&message.to_string()), Reader::Dashboard),
         }
     }
 
@@ -63,5 +64,16 @@ impl IntoResponse for Refusal {
             message: self.message,
         };
         (self.status, Json(body)).into_response()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_a_refusal_cannot_turn_its_lines_around() {
+        let refusal = Refusal::not_found("no configuration \u{202e}txet\u{1b}[2J");
+        assert_eq!(refusal.message, "no configuration \\u{202e}txet\\u{1b}[2J");
     }
 }

@@ -24,7 +24,10 @@ pub(super) fn damage(logbook: &Path) -> Option<&'static str> {
     let index = Index::of(&beside(logbook, "-shm"));
     let log = File::open(beside(logbook, "-wal")).ok()?;
     if log.metadata().is_ok_and(|about| about.len() == 0) {
-        return None;
+        // Whoever empties it lets the index begin anew before.
+        let later = Index::of(&beside(logbook, "-shm"));
+        let is_cut = index.is_some_and(|index| index.frames > 0 && later == Some(index));
+        return is_cut.then_some("was emptied before what was committed came into the file");
     }
     let mut log = BufReader::new(log);
     let mut header = [0; HEADER];
@@ -45,6 +48,7 @@ pub(super) fn damage(logbook: &Path) -> Option<&'static str> {
 }
 
 /// How many frames were committed, and of which log.
+#[derive(PartialEq)]
 struct Index {
     frames: u32,
     salts: [u32; 2],

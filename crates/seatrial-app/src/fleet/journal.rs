@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::log::Options;
 use super::table::TableWriter;
 use super::{Row, Source};
-use crate::outputs::{OutputError, Outputs, replace};
+use crate::outputs::{OutputError, Outputs, Planned};
 
 /// After so long what was written goes to the disk, so that a power failure costs no more than that.
 const SYNC_EVERY: Duration = Duration::from_secs(5);
@@ -152,6 +152,7 @@ struct Place {
 pub struct Journal {
     path: PathBuf,
     out: PathBuf,
+    outputs: Outputs,
     file: File,
     length: u64,
     indices: HashMap<PathBuf, usize>,
@@ -175,7 +176,7 @@ impl Journal {
         let path = journal_path(out);
         named.push(path.clone());
         let outputs = Outputs::of(named);
-        outputs.check(out)?;
+        outputs.check_for(out, Planned::Results)?;
         outputs.check(&path)?;
         let failed = |source| JournalError::NotSaved {
             path: path.clone(),
@@ -207,6 +208,7 @@ impl Journal {
             done_before: 0,
             synced: Instant::now(),
             out: out.to_path_buf(),
+            outputs,
             path: path.clone(),
         };
         let header = Header {
@@ -315,16 +317,18 @@ impl Journal {
 
     /// Writes the Parquet file, puts it in its place in one step, and removes the journal.
     pub fn finish(mut self) -> Result<Summary, JournalError> {
-        let out = self.out.clone();
+        let (outputs, out) = (self.outputs.clone(), self.out.clone());
         let mut summary = Summary::default();
-        let written = replace(&out, |file| {
+        let saved = outputs.save_with(&out, |file| {
             summary = self.write_table(file)?;
             Ok(())
         });
-        let summary = written.map(|()| summary);
-        let summary = summary.map_err(|source| JournalError::NotSaved {
-            path: self.out.clone(),
-            source,
+        saved.map_err(|failed| match failed {
+            OutputError::NotSaved { path, error } => JournalError::NotSaved {
+                path,
+                source: error,
+            },
+            refused @ OutputError::Refused { .. } => JournalError::Output(refused),
         })?;
         fs::remove_file(&self.path).map_err(|source| self.not_saved(source))?;
         Ok(summary)

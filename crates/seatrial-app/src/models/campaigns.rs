@@ -28,11 +28,12 @@ pub fn of_campaign(path: &Path, name: Option<&str>) -> Result<Models, Error> {
 /// A logbook that cannot be read, or of which something was changed since it was written.
 pub fn undamaged(path: &Path) -> Result<Logbook, Error> {
     let logbook = Logbook::open_read_only(path)?;
-    check(&logbook)?;
+    check_undamaged(&logbook)?;
     Ok(logbook)
 }
 
-fn check(logbook: &Logbook) -> Result<(), Error> {
+/// [`undamaged`], of a logbook that is open.
+pub fn check_undamaged(logbook: &Logbook) -> Result<(), Error> {
     match logbook.verify()?.damage.into_iter().next() {
         None => Ok(()),
         Some(damage) => Err(Error::Logbook(seatrial_logbook::Error::Damaged {
@@ -45,7 +46,7 @@ fn check(logbook: &Logbook) -> Result<(), Error> {
 
 /// The models of the accepted runs of this campaign. A logbook that is damaged gives none.
 pub fn of_entry(logbook: &Logbook, entry: &CampaignEntry) -> Result<Models, Error> {
-    check(logbook)?;
+    check_undamaged(logbook)?;
     of_checked(logbook, entry)
 }
 

@@ -177,6 +177,9 @@ pub fn not_finished(state: State) -> Option<String> {
 }
 
 fn why_not(logbook: &Logbook, entry: &CampaignEntry) -> Result<String, Error> {
+    if let Some(damage) = logbook.entry(entry.id)?.damage {
+        return Ok(format!("is damaged ({}: {})", damage.place, damage.found));
+    }
     if let Some(why) = not_finished(entry.state) {
         return Ok(why);
     }

@@ -10,6 +10,7 @@ use seatrial_core::{RudderUnit, SchedulePoint, YawModel};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
+use super::stated::Stated;
 use super::{ModelPoint, Models, TrialOrigin, given, limit_or_default, place, read_text};
 use crate::{Error, IdentifiedLog};
 
@@ -112,6 +113,19 @@ enum NoModel {
     NoVerdict,
     #[error("neither `refined` nor `online` is there")]
     NoEstimate,
+    #[error("{0}")]
+    Wrong(String),
+}
+
+impl NoModel {
+    fn told(self, place: &str) -> Error {
+        match self {
+            Self::Wrong(_) => Error::Setting(format!("{place}: {self}")),
+            Self::NoVerdict | Self::NoEstimate => {
+                Error::Input(format!("{place}: {self}; {EXPECTED}"))
+            }
+        }
+    }
 }
 
 /// The models of an identification, or of the accepted runs of a trial; `surge_speed_m_s` is that of a single model; without, the
@@ -210,7 +224,7 @@ impl Models {
     fn take_runs(&mut self, runs: &[StoredRun]) -> Result<(), Error> {
         let mut refused = Vec::new();
         for (run, number) in runs.iter().zip(1..) {
-            let said = |why: NoModel| Error::Input(format!("{}: run {number}: {why}", self.origin));
+            let said = |why: NoModel| why.told(&format!("{}: run {number}", self.origin));
             let verdict = run.verdict.as_ref();
             if !verdict.ok_or(NoModel::NoVerdict).map_err(said)?.accepted {
                 refused.push(run);
@@ -247,7 +261,7 @@ impl Models {
         identification: &StoredIdentification,
         surge_speed_m_s: Option<f64>,
     ) -> Result<(), Error> {
-        let said = |why: NoModel| Error::Input(format!("{}: {why}; {EXPECTED}", self.origin));
+        let said = |why: NoModel| why.told(&self.origin);
         let point = identification.point(None, surge_speed_m_s).map_err(said)?;
         let verdict = identification.verdict.as_ref();
         if !verdict.ok_or(NoModel::NoVerdict).map_err(said)?.accepted {
@@ -270,14 +284,22 @@ impl StoredIdentification {
         let model = refined.map(|refined| refined.model).or(self.online);
         let model = model.ok_or(NoModel::NoEstimate)?;
         let seen_at_m_s = || self.valid_range.as_ref()?.usual_speed_m_s();
-        let damping = refined.and_then(|refined| refined.interval_95.as_ref()?.a22_per_s);
+        let stated = Stated {
+            model,
+            intervals: refined.map_or_else(Default::default, StoredRefined::intervals),
+            covariance: refined.and_then(StoredRefined::covariance),
+        };
+        if let Some(wrong) = stated.wrong() {
+            return Err(NoModel::Wrong(wrong));
+        }
+        let [damping, ..] = stated.intervals;
         Ok(ModelPoint {
             point: SchedulePoint {
                 thrust,
                 surge_speed_m_s: surge_speed_m_s.or_else(seen_at_m_s),
                 model,
             },
-            covariance: refined.and_then(StoredRefined::covariance),
+            covariance: stated.covariance,
             allowance: GainAllowance {
                 damping_per_s: GainAllowance::damping_of(
                     model.a22_per_s,
@@ -316,12 +338,17 @@ impl StoredIdentification {
 impl StoredRefined {
     fn covariance(&self) -> Option<[[f64; 3]; 3]> {
         self.covariance.or_else(|| {
-            let intervals = self.interval_95.as_ref()?;
-            Some(covariance_of_intervals([
-                intervals.a22_per_s?,
-                intervals.b2_per_s2?,
-                intervals.c0_rad_per_s2?,
-            ]))
+            let [a22, b2, c0] = self.intervals();
+            Some(covariance_of_intervals([a22?, b2?, c0?]))
         })
+    }
+
+    /// Of a22, b2 and C0.
+    fn intervals(&self) -> [Option<[f64; 2]>; 3] {
+        self.interval_95
+            .as_ref()
+            .map_or_else(Default::default, |ends| {
+                [ends.a22_per_s, ends.b2_per_s2, ends.c0_rad_per_s2]
+            })
     }
 }

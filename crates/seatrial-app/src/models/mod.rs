@@ -10,6 +10,7 @@ mod document;
 mod exported;
 mod of_record;
 mod schedule_file;
+mod stated;
 
 use std::path::Path;
 
@@ -26,7 +27,7 @@ use serde::{Deserialize, Serialize};
 use crate::Error;
 
 #[cfg(feature = "trials")]
-pub use campaigns::{of_campaign, of_entry, undamaged};
+pub use campaigns::{check_undamaged, of_campaign, of_entry, undamaged};
 #[cfg(feature = "trials")]
 pub use choice::{Chosen, Purpose, campaign_named, campaign_numbered, chosen_campaign};
 #[cfg(feature = "trials")]

@@ -8,6 +8,7 @@ use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::{RudderUnit, SchedulePoint, YawModel};
 use serde::{Deserialize, Serialize};
 
+use super::stated::Stated;
 use super::{ModelPoint, Models, given, limit_or_default, read_text};
 use crate::Error;
 use crate::documents::Source;
@@ -88,15 +89,16 @@ impl ScheduleFilePoint {
         })
     }
 
-    /// An interval that is none of its value makes a gain that allows for nothing.
-    fn wrong_interval(&self) -> Option<String> {
-        let [low, high] = self.a22_interval_95_per_s?;
-        let a22 = self.a22_per_s;
-        (!(low <= a22 && a22 <= high)).then(|| {
-            format!(
-                "a22_interval_95_per_s = [{low}, {high}]: expected the least and the greatest value, with a22_per_s = {a22} between them"
-            )
-        })
+    fn stated(&self) -> Stated {
+        Stated {
+            model: self.model(),
+            intervals: [self.a22_interval_95_per_s, None, None],
+            covariance: self.covariance,
+        }
+    }
+
+    fn model(&self) -> YawModel<f64> {
+        YawModel::from_theta([self.a22_per_s, self.b2_per_s2, self.c0_rad_per_s2])
     }
 
     fn into_model(self) -> ModelPoint {
@@ -116,7 +118,7 @@ impl ScheduleFilePoint {
             ..ModelPoint::exact(SchedulePoint {
                 thrust: self.thrust,
                 surge_speed_m_s: self.surge_speed_m_s,
-                model: YawModel::from_theta([self.a22_per_s, self.b2_per_s2, self.c0_rad_per_s2]),
+                model: self.model(),
             })
         }
     }
@@ -137,7 +139,7 @@ pub fn of_schedule_file(path: &Path) -> Result<Models, Error> {
         )));
     }
     for (number, point) in (1..).zip(&file.point) {
-        if let Some(wrong) = point.wrong_interval() {
+        if let Some(wrong) = point.stated().wrong() {
             let wrong = format!("{}: point {number}: {wrong}", path.display());
             return Err(Error::Setting(wrong));
         }

@@ -4,11 +4,16 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 
+use super::Planned;
+
 /// Bytes at the beginning of a file that say what it is.
 const HEAD: u64 = 4096;
 
 /// A vehicle in the language of another program.
 const EXPORT: &str = "export";
+
+/// A page, by its head.
+const PAGE: &str = "page";
 
 /// A first line that is shorter does not tell a table of ours from another.
 const SHORTEST_HEADING: usize = 20;
@@ -46,6 +51,16 @@ pub(super) fn is_replaced(there: &Path, new: &Path) -> bool {
     }
 }
 
+/// Is nothing there, or an output of this kind?
+pub(super) fn is_planned(there: &Path, planned: Planned) -> bool {
+    let head = head_of(there);
+    head.is_empty()
+        || match planned {
+            Planned::Page => marked(&head).as_deref() == Some(PAGE),
+            Planned::Results => is_results(there),
+        }
+}
+
 /// A table of the results of many logs.
 fn is_results(path: &Path) -> bool {
     let has_verdict = |columns: Vec<String>| columns.iter().any(|name| name == "verdict");
@@ -60,7 +75,7 @@ fn marked(head: &[u8]) -> Option<String> {
         return is_fmu.then(|| "FMU".into());
     }
     if text.contains("<meta name=\"generator\" content=\"seatrial\">") {
-        return Some("page".into());
+        return Some(PAGE.into());
     }
     let mut lines = text.lines();
     let kind = lines.by_ref().take(5).find_map(kind_of_line).or_else(|| {

@@ -39,6 +39,15 @@ pub struct Outputs {
     named: Vec<PathBuf>,
 }
 
+/// The kind of an output that hours of work may come before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Planned {
+    /// A page.
+    Page,
+    /// A table of the results of many logs.
+    Results,
+}
+
 /// Why a file was not written.
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
@@ -84,6 +93,18 @@ impl Outputs {
         match self.kept(path)? {
             Some(kept) => Err(kept.refused(path)),
             None => Ok(()),
+        }
+    }
+
+    /// [Checks](Self::check) the place of an output whose kind is known before it is made.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check), and where the earlier output is of another kind.
+    pub fn check_for(&self, path: &Path, planned: Planned) -> Result<(), OutputError> {
+        self.check(path)?;
+        match kind::is_planned(path, planned) {
+            true => Ok(()),
+            false => Err(Kept::Foreign.refused(path)),
         }
     }
 
@@ -153,19 +174,39 @@ impl Outputs {
     }
 }
 
-/// Puts what a function writes in the place of a file that this program wrote.
-#[cfg(any(feature = "trials", feature = "parquet"))]
+/// Puts what a function writes in the place of a file that this program made there, and of no other. Gives the new file.
+#[cfg(feature = "trials")]
 pub(crate) fn replace(
     path: &Path,
+    before: &File,
     write: impl FnOnce(&mut File) -> io::Result<()>,
-) -> io::Result<()> {
+) -> io::Result<File> {
     if let Some(mut device) = device(path)? {
-        return write(&mut device);
+        write(&mut device)?;
+        return Ok(device);
     }
     let place = place_of(path);
+    if is_another(&place, before) {
+        return Err(io::Error::other(
+            "another file was put in its place, and would be lost",
+        ));
+    }
     let mut beside = beside(&place)?;
     write(beside.as_file_mut())?;
-    put(beside, &place).map(drop)
+    put(beside, &place)
+}
+
+/// Is there a file, and another than this one?
+#[cfg(all(feature = "trials", unix))]
+fn is_another(place: &Path, file: &File) -> bool {
+    let there = fs::metadata(place);
+    there.is_ok_and(|there| !file.metadata().is_ok_and(|file| is_one_file(&file, &there)))
+}
+
+/// Elsewhere an open file stays where it is.
+#[cfg(all(feature = "trials", not(unix)))]
+fn is_another(_: &Path, _: &File) -> bool {
+    false
 }
 
 fn not_saved(path: &Path, error: io::Error) -> OutputError {
@@ -274,10 +315,11 @@ fn device(path: &Path) -> io::Result<Option<File>> {
 
 /// What the system said, without the name of a file that nobody asked for.
 fn without_its_path(error: io::Error) -> io::Error {
-    let of_the_system = error
-        .get_ref()
-        .and_then(|inner| inner.source()?.downcast_ref::<io::Error>()?.raw_os_error());
-    of_the_system.map_or(error, io::Error::from_raw_os_error)
+    // The library puts the name behind what the system said.
+    match error.to_string().split_once(" at path ") {
+        Some((said, _)) => io::Error::new(error.kind(), said),
+        None => error,
+    }
 }
 
 /// An empty file in the same folder, with the permissions that the one in its place has or would get.
@@ -421,6 +463,36 @@ mod tests {
         assert_eq!(head_of(Path::new("/dev/zero")), b"");
         assert!(outputs.check(full).is_ok() && outputs.save(full, b"a").is_err());
         outputs.save(Path::new("/dev/null"), b"a").unwrap();
+    }
+
+    #[cfg(feature = "trials")]
+    #[test]
+    fn io_what_grows_takes_the_place_of_nothing_that_was_put_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = folder.path().join("run.parquet");
+        let mut file = Outputs::default().grow(&place).unwrap();
+        for content in ["one", "two"] {
+            let write = |file: &mut File| file.write_all(content.as_bytes());
+            file = replace(&place, &file, write).unwrap();
+            assert_eq!(fs::read_to_string(&place).unwrap(), content);
+        }
+        fs::rename(&place, folder.path().join("moved")).unwrap();
+        fs::write(&place, LOG).unwrap();
+        assert!(replace(&place, &file, |file| file.write_all(b"lost")).is_err());
+        assert_eq!(fs::read_to_string(&place).unwrap(), LOG);
+        // What is gone is written again.
+        fs::remove_file(&place).unwrap();
+        replace(&place, &file, |file| file.write_all(b"three")).unwrap();
+        assert_eq!(fs::read_to_string(&place).unwrap(), "three");
+    }
+
+    #[test]
+    fn io_an_error_names_no_file_that_nobody_asked_for() {
+        let told = Outputs::default()
+            .save(Path::new("/proc/page.html"), b"a")
+            .unwrap_err()
+            .to_string();
+        assert!(!told.contains(".part"), "{told}");
     }
 
     #[test]

@@ -37,6 +37,9 @@ pub(super) fn yaml(vehicle: &IdentifiedVehicle, at: &IdentifiedSpeed) -> Result<
         "the lag of yaw rate behind its command, {} s, and of the speed, {time_s} s: Nav2 takes a commanded velocity for reached",
         1.0 / at.a22_per_s.abs()
     ));
+    cannot.push(format!(
+        "the slowest speed that it was seen at, {slowest} m/s: slower, it may turn wider; `vx_min` is 0, so that Nav2 can slow down at the goal and before an obstacle"
+    ));
     let mut text = String::new();
     for line in head(vehicle, &cannot) {
         let _ = writeln!(text, "# {line}");
@@ -45,7 +48,7 @@ pub(super) fn yaml(vehicle: &IdentifiedVehicle, at: &IdentifiedSpeed) -> Result<
         text,
         "# Limits of a turn: full rudder to the weaker side, and what it accelerates from straight ahead.\n\
          controller_server:\n  ros__parameters:\n    FollowPath:\n      plugin: \"nav2_mppi_controller::MPPIController\"\n      \
-         motion_model: \"Ackermann\"\n      vx_max: {speed:?}\n      vx_min: {slowest:?}\n      vy_max: 0.0\n      wz_max: {weaker:?}\n      \
+         motion_model: \"Ackermann\"\n      vx_max: {speed:?}\n      vx_min: 0.0\n      vy_max: 0.0\n      wz_max: {weaker:?}\n      \
          ax_max: {surge_acceleration:?}\n      ax_min: {:?}\n      az_max: {yaw_acceleration:?}\n      AckermannConstraints:\n        \
          min_turning_r: {radius_m:?}\n\
          velocity_smoother:\n  ros__parameters:\n    max_velocity: [{speed:?}, 0.0, {weaker:?}]\n    \

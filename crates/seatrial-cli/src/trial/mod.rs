@@ -24,7 +24,7 @@ use serde::Serialize;
 
 use crate::autopilot::LinkArgs;
 use crate::axis::AxisOption;
-use crate::interrupt::interrupted;
+use crate::interrupt::{interrupted, unless_asked};
 use crate::output::{Exit, Failure, Output, OutputPath, say};
 use crate::record::{format_of, show};
 use crate::screen::width;
@@ -174,7 +174,9 @@ impl Args {
     fn sinks(&self, vehicle: &str, output: &Output) -> Result<Sinks, Failure> {
         let recording = self.record.as_ref().map(|path| {
             let format = format_of(path, "--record")?;
-            Recording::start(output.files(), path, format).map_err(Failure::from)
+            let (files, place) = (output.files().clone(), path.clone());
+            let started = unless_asked(move || Recording::start(&files, &place, format));
+            Ok::<_, Failure>(started.ok_or_else(|| Failure::held_up(path))??)
         });
         let viewer = self.foxglove.as_deref().map(show).transpose()?;
         Ok(Sinks {

@@ -5,7 +5,7 @@ mod broken_off;
 mod commission;
 mod logs;
 mod mavlink;
-mod server;
+pub mod server;
 mod slow;
 mod soak;
 mod stalled;

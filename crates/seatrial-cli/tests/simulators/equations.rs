@@ -140,6 +140,9 @@ fn val_nav2_limits_are_those_of_the_weaker_side() {
         "velocity_smoother:",
         "planner_server:",
         "AckermannConstraints:",
+        // Slowing down is always allowed.
+        "vx_min: 0.0",
+        "min_velocity: [0.0, 0.0",
     ] {
         assert!(yaml.contains(key), "{key}\n{yaml}");
     }

@@ -112,7 +112,7 @@ fn io_a_write_ahead_log_that_was_cut_or_changed_is_told() {
     let cut = |bytes: &mut Vec<u8>, to: usize| bytes.truncate(to);
     let flip = |bytes: &mut Vec<u8>, at: usize| bytes[at] ^= 4;
     type Change<'a> = &'a dyn Fn(&mut Vec<u8>);
-    let cases: [(bool, bool, Change); 8] = [
+    let cases: [(bool, bool, Change); 9] = [
         (true, true, &|_| ()),
         (false, true, &|_| ()),
         // At the end of a frame, within one, and of the header.
@@ -125,6 +125,7 @@ fn io_a_write_ahead_log_that_was_cut_or_changed_is_told() {
             cut(bytes, length - 100);
         }),
         (true, false, &|bytes| cut(bytes, 20)),
+        (true, false, &|bytes| cut(bytes, 0)),
         (true, false, &|bytes| flip(bytes, 25)),
         (true, false, &|bytes| flip(bytes, 32 + 200)),
         (false, false, &|bytes| flip(bytes, 32 + 4120 + 200)),
