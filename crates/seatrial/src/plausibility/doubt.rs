@@ -1,5 +1,6 @@
 //! What may be wrong with a log, and what settles it.
 
+use super::turn::RateMismatch;
 use crate::figures::{three_figures, with_decimals};
 use crate::identification::{Reason, ReasonCode};
 
@@ -54,11 +55,8 @@ pub enum Doubt {
         /// The usual interval, in seconds as the column says.
         interval_s: f64,
     },
-    /// The time counts 0, 1, 2 as the number of a row does, and nothing shows that a row takes a second.
-    TimeIsIndex {
-        /// Did the user, or the name of the column, say its unit?
-        is_given: bool,
-    },
+    /// The time has no unit and counts 0, 1, 2 as the number of a row does, and nothing shows that a row takes a second.
+    TimeIsIndex,
     /// The unit of the time was assumed, and nothing in the log shows that it is right.
     TimeAssumed {
         /// The usual interval in that unit, s.
@@ -106,10 +104,12 @@ pub enum Doubt {
         /// For how long, s.
         for_s: f64,
     },
-    /// By the time column the vehicle turns as no vessel does.
+    /// By the units of time and heading the vehicle turns as no vessel does.
     TurnsTooFast {
         /// The fastest turn that no outlier makes.
         yaw_rate_rad_s: f64,
+        /// Is the unit of the heading the only one of the two that nobody stated?
+        is_of_heading: bool,
     },
     /// The column of the heading is named a course over ground.
     HeadingIsCourse,
@@ -121,26 +121,15 @@ pub enum Doubt {
     HeadingUnchecked {
         /// Is there one that was computed from the heading?
         is_derived: bool,
+        /// Does the time count 0, 1, 2 as the number of a row does?
+        counts_rows: bool,
     },
-}
-
-/// How the yaw rate and the heading disagree.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RateMismatch {
-    /// Change of heading over the integral of the yaw rate.
-    pub ratio: f64,
-    /// The usual interval, in seconds as the column says.
-    pub interval_s: f64,
-    /// Does the time count rows?
-    pub is_index: bool,
 }
 
 /// The share of a22 that a late heading may take; one sample of a 20 Hz log is 8 to 11 %.
 pub(super) const LARGEST_HEADING_EFFECT: f64 = 0.08;
 /// The share of a22 that a held rudder may take where the estimate cannot tell when it moved.
 pub(super) const LARGEST_RUDDER_EFFECT: f64 = 0.3;
-/// Ratios this close to a factor between units are that factor: a compass may deviate by 15 % and a gyro's scale by 3 %.
-const CLOSE: f64 = 0.25;
 
 impl Doubt {
     /// Its name for programs.
@@ -159,9 +148,13 @@ impl Doubt {
                 _ => ReasonCode::TimeUnitDoubtful,
             },
             Self::HeadingIsCourse => ReasonCode::CourseForHeading,
+            Self::TurnsTooFast {
+                is_of_heading: true,
+                ..
+            } => ReasonCode::HeadingUnitDoubtful,
             Self::TimeUnit { .. }
             | Self::TurnsTooFast { .. }
-            | Self::TimeIsIndex { .. }
+            | Self::TimeIsIndex
             | Self::TimeAssumed { .. } => ReasonCode::TimeUnitDoubtful,
             Self::RateMismatch(mismatch) if mismatch.is_reversed() => ReasonCode::YawRateReversed,
             Self::RateMismatch(_) => ReasonCode::YawRateContradicts,
@@ -184,7 +177,6 @@ impl Doubt {
             Self::RudderHeld { effect, .. } => *effect > LARGEST_RUDDER_EFFECT,
             Self::RateMismatch(mismatch) => !mismatch.is_reversed(),
             // A unit that was given settles what is possible.
-            Self::TimeIsIndex { is_given } => !is_given,
             Self::HeadingUnit {
                 said_degrees: true,
                 wraps: false,
@@ -246,7 +238,11 @@ impl Doubt {
                 "the time has no unit, and nothing in the log shows that its samples are {} s apart, as they were taken to be: say its unit with --unit time=ms or another",
                 three_figures(*interval_s)
             ),
-            Self::TurnsTooFast { yaw_rate_rad_s } => format!(
+            Self::TurnsTooFast { yaw_rate_rad_s, is_of_heading: true } => format!(
+                "the heading has no unit, and as degrees it turns by {} deg/s, which no vessel does: say its unit with --unit heading=ddeg, mil or another",
+                three_figures(yaw_rate_rad_s.to_degrees())
+            ),
+            Self::TurnsTooFast { yaw_rate_rad_s, .. } => format!(
                 "by the time column the heading turns by {} deg/s, which no vessel does: say the unit of the time, such as --unit time=s, or name another column with --time",
                 three_figures(yaw_rate_rad_s.to_degrees())
             ),
@@ -256,8 +252,7 @@ impl Doubt {
                 "the rudder is said to be a share of full and reaches {} of it: say its unit with --unit rudder=percent or --unit rudder=deg",
                 three_figures(*largest)
             ),
-            Self::TimeIsIndex { is_given: true } => "the time counts 0, 1, 2 like the number of a row, and there is no yaw rate to show that a row takes the time that was said: a22 and b2 are as wrong as that".into(),
-            Self::TimeIsIndex { is_given: false } => "the time counts 0, 1, 2 like the number of a row, and there is no yaw rate to show that a row takes a second: say so with --unit time=s, or choose another column with --time".into(),
+            Self::TimeIsIndex => "the time counts 0, 1, 2 like the number of a row, and there is no yaw rate to show that a row takes a second: say so with --unit time=s, or choose another column with --time".into(),
             Self::RateMismatch(mismatch) => mismatch.text(),
             Self::SlowLog { interval_s, time_constant_s } => format!(
                 "samples are {} s apart, more than a fifth of the vehicle's time constant, {} s or less: what happened between them is not in the log; log at least every {} s (ArduPilot: fast attitude in LOG_BITMASK, or SR0_EXTRA1 and SR0_RC_CHAN for telemetry)",
@@ -291,8 +286,7 @@ impl Doubt {
             ),
             Self::Damaged => "a part of the log is damaged and was left out; the warnings say which, and the model is that of the rest".into(),
             Self::RudderUnchecked => "nothing in the log shows that the rudder goes where its column says: one that stops at the same share of its command in training and in validation looks like one with less effect, and b2 is then that of the command; log the rudder's own angle".into(),
-            Self::HeadingUnchecked { is_derived: true } => "the yaw rate is computed from the heading and shows nothing of it: a compass that deviates would make b2 wrong by its slope, a heading that is late or filtered a22 by twice that time over the time constant; log a gyro's yaw rate, or swing the compass".into(),
-            Self::HeadingUnchecked { is_derived: false } => "the log has no yaw rate to compare the heading with: a compass that deviates would make b2 wrong by its slope, a heading that is late or filtered a22 by twice that time over the time constant, and a course over ground is none; log a gyro's yaw rate, or swing the compass".into(),
+            Self::HeadingUnchecked { is_derived, counts_rows } => heading_unchecked(*is_derived, *counts_rows),
         }
     }
 }
@@ -321,6 +315,13 @@ impl Doubt {
                     three_figures(*largest)
                 ),
                 action: "Name the right column for the rudder: it may hold the heading.".into(),
+                ..reason
+            },
+            Self::HeadingUnchecked {
+                counts_rows: true, ..
+            } => Reason {
+                text: "The log has no yaw rate to show that the compass is right, and that a row takes a second."
+                    .into(),
                 ..reason
             },
             Self::RateMismatch(mismatch) if !mismatch.explanations().is_empty() => Reason {
@@ -353,12 +354,7 @@ impl Doubt {
                 action: "Give its unit with --unit rudder=percent or --unit rudder=deg.".into(),
                 ..reason
             },
-            Self::TimeIsIndex { is_given: true } => Reason {
-                text: "The time counts rows: nothing shows that a row takes the time that was said.".into(),
-                action: "Make sure how often a row was written, or log the time or the yaw rate.".into(),
-                ..reason
-            },
-            Self::TimeIsIndex { is_given: false } => Reason {
+            Self::TimeIsIndex => Reason {
                 text: "The time counts rows, as 0, 1, 2: how long a row takes is not in the log.".into(),
                 action: "Name the column of the time with --time. Where a row is one second, say so with --unit time=s; else give the seconds of a row as scale of the time in a [channels] file.".into(),
                 ..reason
@@ -383,7 +379,15 @@ impl Doubt {
                 ),
                 ..reason
             },
-            Self::TurnsTooFast { yaw_rate_rad_s } => Reason {
+            Self::TurnsTooFast { yaw_rate_rad_s, is_of_heading: true } => Reason {
+                text: format!(
+                    "The heading has no unit, and as degrees it turns by {} deg/s, which no vessel does.",
+                    three_figures(yaw_rate_rad_s.to_degrees())
+                ),
+                action: "Say its unit with --unit heading=ddeg, mil or another.".into(),
+                ..reason
+            },
+            Self::TurnsTooFast { yaw_rate_rad_s, .. } => Reason {
                 text: format!(
                     "By the time column the vehicle turns by {} deg/s, which no vessel does.",
                     three_figures(yaw_rate_rad_s.to_degrees())
@@ -412,6 +416,28 @@ fn say_units(columns: &[(&str, &str)]) -> String {
     format!("say {}", options.collect::<Vec<_>>().join(" "))
 }
 
+fn heading_unchecked(is_derived: bool, counts_rows: bool) -> String {
+    let (no_rate, of_course) = match is_derived {
+        true => (
+            "the yaw rate is computed from the heading and shows nothing of it",
+            "",
+        ),
+        false => (
+            "the log has no yaw rate to compare the heading with",
+            ", and a course over ground is none",
+        ),
+    };
+    let of_rows = match counts_rows {
+        true => {
+            "; the time counts 0, 1, 2, and where a row takes no second a22 and b2 are those of another time"
+        }
+        false => "",
+    };
+    format!(
+        "{no_rate}: a compass that deviates would make b2 wrong by its slope, a heading that is late or filtered a22 by twice that time over the time constant{of_course}{of_rows}; log a gyro's yaw rate, or swing the compass"
+    )
+}
+
 fn heading_text(said_degrees: bool, largest: f64, wraps: bool) -> String {
     let (said, other, option, turn) = match said_degrees {
         true => ("degrees", "radians", "rad", "2 pi"),
@@ -431,70 +457,4 @@ fn heading_text(said_degrees: bool, largest: f64, wraps: bool) -> String {
         "the heading is said to be in {said} and stays within {}, as {other} would: say which with {settles}",
         three_figures(largest)
     )
-}
-
-impl RateMismatch {
-    /// A yaw rate of the opposite sense and the right size.
-    pub(super) const REVERSED: Self = Self {
-        ratio: -1.0,
-        interval_s: 0.0,
-        is_index: false,
-    };
-
-    /// Is the sense of the yaw rate all that is wrong?
-    pub fn is_reversed(&self) -> bool {
-        is_close(-self.ratio, 1.0)
-    }
-
-    /// Units that would explain the ratio, each with its option.
-    fn explanations(&self) -> Vec<&'static str> {
-        let degree = std::f64::consts::PI / 180.0;
-        let known = [
-            (1e-3, "the time is in milliseconds (--unit time=ms)"),
-            (1e-6, "the time is in microseconds (--unit time=us)"),
-            (1e-9, "the time is in nanoseconds (--unit time=ns)"),
-            (
-                60.0,
-                "the time is in minutes (--unit time=min) or the yaw rate in degrees a second",
-            ),
-            (
-                degree,
-                "the yaw rate is in degrees a second (--unit yaw_rate=deg/s), or the heading in radians (--unit heading=rad)",
-            ),
-            (
-                1.0 / degree,
-                "the yaw rate is in radians a second (--unit yaw_rate=rad/s), or the heading in degrees (--unit heading=deg)",
-            ),
-        ];
-        known
-            .into_iter()
-            .filter(|(factor, _)| is_close(self.ratio.abs(), *factor))
-            .map(|(_, text)| text)
-            .collect()
-    }
-
-    fn text(&self) -> String {
-        if self.is_reversed() {
-            return "the yaw rate has the opposite sense of the heading: one of the two counts to the other side, and the yaw rate was not used; turn the wrong one with `reversed` in a [channels] file, or leave the yaw rate out with --yaw-rate none".into();
-        }
-        let explanations = self.explanations();
-        let because = if self.is_index {
-            format!(
-                "the time counts rows, each of some {} s",
-                three_figures(self.ratio.abs() * self.interval_s)
-            )
-        } else if explanations.is_empty() {
-            "time, heading or yaw rate is not in the unit that its column says".into()
-        } else {
-            explanations.join(", or ")
-        };
-        format!(
-            "the heading changes by {} times what the yaw rate says: {because}; if the yaw rate alone is wrong, leave it out with --yaw-rate none",
-            three_figures(self.ratio)
-        )
-    }
-}
-
-fn is_close(ratio: f64, factor: f64) -> bool {
-    ratio > 0.0 && libm::log(ratio / factor).abs() < CLOSE
 }

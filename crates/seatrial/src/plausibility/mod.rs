@@ -6,7 +6,7 @@
 //! | scale of the rudder | what the file says of its unit with what it says of the others |
 //! | unit that is assumed | nothing in the file says it, and no turn through north, date or yaw rate shows it |
 //! | unit of time or yaw rate | the heading's change with the integral of the yaw rate; without a yaw rate, the interval between samples |
-//! | time by which the vehicle turns too fast, given or not | the heading's change over 20 samples with 400 deg/s |
+//! | time and heading by which the vehicle turns too fast, given or not | the heading's change over 20 samples with 400 deg/s |
 //! | yaw rate that is computed from the heading | the noise of the yaw rate with that of the heading; it is then no witness |
 //! | time whose unit is assumed | there is no witness of it |
 //! | heading that is a course | the name of its column |
@@ -28,9 +28,9 @@ mod units;
 use seatrial_core::Sample;
 
 use crate::record::Record;
-pub use doubt::{Doubt, RateMismatch};
+pub use doubt::Doubt;
 pub use stood::heading_stood;
-pub use turn::leave_out_unsound_yaw_rate;
+pub use turn::{RateMismatch, leave_out_unsound_yaw_rate};
 
 /// What is doubtful about the units of a record's columns, whatever model it gives.
 pub fn unit_doubts(record: &Record) -> Vec<Doubt> {
@@ -76,6 +76,7 @@ pub fn unchecked(record: &Record) -> Vec<Doubt> {
     let heading =
         (!has_rate && !record.units.yaw_rate_is_reversed).then_some(Doubt::HeadingUnchecked {
             is_derived: record.units.yaw_rate_is_derived,
+            counts_rows: !record.units.time_is_a_date && units::counts_rows(record),
         });
     heading
         .into_iter()

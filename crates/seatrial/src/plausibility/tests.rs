@@ -283,6 +283,7 @@ fn exact_hundredths_of_a_degree_are_no_radians() {
 fn exact_dates_a_second_apart_count_no_rows() {
     let of = |time_is_a_date| {
         let units = StatedUnits {
+            time: unit(1.0, Origin::Assumed),
             time_is_a_date,
             ..stated_degrees()
         };
@@ -304,16 +305,48 @@ fn exact_time_without_a_yaw_rate() {
     };
     assert_eq!(at(1000.0), [ReasonCode::TimeUnitDoubtful]);
     let mut index = counting_rows(without_rate(record(stated_degrees())));
-    // Who says how long a row takes, a person or the name of the column, is believed, with care.
-    for (origin, refuses) in [
-        (Origin::Assumed, true),
-        (Origin::Stated, false),
-        (Origin::Given, false),
-    ] {
+    // Who says how long a row takes, a person or the name of the column, is believed; what nothing shows is told.
+    for origin in [Origin::Stated, Origin::Given] {
         index.units.time.origin = origin;
-        assert_eq!(codes(&index), [ReasonCode::TimeUnitDoubtful]);
-        assert_eq!(unit_doubts(&index)[0].refuses(), refuses);
+        assert_eq!(codes(&index), []);
+        let text = unchecked(&index)[0].text();
+        assert!(text.contains("the time counts 0, 1, 2"), "{text}");
     }
+    index.units.time.origin = Origin::Assumed;
+    assert_eq!(refusals(&index), [Doubt::TimeIsIndex]);
+}
+
+/// A yaw rate of the other sense shows how long a row takes as well as one of the same.
+#[test]
+fn exact_a_reversed_yaw_rate_shows_the_time() {
+    let mut units = stated_degrees();
+    units.time.origin = Origin::Assumed;
+    let mut log = record(units);
+    for (row, sample) in log.samples.iter_mut().enumerate() {
+        let time_s = row as f64;
+        sample.heading_rad = 0.6 * (0.05 * time_s).sin();
+        sample.yaw_rate_rad_s = Some(-0.03 * (0.05 * time_s).cos());
+        sample.time_s = time_s;
+    }
+    leave_out_unsound_yaw_rate(&mut log);
+    assert!(log.units.yaw_rate_is_reversed);
+    assert_eq!(refusals(&log), []);
+}
+
+/// Of time and heading the one is blamed whose unit nobody stated.
+#[test]
+fn exact_a_turn_too_fast_blames_the_unit_that_nobody_stated() {
+    let mut units = stated_degrees();
+    units.heading.origin = Origin::Assumed;
+    let mils = |units| {
+        let mut log = without_rate(record(units));
+        for (row, sample) in log.samples.iter_mut().enumerate() {
+            sample.heading_rad = (1.5 * 0.05 * row as f64 * 6400.0 / 360.0).rem_euclid(6.0);
+        }
+        unit_doubts(&log)[0].code()
+    };
+    assert_eq!(mils(units), ReasonCode::HeadingUnitDoubtful);
+    assert_eq!(mils(stated_degrees()), ReasonCode::TimeUnitDoubtful);
 }
 
 /// A column that a program made of the heading proves neither time nor heading.
