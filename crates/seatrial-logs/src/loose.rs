@@ -172,10 +172,11 @@ pub(crate) fn from_long(
     let mut heap = Heap::new(Vec::new());
     let mut kind_of: BTreeMap<Vec<String>, usize> = BTreeMap::new();
     let mut cells = Vec::new();
+    let mut new_in_the_last_row = None;
     loop {
         match table.next_row(&mut cells) {
             Ok(None) => break,
-            Ok(Some(_)) => {}
+            Ok(Some(_)) => new_in_the_last_row = None,
             // Tables of other columns follow each other in exports of databases.
             Err(fault) if fault.is_in_one_row() => {
                 heap.left_out += 1;
@@ -196,11 +197,20 @@ pub(crate) fn from_long(
                     name: String::new(),
                     fields: vec![String::new()],
                 });
+                new_in_the_last_row = Some(name.clone());
                 kind_of.insert(name, heap.kinds.len() - 1);
                 heap.kinds.len() - 1
             }
         };
         heap.push(time, kind, *value)?;
+    }
+    // A name of the last row alone is one that was cut off.
+    if let Some(cut) = new_in_the_last_row.filter(|_| heap.kinds.len() > 1) {
+        kind_of.remove(&cut);
+        heap.kinds.pop();
+        let cut = heap.kinds.len();
+        heap.values.retain(|(_, kind, _)| *kind != cut);
+        heap.left_out += 1;
     }
     let telling = telling(&kind_of);
     for (name, kind) in &kind_of {

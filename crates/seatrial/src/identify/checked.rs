@@ -215,10 +215,8 @@ fn doubts(prepared: &Prepared, chosen: &Chosen, data: Option<ValidationData>) ->
         low * high > 0.0
     };
     if chosen.refined.as_ref().is_none_or(turns) {
-        doubts.extend(plausibility::timing_doubts(
-            prepared.accepted,
-            chosen.model.a22_per_s,
-        ));
+        let timing = plausibility::timing_doubts(prepared.accepted, chosen.model.a22_per_s);
+        plausibility::with_timing(&mut doubts, timing);
     }
     if prepared.log.times_are_shared {
         doubts.extend(plausibility::shared_times(

@@ -97,6 +97,18 @@ pub enum Doubt {
         /// Length of the gap, s.
         gap_s: f64,
     },
+    /// The heading was interpolated between measured values; the rows between them were left out.
+    HeadingInterpolated {
+        /// The interval between measured headings, s.
+        every_s: f64,
+        /// Is it more than a fifth of the vehicle's time constant?
+        is_too_seldom: bool,
+    },
+    /// Between two headings beside north the log passes through south.
+    HeadingThroughSouth {
+        /// When it first does, s.
+        time_s: f64,
+    },
     /// The heading was the same for a time in which the vehicle turned.
     HeadingStood {
         /// Since when, s.
@@ -159,11 +171,13 @@ impl Doubt {
             Self::RateMismatch(mismatch) if mismatch.is_reversed() => ReasonCode::YawRateReversed,
             Self::RateMismatch(_) => ReasonCode::YawRateContradicts,
             Self::SlowLog { .. } => ReasonCode::LoggedTooSlowly,
-            Self::HeadingHeld { .. } => ReasonCode::HeadingHeld,
+            Self::HeadingHeld { .. } | Self::HeadingInterpolated { .. } => ReasonCode::HeadingHeld,
             Self::RudderHeld { .. } => ReasonCode::RudderHeld,
             Self::TimesShared { .. } => ReasonCode::TimesShared,
             Self::ClockJumped { .. } => ReasonCode::ClockJumped,
-            Self::HeadingStood { .. } => ReasonCode::CompassError,
+            Self::HeadingStood { .. } | Self::HeadingThroughSouth { .. } => {
+                ReasonCode::CompassError
+            }
             Self::Damaged => ReasonCode::Damaged,
             Self::HeadingUnchecked { .. } => ReasonCode::HeadingUnchecked,
             Self::RudderUnchecked => ReasonCode::RudderUnchecked,
@@ -183,6 +197,7 @@ impl Doubt {
                 is_given: true,
                 ..
             } => false,
+            Self::HeadingInterpolated { is_too_seldom, .. } => *is_too_seldom,
             Self::RudderAgainstName
             | Self::ScaleAssumed { .. }
             | Self::HeadingIsCourse
@@ -265,6 +280,14 @@ impl Doubt {
                 three_figures(*from_s),
                 three_figures(*for_s)
             ),
+            Self::HeadingInterpolated { every_s, .. } => format!(
+                "the heading is interpolated between values {} s apart, as straight lines of the same length show: the rows between them were left out, and the model is that of the values; log every heading once, with the time of its measurement",
+                three_figures(*every_s)
+            ),
+            Self::HeadingThroughSouth { time_s } => format!(
+                "at {} s headings between two beside north are those of the numbers between 0 and 360, through south: the heading was averaged or interpolated as a number; do so with its sine and cosine, or log the heading as the compass gives it",
+                with_decimals(*time_s, 1)
+            ),
             Self::HeadingHeld { refresh_s, effect } => format!(
                 "the heading changes only every {} s while rows come faster, so that it is late by half of that and a22 is wrong by some {:.0} %: log every heading once, with the time of its measurement",
                 three_figures(*refresh_s),
@@ -304,6 +327,22 @@ impl Doubt {
                 ),
                 action: "Check the compass, its filter and its connection, then repeat the run."
                     .into(),
+                ..reason
+            },
+            Self::HeadingInterpolated { every_s, is_too_seldom } => Reason {
+                text: format!(
+                    "The heading was measured every {} s only{} and is interpolated between: those rows were left out.",
+                    three_figures(*every_s),
+                    if *is_too_seldom { ", too seldom for this vehicle," } else { "" }
+                ),
+                ..reason
+            },
+            Self::HeadingThroughSouth { time_s } => Reason {
+                text: format!(
+                    "At {} s the heading passes north by way of south: it was averaged or interpolated as a number.",
+                    with_decimals(*time_s, 1)
+                ),
+                action: "Average or interpolate its sine and cosine, or log the heading as the compass gives it.".into(),
                 ..reason
             },
             Self::RudderUnit {

@@ -11,6 +11,7 @@
 //! | time whose unit is assumed | there is no witness of it |
 //! | heading that is a course | the name of its column |
 //! | clock that jumped | the heading's change over a gap in time with its rate before and after |
+//! | heading that was interpolated | straight lines that end after the same number of rows, and lines from one side of north to the other through south |
 //! | heading that stood still | equal headings in a row with the yaw rate, where the heading else changes in every row |
 //! | slow rows, held channels | the interval at which a channel changes with the vehicle's time constant 1/|a22| |
 //!
@@ -20,6 +21,7 @@ mod assumed;
 mod clock;
 mod derived;
 mod doubt;
+mod interpolated;
 mod refresh;
 mod stood;
 mod turn;
@@ -30,7 +32,7 @@ use seatrial_core::Sample;
 use crate::record::Record;
 pub use doubt::Doubt;
 pub use stood::heading_stood;
-pub use turn::{RateMismatch, leave_out_unsound_yaw_rate};
+pub use turn::RateMismatch;
 
 /// What is doubtful about the units of a record's columns, whatever model it gives.
 pub fn unit_doubts(record: &Record) -> Vec<Doubt> {
@@ -42,10 +44,25 @@ pub fn unit_doubts(record: &Record) -> Vec<Doubt> {
         doubts.push(Doubt::Damaged);
     }
     doubts.extend(turn::doubt(record));
+    doubts.extend(interpolated::through_south(record));
+    let every_s = record.units.heading_every_s;
+    doubts.extend(every_s.map(|every_s| Doubt::HeadingInterpolated {
+        every_s,
+        is_too_seldom: false,
+    }));
     if !doubts.iter().any(Doubt::refuses) {
         doubts.extend(assumed::doubt(record));
     }
     doubts
+}
+
+/// Leaves out what was not measured, since it shows nothing, or a wrong model: a yaw rate of the opposite sense of the heading or computed
+/// from it, and rows whose heading was interpolated.
+pub fn leave_out_unsound(record: &mut Record) {
+    turn::leave_out_unsound_yaw_rate(record);
+    if !record.units.are_given() {
+        interpolated::leave_out_interpolated(record);
+    }
 }
 
 /// What is doubtful about when the channels of a training record were logged, for a vehicle with this damping.
@@ -57,6 +74,18 @@ pub fn timing_doubts(samples: &[Sample<f64>], a22_per_s: f64) -> Vec<Doubt> {
     let mut doubts = refresh::doubts(samples, time_constant_s);
     doubts.extend(clock::jump(samples, time_constant_s));
     doubts
+}
+
+/// Joins doubts about timing to those about units: a log that is slow because its heading was interpolated is not slow by itself.
+pub fn with_timing(doubts: &mut Vec<Doubt>, mut timing: Vec<Doubt>) {
+    for doubt in doubts.iter_mut() {
+        if let Doubt::HeadingInterpolated { is_too_seldom, .. } = doubt {
+            let rows = timing.len();
+            timing.retain(|doubt| !matches!(doubt, Doubt::SlowLog { .. }));
+            *is_too_seldom = timing.len() < rows;
+        }
+    }
+    doubts.extend(timing);
 }
 
 /// The doubt about a training record whose clock is coarser than its rows, for a vehicle with this damping.

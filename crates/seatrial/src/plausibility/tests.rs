@@ -257,14 +257,14 @@ fn exact_a_yaw_rate_finds_the_unit_of_time() {
     let doubts = unit_doubts(&reversed);
     assert_eq!(doubts[0].code(), ReasonCode::YawRateReversed);
     assert!(!doubts[0].refuses());
-    leave_out_unsound_yaw_rate(&mut reversed);
+    leave_out_unsound(&mut reversed);
     assert!(reversed.samples.iter().all(|s| s.yaw_rate_rad_s.is_none()));
     assert_eq!(
         unit_doubts(&reversed)[0].code(),
         ReasonCode::YawRateReversed
     );
     let mut sound = record(stated_degrees());
-    leave_out_unsound_yaw_rate(&mut sound);
+    leave_out_unsound(&mut sound);
     assert!(sound.samples.iter().all(|s| s.yaw_rate_rad_s.is_some()));
 }
 
@@ -328,7 +328,7 @@ fn exact_a_reversed_yaw_rate_shows_the_time() {
         sample.yaw_rate_rad_s = Some(-0.03 * (0.05 * time_s).cos());
         sample.time_s = time_s;
     }
-    leave_out_unsound_yaw_rate(&mut log);
+    leave_out_unsound(&mut log);
     assert!(log.units.yaw_rate_is_reversed);
     assert_eq!(refusals(&log), []);
 }
@@ -365,14 +365,14 @@ fn exact_a_yaw_rate_computed_from_the_heading_proves_nothing() {
         sample.yaw_rate_rad_s = Some(slope);
     }
     let mut gyro = computed.clone();
-    leave_out_unsound_yaw_rate(&mut computed);
+    leave_out_unsound(&mut computed);
     assert!(computed.units.yaw_rate_is_derived);
     assert!(computed.samples.iter().all(|s| s.yaw_rate_rad_s.is_none()));
     assert!(unit_doubts(&computed)[0].refuses());
     for (row, sample) in gyro.samples.iter_mut().enumerate() {
         sample.yaw_rate_rad_s = sample.yaw_rate_rad_s.map(|rate| rate + noise(3 * row + 1));
     }
-    leave_out_unsound_yaw_rate(&mut gyro);
+    leave_out_unsound(&mut gyro);
     assert!(!gyro.units.yaw_rate_is_derived);
 }
 

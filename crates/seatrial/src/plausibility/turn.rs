@@ -66,7 +66,7 @@ pub(super) fn agrees(record: &Record) -> bool {
 
 /// Leaves a yaw rate out that has the opposite sense of the heading, since what is measured against it would be wrong, or that was
 /// computed from the heading, since it shows nothing of it.
-pub fn leave_out_unsound_yaw_rate(record: &mut Record) {
+pub(super) fn leave_out_unsound_yaw_rate(record: &mut Record) {
     let is_reversed = matches!(
         doubt(record),
         Some(Doubt::RateMismatch(mismatch)) if mismatch.is_reversed()

@@ -13,7 +13,7 @@ const MANY_TURNS_RAD: f64 = 40.0;
 /// Whole numbers are within this of one: degrees go through radians.
 const WHOLE: f64 = 1e-9;
 /// A step by this share of a turn is a wrap.
-const WRAP: f64 = 0.8;
+pub(super) const WRAP: f64 = 0.8;
 /// A sluggish vehicle changes its heading by at least this share of the rudder's range; a heading in radians beside a
 /// rudder in degrees by 0.01 to 0.09.
 const LEAST_TURN: f64 = 0.1;
