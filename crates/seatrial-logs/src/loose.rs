@@ -75,6 +75,14 @@ impl Heap {
         }
     }
 
+    /// A name of the last row alone is one that was cut off.
+    fn leave_out_the_last_kind(&mut self) {
+        self.kinds.pop();
+        let cut = self.kinds.len();
+        self.values.retain(|(_, kind, _)| *kind != cut);
+        self.left_out += 1;
+    }
+
     fn push(&mut self, time: &Cell, kind: usize, value: f64) -> Result<(), Fault> {
         let time = match time {
             Cell::Number(time) | Cell::OfDay(time) if time.is_finite() => *time,
@@ -171,8 +179,7 @@ pub(crate) fn from_long(
     );
     let mut heap = Heap::new(Vec::new());
     let mut kind_of: BTreeMap<Vec<String>, usize> = BTreeMap::new();
-    let mut cells = Vec::new();
-    let mut new_in_the_last_row = None;
+    let (mut cells, mut new_in_the_last_row) = (Vec::new(), None);
     loop {
         match table.next_row(&mut cells) {
             Ok(None) => break,
@@ -204,13 +211,9 @@ pub(crate) fn from_long(
         };
         heap.push(time, kind, *value)?;
     }
-    // A name of the last row alone is one that was cut off.
     if let Some(cut) = new_in_the_last_row.filter(|_| heap.kinds.len() > 1) {
         kind_of.remove(&cut);
-        heap.kinds.pop();
-        let cut = heap.kinds.len();
-        heap.values.retain(|(_, kind, _)| *kind != cut);
-        heap.left_out += 1;
+        heap.leave_out_the_last_kind();
     }
     let telling = telling(&kind_of);
     for (name, kind) in &kind_of {

@@ -1,6 +1,6 @@
 //! What may be wrong with a log, and what settles it.
 
-use super::turn::RateMismatch;
+use super::mismatch::RateMismatch;
 use crate::figures::{three_figures, with_decimals};
 use crate::identification::{Reason, ReasonCode};
 
@@ -253,10 +253,7 @@ impl Doubt {
                 "the time has no unit, and nothing in the log shows that its samples are {} s apart, as they were taken to be: say its unit with --unit time=ms or another",
                 three_figures(*interval_s)
             ),
-            Self::TurnsTooFast { yaw_rate_rad_s, is_of_heading: true } => format!(
-                "the heading has no unit, and as degrees it turns by {} deg/s, which no vessel does: say its unit with --unit heading=ddeg, mil or another",
-                three_figures(yaw_rate_rad_s.to_degrees())
-            ),
+            Self::HeadingInterpolated { .. } | Self::HeadingThroughSouth { .. } | Self::TurnsTooFast { is_of_heading: true, .. } => self.text_of_heading(),
             Self::TurnsTooFast { yaw_rate_rad_s, .. } => format!(
                 "by the time column the heading turns by {} deg/s, which no vessel does: say the unit of the time, such as --unit time=s, or name another column with --time",
                 three_figures(yaw_rate_rad_s.to_degrees())
@@ -279,14 +276,6 @@ impl Doubt {
                 "the compass stood still from {} s on for {} s while the vehicle turned",
                 three_figures(*from_s),
                 three_figures(*for_s)
-            ),
-            Self::HeadingInterpolated { every_s, .. } => format!(
-                "the heading is interpolated between values {} s apart, as straight lines of the same length show: the rows between them were left out, and the model is that of the values; log every heading once, with the time of its measurement",
-                three_figures(*every_s)
-            ),
-            Self::HeadingThroughSouth { time_s } => format!(
-                "at {} s headings between two beside north are those of the numbers between 0 and 360, through south: the heading was averaged or interpolated as a number; do so with its sine and cosine, or log the heading as the compass gives it",
-                with_decimals(*time_s, 1)
             ),
             Self::HeadingHeld { refresh_s, effect } => format!(
                 "the heading changes only every {} s while rows come faster, so that it is late by half of that and a22 is wrong by some {:.0} %: log every heading once, with the time of its measurement",
@@ -329,22 +318,6 @@ impl Doubt {
                     .into(),
                 ..reason
             },
-            Self::HeadingInterpolated { every_s, is_too_seldom } => Reason {
-                text: format!(
-                    "The heading was measured every {} s only{} and is interpolated between: those rows were left out.",
-                    three_figures(*every_s),
-                    if *is_too_seldom { ", too seldom for this vehicle," } else { "" }
-                ),
-                ..reason
-            },
-            Self::HeadingThroughSouth { time_s } => Reason {
-                text: format!(
-                    "At {} s the heading passes north by way of south: it was averaged or interpolated as a number.",
-                    with_decimals(*time_s, 1)
-                ),
-                action: "Average or interpolate its sine and cosine, or log the heading as the compass gives it.".into(),
-                ..reason
-            },
             Self::RudderUnit {
                 said_degrees: true,
                 largest,
@@ -354,13 +327,6 @@ impl Doubt {
                     three_figures(*largest)
                 ),
                 action: "Name the right column for the rudder: it may hold the heading.".into(),
-                ..reason
-            },
-            Self::HeadingUnchecked {
-                counts_rows: true, ..
-            } => Reason {
-                text: "The log has no yaw rate to show that the compass is right, and that a row takes a second."
-                    .into(),
                 ..reason
             },
             Self::RateMismatch(mismatch) if !mismatch.explanations().is_empty() => Reason {
@@ -418,14 +384,6 @@ impl Doubt {
                 ),
                 ..reason
             },
-            Self::TurnsTooFast { yaw_rate_rad_s, is_of_heading: true } => Reason {
-                text: format!(
-                    "The heading has no unit, and as degrees it turns by {} deg/s, which no vessel does.",
-                    three_figures(yaw_rate_rad_s.to_degrees())
-                ),
-                action: "Say its unit with --unit heading=ddeg, mil or another.".into(),
-                ..reason
-            },
             Self::TurnsTooFast { yaw_rate_rad_s, .. } => Reason {
                 text: format!(
                     "By the time column the vehicle turns by {} deg/s, which no vessel does.",
@@ -434,7 +392,7 @@ impl Doubt {
                 action: "The time counts something longer than it was taken for: give its unit with --unit time=min (or h, d), or name another column with --time.".into(),
                 ..reason
             },
-            _ => reason,
+            _ => self.reason_of_heading(reason),
         }
     }
 }

@@ -21,7 +21,9 @@ mod assumed;
 mod clock;
 mod derived;
 mod doubt;
+mod heading_words;
 mod interpolated;
+mod mismatch;
 mod refresh;
 mod stood;
 mod turn;
@@ -31,8 +33,8 @@ use seatrial_core::Sample;
 
 use crate::record::Record;
 pub use doubt::Doubt;
+pub use mismatch::RateMismatch;
 pub use stood::heading_stood;
-pub use turn::RateMismatch;
 
 /// What is doubtful about the units of a record's columns, whatever model it gives.
 pub fn unit_doubts(record: &Record) -> Vec<Doubt> {
