@@ -108,6 +108,9 @@ fn text(document: &LyingLogs) -> String {
             list(&row.noted)
         );
         let _ = writeln!(text, "{}", line.trim_end_matches([';', ' ']));
+        for (code, seeds) in &row.accused {
+            let _ = writeln!(text, "    another column blamed by {code}: seeds {seeds:?}");
+        }
     }
     text
 }

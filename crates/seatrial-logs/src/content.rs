@@ -94,7 +94,7 @@ const XML: [(&[u8], &str, &str); 4] = [
 /// What is to be done with a document in XML or JSON, and with a text copy of a DataFlash.
 const XML_INSTEAD: &str =
     "export the log as CSV, one row per sample, with time, heading and rudder";
-const JSON_INSTEAD: &str = "export the log as CSV, one row per sample, as `jq -r '[.time, .heading, .rudder] | @csv'` does";
+const JSON_INSTEAD: &str = "export the log as CSV, one row per sample, as `jq -rs '[\"time\", \"heading\", \"rudder\"], (flatten[] | [.time, .heading, .rudder]) | @csv'` does";
 const DATAFLASH_INSTEAD: &str = "give the log as the autopilot wrote it, .bin";
 
 /// A text that is the document of something else than a log.

@@ -343,7 +343,7 @@ pub enum Fault {
     },
     /// Time goes back.
     #[error(
-        "{place}, column `{column}`: time goes back from {before} s to {after} s; expected increasing time: split the log there, or leave such rows out with --drop-invalid"
+        "{place}, column `{column}`: time goes back from {before} s to {after} s; expected increasing time: split the log there, read one of several vehicles with --where COLUMN=VALUE, or leave such rows out with --drop-invalid"
     )]
     TimeReversed {
         /// The place in the log.

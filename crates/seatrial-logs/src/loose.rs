@@ -75,6 +75,14 @@ impl Heap {
         }
     }
 
+    /// A name of the last row alone is one that was cut off.
+    fn leave_out_the_last_kind(&mut self) {
+        self.kinds.pop();
+        let cut = self.kinds.len();
+        self.values.retain(|(_, kind, _)| *kind != cut);
+        self.left_out += 1;
+    }
+
     fn push(&mut self, time: &Cell, kind: usize, value: f64) -> Result<(), Fault> {
         let time = match time {
             Cell::Number(time) | Cell::OfDay(time) if time.is_finite() => *time,
@@ -171,11 +179,11 @@ pub(crate) fn from_long(
     );
     let mut heap = Heap::new(Vec::new());
     let mut kind_of: BTreeMap<Vec<String>, usize> = BTreeMap::new();
-    let mut cells = Vec::new();
+    let (mut cells, mut new_in_the_last_row) = (Vec::new(), None);
     loop {
         match table.next_row(&mut cells) {
             Ok(None) => break,
-            Ok(Some(_)) => {}
+            Ok(Some(_)) => new_in_the_last_row = None,
             // Tables of other columns follow each other in exports of databases.
             Err(fault) if fault.is_in_one_row() => {
                 heap.left_out += 1;
@@ -196,11 +204,16 @@ pub(crate) fn from_long(
                     name: String::new(),
                     fields: vec![String::new()],
                 });
+                new_in_the_last_row = Some(name.clone());
                 kind_of.insert(name, heap.kinds.len() - 1);
                 heap.kinds.len() - 1
             }
         };
         heap.push(time, kind, *value)?;
+    }
+    if let Some(cut) = new_in_the_last_row.filter(|_| heap.kinds.len() > 1) {
+        kind_of.remove(&cut);
+        heap.leave_out_the_last_kind();
     }
     let telling = telling(&kind_of);
     for (name, kind) in &kind_of {

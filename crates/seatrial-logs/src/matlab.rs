@@ -71,7 +71,21 @@ pub(crate) fn text(file: &mut Input) -> Result<Rows, Fault> {
             arrays.matrix("", &element, 0);
         }
     }
+    without_outer(&mut arrays.columns);
     Rows::of(arrays.columns)
+}
+
+/// Takes the name of the structure off that all columns are fields of.
+fn without_outer(columns: &mut [(String, Vec<f64>)]) {
+    while let Some((outer, _)) = columns.first().and_then(|(name, _)| name.split_once('.')) {
+        let outer = format!("{outer}.");
+        if !columns.iter().all(|(name, _)| name.starts_with(&outer)) {
+            return;
+        }
+        for (name, _) in columns.iter_mut() {
+            name.drain(..outer.len());
+        }
+    }
 }
 
 fn damaged(what: &str) -> Fault {

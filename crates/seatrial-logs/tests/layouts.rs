@@ -197,6 +197,23 @@ fn io_tables_are_read_whatever_stands_before_and_in_them() {
             plain("%% exported\n% t [s], psi [deg], delta [deg]\n"),
         ),
         (
+            "per cent signs before names and units",
+            plain("% exported\n% time, heading, rudder\n% s, deg, deg\n"),
+        ),
+        (
+            "a name that is cut off",
+            text("time,name,value\n", |(t, h, d)| {
+                format!("{0},heading_deg,{h:.3}\n{0},rudder_deg,{d:.2}", iso(t))
+            }) + "2024-05-01T13:00:00Z,rudder,1.0",
+        ),
+        (
+            "degrees to starboard and port",
+            text("Time (s);Heading;Rudder\n", |(t, h, d)| {
+                let side = if d < 0.0 { 'P' } else { 'S' };
+                format!("{t:.1};{h:.3}°;{:.2}° {side}", d.abs())
+            }),
+        ),
+        (
             "garbage",
             plain(&format!("\0\u{7f}\u{1}boot\n\n***\n{names}")),
         ),

@@ -77,6 +77,27 @@ fn io_a_speed_over_ground_without_a_unit_is_doubted() {
     assert!(warnings[0].starts_with("speed has no unit"), "{warnings:?}");
 }
 
+/// A compass and a satellite compass in sentences of their own, and two rudders: what is taken is said.
+#[test]
+fn io_rivals_in_other_sentences_are_told() {
+    let time = |k: u32| format!("{:.3},", 1_780_883_460.0 + f64::from(k) * 0.1);
+    let mut text = sentences(time);
+    for k in 0..50 {
+        let compass = with_checksum(&format!("HCHDM,{:.1},M", 3.0 + 0.2 * f64::from(k)));
+        let twins = with_checksum("IIRSA,1.0,A,1.5,A");
+        text += &format!("{0}{compass}\r\n{0}{twins}\r\n", time(100 + k));
+    }
+    let (reader, _) = read(&text).unwrap();
+    let warnings = reader.description().warnings.join("\n");
+    for said in [
+        "`HDT.heading_deg` is taken",
+        "HDM.heading_deg",
+        "RSA.port_deg",
+    ] {
+        assert!(warnings.contains(said), "{warnings}");
+    }
+}
+
 /// Two compasses of one log are two channels, of which the one with more sentences is proposed.
 #[test]
 fn io_two_talkers_are_two_channels() {

@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 use seatrial::identification::Reader;
 use seatrial::identify::evenly_sampled::{BatchError, EvenlySampled};
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, lambda_of};
-use seatrial::plausibility::leave_out_unsound_yaw_rate;
+use seatrial::plausibility::leave_out_unsound;
 use seatrial_app::Options;
 use seatrial_app::advice;
 use seatrial_app::identify_log::identify_log_observed;
@@ -99,7 +99,7 @@ pub fn identify(
         _ => RudderUnit::Rad,
     };
     record.units = units.stated();
-    leave_out_unsound_yaw_rate(&mut record);
+    leave_out_unsound(&mut record);
     let (training, validation) = (window(training), validation.map(window));
     for window in [Some(training), validation].into_iter().flatten() {
         if window.from_s.is_nan() || window.to_s.is_nan() || window.from_s >= window.to_s {

@@ -103,7 +103,8 @@ impl Manoeuvre {
             .map(|stroke| stroke.window.to_s)
     }
 
-    /// How far the rudder was deflected to the positive and to the negative side, rad: the medians of all strokes, counted from
+    /// How far the rudder was deflected to the positive and to the negative side, rad: the median of all strokes to the side that it
+    /// went further to, and the furthest stroke to the other, beyond which it may stop. They are counted from
     /// where it rested before or from 0, whichever makes the two more equal. A vehicle with a trim rests off the angle
     /// that its manoeuvre is counted from, and one that is turning does not rest. `None` where nothing comes before the
     /// manoeuvre, or where the rudder was deflected to one side only. Time must not go back in the samples.
@@ -117,12 +118,25 @@ impl Manoeuvre {
             to_s: self.starts_s,
         };
         let rest_rad = median(within(before).collect())?;
-        let side = |positive: bool| {
-            let strokes = self.strokes.iter().filter(|s| s.positive == positive);
-            median(strokes.flat_map(|s| within(s.window)).collect())
+        let strokes = |positive: bool| self.strokes.iter().filter(move |s| s.positive == positive);
+        let usual = |positive: bool| {
+            let all = strokes(positive).flat_map(|s| within(s.window));
+            median(all.collect())
         };
-        let deflected_rad: [f64; 2] = [side(true)?, side(false)?];
-        let from = |middle_rad: f64| deflected_rad.map(|angle_rad| (angle_rad - middle_rad).abs());
+        let usual_rad: [f64; 2] = [usual(true)?, usual(false)?];
+        let furthest = |positive: bool, middle_rad: f64| {
+            let angles = strokes(positive).filter_map(|s| median(within(s.window).collect()));
+            angles
+                .map(|angle| (angle - middle_rad).abs())
+                .fold(0.0, f64::max)
+        };
+        let from = |middle_rad: f64| {
+            let [positive, negative] = usual_rad.map(|angle_rad| (angle_rad - middle_rad).abs());
+            match positive < negative {
+                true => [furthest(true, middle_rad).min(negative), negative],
+                false => [positive, furthest(false, middle_rad).min(positive)],
+            }
+        };
         let unevenness = |[positive, negative]: [f64; 2]| (positive - negative).abs();
         let (from_rest, from_zero) = (from(rest_rad), from(0.0));
         Some(match unevenness(from_rest) <= unevenness(from_zero) {
@@ -238,6 +252,17 @@ mod tests {
         assert_eq!(
             Manoeuvre::find(&stopped).unwrap().sides_rad(&stopped),
             Some([0.26, 0.15])
+        );
+        // A side that some strokes reach less far to, and one as far as the other side's, does not stop.
+        let further = |t: f64| match t {
+            t if t < 8.0 => stopping(t),
+            t if t < 10.0 => -0.26,
+            _ => 0.0,
+        };
+        let further = samples(further);
+        assert_eq!(
+            Manoeuvre::find(&further).unwrap().sides_rad(&further),
+            Some([0.26, 0.26])
         );
     }
 

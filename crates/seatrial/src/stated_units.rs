@@ -77,6 +77,9 @@ pub struct StatedUnits {
     /// Was the yaw rate computed from the heading? It was then left out: it is no witness of heading or time.
     #[serde(default)]
     pub yaw_rate_is_derived: bool,
+    /// The interval between measured headings, s, where those between were interpolated. They were then left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heading_every_s: Option<f64>,
     /// Do rows that differ share a time? The clock is then coarser than the rows.
     #[serde(default)]
     pub times_are_shared: bool,

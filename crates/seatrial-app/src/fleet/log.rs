@@ -7,7 +7,7 @@ use seatrial::identify::mission::is_ordinary_steering;
 use seatrial::identify::{ExaminedRecord, IdentifyError, IdentifySettings, ValidationData};
 use seatrial::identify::{Single, singles};
 use seatrial::manoeuvre::Manoeuvre;
-use seatrial::plausibility::leave_out_unsound_yaw_rate;
+use seatrial::plausibility::leave_out_unsound;
 use seatrial::segmentation::{Segment, find};
 use seatrial::{Record, Window};
 use seatrial_core::RudderUnit;
@@ -199,7 +199,7 @@ fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, 
 /// What the log says of its columns, and what was found wrong with it so far, as `identify` takes it.
 fn judge_units(record: &mut Record, log: &LogReader) {
     record.units = stated_units(log.description(), &log.counts());
-    leave_out_unsound_yaw_rate(record);
+    leave_out_unsound(record);
 }
 
 /// A row for each manoeuvre that begins inside a window; where there is none in a record that is no more than that

@@ -8,7 +8,7 @@ mod stated_units;
 use std::path::{Path, PathBuf};
 
 use seatrial::identify::Proposal;
-use seatrial::plausibility::leave_out_unsound_yaw_rate;
+use seatrial::plausibility::leave_out_unsound;
 use seatrial::servo::Servo;
 use seatrial::{Record, Window};
 use seatrial_core::{Axis, RudderUnit};
@@ -186,10 +186,10 @@ pub fn open(
     };
     record.rudder_unit = reader.description().rudder_unit;
     record.units = stated_units(reader.description(), &reader.counts());
-    leave_out_unsound_yaw_rate(&mut record);
 
     let mut late = reader.warnings();
     late.extend(shortened(&record, samples_inside));
+    leave_out_unsound(&mut record);
     late.iter().for_each(|text| observer.warned(text));
     warnings.extend(late);
     Ok(OpenedLog {

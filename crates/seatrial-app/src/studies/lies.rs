@@ -97,6 +97,9 @@ pub struct Row {
     pub refused: BTreeMap<String, usize>,
     /// Notes on accepted models, each with how often.
     pub noted: BTreeMap<String, usize>,
+    /// What blames another column than the one that is wrong, each with the seeds of its logs.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub accused: BTreeMap<String, Vec<u64>>,
 }
 
 /// From logs without a fault to those whose fault no log can show.
@@ -142,7 +145,7 @@ impl LyingLogStudy {
         let rows: Vec<Row> = kinds
             .iter()
             .zip(endings.chunks(self.seeds as usize))
-            .map(|(kind, endings)| Row::of(kind, endings))
+            .map(|(kind, endings)| Row::of(kind, endings, self.seed))
             .collect();
         Ok(LyingLogs {
             schema: "seatrial.lying_logs.v1",
@@ -197,7 +200,7 @@ fn ending(kind: &Kind, seed: u64, folder: &Path) -> std::io::Result<Ending> {
 }
 
 impl Row {
-    fn of(kind: &'static Kind, endings: &[Ending]) -> Self {
+    fn of(kind: &'static Kind, endings: &[Ending], first_seed: u64) -> Self {
         let count = |is: &dyn Fn(&Ending) -> bool| endings.iter().filter(|e| is(e)).count();
         // What a log cannot show.
         let is_note = |code: &ReasonCode| {
@@ -217,6 +220,14 @@ impl Row {
                 *noted.entry(code.to_string()).or_insert(0) += 1;
             }
         }
+        let mut accused = BTreeMap::<String, Vec<u64>>::new();
+        for (ending, run) in endings.iter().zip(0..) {
+            let beside = |column| ending.accusation_beside(column);
+            if let Some(code) = kind.wired.and_then(beside) {
+                let seeds = accused.entry(code.to_owned()).or_default();
+                seeds.push(first_seed.wrapping_add(run));
+            }
+        }
         Self {
             kind: kind.name,
             sentence: kind.sentence,
@@ -229,6 +240,7 @@ impl Row {
             outside: count(&|e| e.farthest.is_some_and(|farthest| farthest > 1.0)),
             refused,
             noted,
+            accused,
         }
     }
 }
@@ -236,13 +248,12 @@ impl Row {
 impl Wiring {
     fn of(column: &'static str, endings: &[Ending]) -> Self {
         let count = |is: &dyn Fn(&Ending) -> bool| endings.iter().filter(|e| is(e)).count();
-        let is_named = |e: &Ending| e.blamed.contains(&column);
         Self {
             logs: endings.len(),
             right: count(&|e| e.accepted && !e.is_wrong()),
             wrong: count(&|e| e.accepted && e.is_wrong()),
-            named: count(&|e| !e.accepted && is_named(e)),
-            accused: count(&|e| !e.blamed.is_empty() && !is_named(e)),
+            named: count(&|e| !e.accepted && e.names(column)),
+            accused: count(&|e| e.accusation_beside(column).is_some()),
         }
     }
 

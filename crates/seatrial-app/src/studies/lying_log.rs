@@ -37,8 +37,8 @@ pub struct Ending {
     pub refused: Option<String>,
     /// What was noted of an accepted model.
     pub notes: Vec<ReasonCode>,
-    /// The quantities whose columns its first reason says are wrong.
-    pub blamed: Vec<&'static str>,
+    /// What says that columns are wrong, and their quantities: the first reason of a refusal, every reason of an accepted model.
+    pub blames: Vec<(String, Vec<&'static str>)>,
 }
 
 impl Ending {
@@ -48,16 +48,17 @@ impl Ending {
             Ok(identified) => Self::of_identified(&identified, truth),
             Err(error) => {
                 let blamed = named(&error.to_string());
+                let refused = match error {
+                    crate::Error::Rejected(_) => "rejected".to_owned(),
+                    _ => format!("unreadable {}", blamed.join("+")).trim().into(),
+                };
                 Self {
                     accepted: false,
                     farthest: None,
                     errors: None,
-                    refused: Some(match error {
-                        crate::Error::Rejected(_) => "rejected".into(),
-                        _ => format!("unreadable {}", blamed.join("+")).trim().into(),
-                    }),
+                    refused: Some(refused.clone()),
                     notes: Vec::new(),
-                    blamed,
+                    blames: vec![(refused, blamed)],
                 }
             }
         }
@@ -67,6 +68,20 @@ impl Ending {
     pub fn is_wrong(&self) -> bool {
         self.farthest
             .is_some_and(|farthest| farthest.is_nan() || farthest > WRONG_BEYOND)
+    }
+
+    /// Does it blame this column?
+    pub fn names(&self, column: &str) -> bool {
+        let mut columns = self.blames.iter().flat_map(|(_, columns)| columns);
+        columns.any(|blamed| *blamed == column)
+    }
+
+    /// What blames others and not this column.
+    pub fn accusation_beside(&self, column: &str) -> Option<&str> {
+        let is_beside =
+            |(_, columns): &&(String, Vec<&str>)| !columns.is_empty() && !columns.contains(&column);
+        let beside = self.blames.iter().find(is_beside)?;
+        Some(&beside.0)
     }
 
     fn of_identified(identified: &IdentifiedLog, truth: &Truth) -> Self {
@@ -101,9 +116,11 @@ impl Ending {
                 .first()
                 .filter(|_| !is_accepted)
                 .map(ToString::to_string),
-            blamed: codes
-                .first()
-                .map_or(Vec::new(), |code| blamed(code).to_vec()),
+            blames: codes
+                .iter()
+                .take(if is_accepted { codes.len() } else { 1 })
+                .map(|code| (code.to_string(), blamed(code).to_vec()))
+                .collect(),
             notes: if is_accepted { codes } else { Vec::new() },
         }
     }

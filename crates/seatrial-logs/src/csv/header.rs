@@ -36,7 +36,7 @@ pub(super) struct Header {
 impl Header {
     pub fn find(start: &[u8]) -> Option<Self> {
         let start = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start);
-        let mut comment: Option<&[u8]> = None;
+        let mut comments: [Option<&[u8]>; 2] = [None; 2];
         let mut lines = start
             .split(|&byte| byte == b'\n' || byte == b'\r')
             .filter(|line| !line.trim_ascii().is_empty());
@@ -44,7 +44,9 @@ impl Header {
         let first = loop {
             let line = lines.next()?;
             match line.split_first() {
-                Some((first @ (b'#' | b'%'), text)) => (sign, comment) = (*first, Some(text)),
+                Some((first @ (b'#' | b'%'), text)) => {
+                    (sign, comments) = (*first, [comments[1], Some(text)]);
+                }
                 _ => break line,
             }
         };
@@ -58,10 +60,16 @@ impl Header {
         let rows = &rows[..rows.len().min(20)];
         let values = cells(first, delimiter);
         let are_values = values.iter().filter(|cell| is_value(cell)).count() >= LEAST_COLUMNS;
-        let in_comment = comment
-            .filter(|_| are_values)
-            .map(|comment| cells(comment, delimiter))
-            .filter(|names| names.len() == values.len() && !names.iter().any(|n| is_value(n)));
+        let is_header =
+            |names: &Vec<String>| names.len() == values.len() && !names.iter().any(|n| is_value(n));
+        let [above, comment] = comments.map(|comment| {
+            let names = comment.map(|comment| cells(comment, delimiter));
+            names.filter(|_| are_values).filter(is_header)
+        });
+        let in_comment = match (above, comment) {
+            (Some(names), Some(units)) if are_units(&units) => Some(with_units(&names, &units)),
+            (_, names) => names,
+        };
         let units = rows.first().map(|row| cells(row, delimiter));
         Some(Self {
             dialect: Dialect {

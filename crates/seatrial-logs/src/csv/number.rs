@@ -126,7 +126,17 @@ pub(super) fn unit_behind(text: &str) -> Option<&'static str> {
     if degrees_and_minutes(text).is_some() {
         return Some("°");
     }
-    let (digits, unit) = split_unit(text)?;
+    let is_letter = |(word, _): &&(&str, f64)| {
+        let before = text.len().checked_sub(word.len());
+        let end = before.and_then(|at| text.get(at..));
+        end.is_some_and(|end| end.eq_ignore_ascii_case(word))
+    };
+    // `12.5° S` of a rudder to starboard.
+    let of_side = LETTERS
+        .iter()
+        .filter(is_letter)
+        .find_map(|(word, _)| split_unit(text[..text.len() - word.len()].trim_end()));
+    let (digits, unit) = split_unit(text).or(of_side)?;
     digits
         .ends_with(|c: char| c.is_ascii_digit())
         .then_some(unit)

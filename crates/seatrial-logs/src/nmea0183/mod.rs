@@ -356,6 +356,41 @@ impl Sentences {
     }
 }
 
+impl Sentences {
+    /// Says which heading is taken of those that several instruments send in different sentences, and which rudder of two.
+    fn tell_rivals(&self, known: &mut Known) {
+        let talker = |column: &str| {
+            let is_of = |kind: &Kind| {
+                let field = column.strip_prefix(&kind.name);
+                field.is_some_and(|field| field.starts_with('.'))
+            };
+            let kind = self.kinds.iter().position(is_of);
+            kind.map(|kind| self.instruments[kind].talker.clone())
+        };
+        for quantity in [Quantity::Heading, Quantity::Rudder] {
+            let mut channels = (known.channels.iter_mut()).filter(|of| of.quantity == quantity);
+            let Some(taken) = channels.next().filter(|taken| taken.doubt.is_none()) else {
+                continue;
+            };
+            let is_rival = |other: &&mut crate::table::KnownChannel| {
+                quantity == Quantity::Rudder || talker(&other.column) != talker(&taken.column)
+            };
+            let rivals: Vec<String> = channels
+                .filter(is_rival)
+                .map(|other| other.column.clone())
+                .collect();
+            if !rivals.is_empty() {
+                taken.doubt = Some(format!(
+                    "{quantity} is in `{}` and in {}: `{0}` is taken; say another with {} NAME",
+                    taken.column,
+                    rivals.join(", "),
+                    quantity.option()
+                ));
+            }
+        }
+    }
+}
+
 impl Messages for Sentences {
     fn kinds(&self) -> &[Kind] {
         &self.kinds
@@ -382,6 +417,7 @@ impl Messages for Sentences {
                 }
             }
         }
+        self.tell_rivals(&mut known);
         let names: Vec<&str> = self.kinds.iter().map(|kind| kind.name.as_str()).collect();
         let found = names.join(", ");
         known.lacks(

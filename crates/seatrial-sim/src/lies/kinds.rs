@@ -61,7 +61,7 @@ pub const KINDS: [Kind; 122] = [
     kind("slow_log_2_hz", Decidable, "A vehicle with a time constant of 1 s, steered at 20 Hz, logged at 2 Hz.", |s, d| { let t = d.within(0.8, 1.3); s.with_time_constant(t, 0.01, d); s.rows_every = 10; }),
     kind("slow_log_boat", Decidable, "A boat with a time constant of 2 s logged every 1.5 s.", |s, d| { let t = d.within(1.6, 2.6); s.with_time_constant(t, 0.0, d); s.with_interval(0.1); s.rows_every = 15; }),
     kind("time_in_milliseconds", Decidable, "`time_s` holds milliseconds.", |s, _| s.clock.per_second = 1000.0),
-    kind("time_is_row_index", Decidable, "`time_s` holds the number of the row.", |s, _| s.clock.per_second = 0.0),
+    kind("time_is_row_index", Undecidable, "`time_s` holds the number of the row.", |s, _| s.clock.per_second = 0.0),
     kind("time_is_row_index_gyro", Decidable, "`time_s` holds the number of the row, and there is a gyro.", |s, d| { s.clock.per_second = 0.0; s.with_gyro(d); }),
     kind("time_in_minutes_gyro", Decidable, "`time_s` holds minutes, and there is a gyro.", |s, d| { s.clock.per_second = 1.0 / 60.0; s.with_gyro(d); }),
     kind("time_rounded", Decidable, "Time is rounded to 0.1 s in a log of 20 Hz.", |s, _| s.clock.rounding_s = 0.1),

@@ -1,5 +1,6 @@
 //! What may be wrong with a log, and what settles it.
 
+use super::mismatch::RateMismatch;
 use crate::figures::{three_figures, with_decimals};
 use crate::identification::{Reason, ReasonCode};
 
@@ -54,10 +55,10 @@ pub enum Doubt {
         /// The usual interval, in seconds as the column says.
         interval_s: f64,
     },
-    /// The time counts 0, 1, 2 as the number of a row does, and nothing shows that a row takes a second.
+    /// The time has no unit and counts 0, 1, 2 as the number of a row does, and nothing shows that a row takes a second.
     TimeIsIndex {
-        /// Did the user, or the name of the column, say its unit?
-        is_given: bool,
+        /// Does the name of the column say its unit?
+        is_stated: bool,
     },
     /// The unit of the time was assumed, and nothing in the log shows that it is right.
     TimeAssumed {
@@ -92,6 +93,16 @@ pub enum Doubt {
         /// Length of the gap, s.
         gap_s: f64,
     },
+    /// The heading was interpolated between measured values; the rows between them were left out.
+    HeadingInterpolated {
+        /// The interval between measured headings, s.
+        every_s: f64,
+    },
+    /// Between two headings beside north the log passes through south.
+    HeadingThroughSouth {
+        /// When it first does, s.
+        time_s: f64,
+    },
     /// The heading was the same for a time in which the vehicle turned.
     HeadingStood {
         /// Since when, s.
@@ -99,10 +110,12 @@ pub enum Doubt {
         /// For how long, s.
         for_s: f64,
     },
-    /// By the time column the vehicle turns as no vessel does.
+    /// By the units of time and heading the vehicle turns as no vessel does.
     TurnsTooFast {
         /// The fastest turn that no outlier makes.
         yaw_rate_rad_s: f64,
+        /// Is the unit of the heading the only one of the two that nobody stated?
+        is_of_heading: bool,
     },
     /// The column of the heading is named a course over ground.
     HeadingIsCourse,
@@ -117,23 +130,10 @@ pub enum Doubt {
     },
 }
 
-/// How the yaw rate and the heading disagree.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RateMismatch {
-    /// Change of heading over the integral of the yaw rate.
-    pub ratio: f64,
-    /// The usual interval, in seconds as the column says.
-    pub interval_s: f64,
-    /// Does the time count rows?
-    pub is_index: bool,
-}
-
 /// The share of a22 that a late heading may take; one sample of a 20 Hz log is 8 to 11 %.
 pub(super) const LARGEST_HEADING_EFFECT: f64 = 0.08;
 /// The share of a22 that a held rudder may take where the estimate cannot tell when it moved.
 pub(super) const LARGEST_RUDDER_EFFECT: f64 = 0.3;
-/// Ratios this close to a factor between units are that factor: a compass may deviate by 15 % and a gyro's scale by 3 %.
-const CLOSE: f64 = 0.25;
 
 impl Doubt {
     /// Its name for programs.
@@ -152,17 +152,23 @@ impl Doubt {
                 _ => ReasonCode::TimeUnitDoubtful,
             },
             Self::HeadingIsCourse => ReasonCode::CourseForHeading,
+            Self::TurnsTooFast {
+                is_of_heading: true,
+                ..
+            } => ReasonCode::HeadingUnitDoubtful,
             Self::TimeUnit { .. }
             | Self::TurnsTooFast { .. }
             | Self::TimeIsIndex { .. }
             | Self::TimeAssumed { .. } => ReasonCode::TimeUnitDoubtful,
             Self::RateMismatch(mismatch) if mismatch.is_reversed() => ReasonCode::YawRateReversed,
             Self::RateMismatch(_) => ReasonCode::YawRateContradicts,
-            Self::HeadingHeld { .. } => ReasonCode::HeadingHeld,
+            Self::HeadingHeld { .. } | Self::HeadingInterpolated { .. } => ReasonCode::HeadingHeld,
             Self::RudderHeld { .. } => ReasonCode::RudderHeld,
             Self::TimesShared { .. } => ReasonCode::TimesShared,
             Self::ClockJumped { .. } => ReasonCode::ClockJumped,
-            Self::HeadingStood { .. } => ReasonCode::CompassError,
+            Self::HeadingStood { .. } | Self::HeadingThroughSouth { .. } => {
+                ReasonCode::CompassError
+            }
             Self::Damaged => ReasonCode::Damaged,
             Self::HeadingUnchecked { .. } => ReasonCode::HeadingUnchecked,
             Self::RudderUnchecked => ReasonCode::RudderUnchecked,
@@ -176,16 +182,18 @@ impl Doubt {
             Self::RudderHeld { effect, .. } => *effect > LARGEST_RUDDER_EFFECT,
             Self::RateMismatch(mismatch) => !mismatch.is_reversed(),
             // A unit that was given settles what is possible.
-            Self::TimeIsIndex { is_given } => !is_given,
             Self::HeadingUnit {
                 said_degrees: true,
                 wraps: false,
                 is_given: true,
                 ..
             } => false,
+            // A column that says seconds is read in seconds.
+            Self::TimeIsIndex { is_stated } => !is_stated,
             Self::RudderAgainstName
             | Self::ScaleAssumed { .. }
             | Self::HeadingIsCourse
+            | Self::HeadingInterpolated { .. }
             | Self::Damaged
             | Self::HeadingUnchecked { .. }
             | Self::RudderUnchecked => false,
@@ -238,7 +246,8 @@ impl Doubt {
                 "the time has no unit, and nothing in the log shows that its samples are {} s apart, as they were taken to be: say its unit with --unit time=ms or another",
                 three_figures(*interval_s)
             ),
-            Self::TurnsTooFast { yaw_rate_rad_s } => format!(
+            Self::HeadingInterpolated { .. } | Self::HeadingThroughSouth { .. } | Self::TurnsTooFast { is_of_heading: true, .. } => self.text_of_heading(),
+            Self::TurnsTooFast { yaw_rate_rad_s, .. } => format!(
                 "by the time column the heading turns by {} deg/s, which no vessel does: say the unit of the time, such as --unit time=s, or name another column with --time",
                 three_figures(yaw_rate_rad_s.to_degrees())
             ),
@@ -248,8 +257,8 @@ impl Doubt {
                 "the rudder is said to be a share of full and reaches {} of it: say its unit with --unit rudder=percent or --unit rudder=deg",
                 three_figures(*largest)
             ),
-            Self::TimeIsIndex { is_given: true } => "the time counts 0, 1, 2 like the number of a row, and there is no yaw rate to show that a row takes the time that was said: a22 and b2 are as wrong as that".into(),
-            Self::TimeIsIndex { is_given: false } => "the time counts 0, 1, 2 like the number of a row, and there is no yaw rate to show that a row takes a second: say so with --unit time=s, or choose another column with --time".into(),
+            Self::TimeIsIndex { is_stated: true } => "the time counts 0, 1, 2 like the number of a row, and there is no yaw rate to show that a row takes the time that its column says: if not, a22 and b2 are as wrong as that; say so with --unit time=s where it does".into(),
+            Self::TimeIsIndex { is_stated: false } => "the time counts 0, 1, 2 like the number of a row, and there is no yaw rate to show that a row takes a second: say so with --unit time=s, or choose another column with --time".into(),
             Self::RateMismatch(mismatch) => mismatch.text(),
             Self::HeadingStood { from_s, for_s } => format!(
                 "the compass stood still from {} s on for {} s while the vehicle turned",
@@ -277,8 +286,7 @@ impl Doubt {
             ),
             Self::Damaged => "a part of the log is damaged and was left out; the warnings say which, and the model is that of the rest".into(),
             Self::RudderUnchecked => "nothing in the log shows that the rudder goes where its column says: one that stops at the same share of its command in training and in validation looks like one with less effect, and b2 is then that of the command; log the rudder's own angle".into(),
-            Self::HeadingUnchecked { is_derived: true } => "the yaw rate is computed from the heading and shows nothing of it: a compass that deviates would make b2 wrong by its slope, a heading that is late or filtered a22 by twice that time over the time constant; log a gyro's yaw rate, or swing the compass".into(),
-            Self::HeadingUnchecked { is_derived: false } => "the log has no yaw rate to compare the heading with: a compass that deviates would make b2 wrong by its slope, a heading that is late or filtered a22 by twice that time over the time constant, and a course over ground is none; log a gyro's yaw rate, or swing the compass".into(),
+            Self::HeadingUnchecked { is_derived } => heading_unchecked(*is_derived),
         }
     }
 }
@@ -339,12 +347,12 @@ impl Doubt {
                 action: "Give its unit with --unit rudder=percent or --unit rudder=deg.".into(),
                 ..reason
             },
-            Self::TimeIsIndex { is_given: true } => Reason {
-                text: "The time counts rows: nothing shows that a row takes the time that was said.".into(),
-                action: "Make sure how often a row was written, or log the time or the yaw rate.".into(),
+            Self::TimeIsIndex { is_stated: true } => Reason {
+                text: "The time counts rows: nothing shows that a row takes the time that its column says.".into(),
+                action: "Where it does, say so with --unit time=s; else log the time or the yaw rate.".into(),
                 ..reason
             },
-            Self::TimeIsIndex { is_given: false } => Reason {
+            Self::TimeIsIndex { is_stated: false } => Reason {
                 text: "The time counts rows, as 0, 1, 2: how long a row takes is not in the log.".into(),
                 action: "Name the column of the time with --time. Where a row is one second, say so with --unit time=s; else give the seconds of a row as scale of the time in a [channels] file.".into(),
                 ..reason
@@ -369,7 +377,7 @@ impl Doubt {
                 ),
                 ..reason
             },
-            Self::TurnsTooFast { yaw_rate_rad_s } => Reason {
+            Self::TurnsTooFast { yaw_rate_rad_s, .. } => Reason {
                 text: format!(
                     "By the time column the vehicle turns by {} deg/s, which no vessel does.",
                     three_figures(yaw_rate_rad_s.to_degrees())
@@ -377,7 +385,7 @@ impl Doubt {
                 action: "The time counts something longer than it was taken for: give its unit with --unit time=min (or h, d), or name another column with --time.".into(),
                 ..reason
             },
-            _ => reason,
+            _ => self.reason_of_heading(reason),
         }
     }
 }
@@ -396,6 +404,22 @@ fn say_units(columns: &[(&str, &str)]) -> String {
         .iter()
         .map(|(quantity, unit)| format!("--unit {quantity}={unit}"));
     format!("say {}", options.collect::<Vec<_>>().join(" "))
+}
+
+fn heading_unchecked(is_derived: bool) -> String {
+    let (no_rate, of_course) = match is_derived {
+        true => (
+            "the yaw rate is computed from the heading and shows nothing of it",
+            "",
+        ),
+        false => (
+            "the log has no yaw rate to compare the heading with",
+            ", and a course over ground is none",
+        ),
+    };
+    format!(
+        "{no_rate}: a compass that deviates would make b2 wrong by its slope, a heading that is late or filtered a22 by twice that time over the time constant{of_course}; log a gyro's yaw rate, or swing the compass"
+    )
 }
 
 fn heading_text(said_degrees: bool, largest: f64, wraps: bool) -> String {
@@ -417,70 +441,4 @@ fn heading_text(said_degrees: bool, largest: f64, wraps: bool) -> String {
         "the heading is said to be in {said} and stays within {}, as {other} would: say which with {settles}",
         three_figures(largest)
     )
-}
-
-impl RateMismatch {
-    /// A yaw rate of the opposite sense and the right size.
-    pub(super) const REVERSED: Self = Self {
-        ratio: -1.0,
-        interval_s: 0.0,
-        is_index: false,
-    };
-
-    /// Is the sense of the yaw rate all that is wrong?
-    pub fn is_reversed(&self) -> bool {
-        is_close(-self.ratio, 1.0)
-    }
-
-    /// Units that would explain the ratio, each with its option.
-    fn explanations(&self) -> Vec<&'static str> {
-        let degree = std::f64::consts::PI / 180.0;
-        let known = [
-            (1e-3, "the time is in milliseconds (--unit time=ms)"),
-            (1e-6, "the time is in microseconds (--unit time=us)"),
-            (1e-9, "the time is in nanoseconds (--unit time=ns)"),
-            (
-                60.0,
-                "the time is in minutes (--unit time=min) or the yaw rate in degrees a second",
-            ),
-            (
-                degree,
-                "the yaw rate is in degrees a second (--unit yaw_rate=deg/s), or the heading in radians (--unit heading=rad)",
-            ),
-            (
-                1.0 / degree,
-                "the yaw rate is in radians a second (--unit yaw_rate=rad/s), or the heading in degrees (--unit heading=deg)",
-            ),
-        ];
-        known
-            .into_iter()
-            .filter(|(factor, _)| is_close(self.ratio.abs(), *factor))
-            .map(|(_, text)| text)
-            .collect()
-    }
-
-    fn text(&self) -> String {
-        if self.is_reversed() {
-            return "the yaw rate has the opposite sense of the heading: one of the two counts to the other side, and the yaw rate was not used; turn the wrong one with `reversed` in a [channels] file, or leave the yaw rate out with --yaw-rate none".into();
-        }
-        let explanations = self.explanations();
-        let because = if self.is_index {
-            format!(
-                "the time counts rows, each of some {} s",
-                three_figures(self.ratio.abs() * self.interval_s)
-            )
-        } else if explanations.is_empty() {
-            "time, heading or yaw rate is not in the unit that its column says".into()
-        } else {
-            explanations.join(", or ")
-        };
-        format!(
-            "the heading changes by {} times what the yaw rate says: {because}; if the yaw rate alone is wrong, leave it out with --yaw-rate none",
-            three_figures(self.ratio)
-        )
-    }
-}
-
-fn is_close(ratio: f64, factor: f64) -> bool {
-    ratio > 0.0 && libm::log(ratio / factor).abs() < CLOSE
 }

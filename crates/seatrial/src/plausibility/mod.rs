@@ -6,11 +6,12 @@
 //! | scale of the rudder | what the file says of its unit with what it says of the others |
 //! | unit that is assumed | nothing in the file says it, and no turn through north, date or yaw rate shows it |
 //! | unit of time or yaw rate | the heading's change with the integral of the yaw rate; without a yaw rate, the interval between samples |
-//! | time by which the vehicle turns too fast, given or not | the heading's change over 20 samples with 400 deg/s |
+//! | time and heading by which the vehicle turns too fast, given or not | the heading's change over 20 samples with 400 deg/s |
 //! | yaw rate that is computed from the heading | the noise of the yaw rate with that of the heading; it is then no witness |
 //! | time whose unit is assumed | there is no witness of it |
 //! | heading that is a course | the name of its column |
 //! | clock that jumped | the heading's change over a gap in time with its rate before and after |
+//! | heading that was interpolated | straight lines that end after the same number of rows, and lines from one side of north to the other through south |
 //! | heading that stood still | equal headings in a row with the yaw rate, where the heading else changes in every row |
 //! | slow rows, held channels | the interval at which a channel changes with the vehicle's time constant 1/|a22| |
 //!
@@ -20,6 +21,9 @@ mod assumed;
 mod clock;
 mod derived;
 mod doubt;
+mod heading_words;
+mod interpolated;
+mod mismatch;
 mod refresh;
 mod stood;
 mod turn;
@@ -28,9 +32,9 @@ mod units;
 use seatrial_core::Sample;
 
 use crate::record::Record;
-pub use doubt::{Doubt, RateMismatch};
+pub use doubt::Doubt;
+pub use mismatch::RateMismatch;
 pub use stood::heading_stood;
-pub use turn::leave_out_unsound_yaw_rate;
 
 /// What is doubtful about the units of a record's columns, whatever model it gives.
 pub fn unit_doubts(record: &Record) -> Vec<Doubt> {
@@ -42,10 +46,22 @@ pub fn unit_doubts(record: &Record) -> Vec<Doubt> {
         doubts.push(Doubt::Damaged);
     }
     doubts.extend(turn::doubt(record));
+    doubts.extend(interpolated::through_south(record));
+    let every_s = record.units.heading_every_s;
+    doubts.extend(every_s.map(|every_s| Doubt::HeadingInterpolated { every_s }));
     if !doubts.iter().any(Doubt::refuses) {
         doubts.extend(assumed::doubt(record));
     }
     doubts
+}
+
+/// Leaves out what was not measured, since it shows nothing, or a wrong model: a yaw rate of the opposite sense of the heading or computed
+/// from it, and rows whose heading was interpolated.
+pub fn leave_out_unsound(record: &mut Record) {
+    turn::leave_out_unsound_yaw_rate(record);
+    if !record.units.are_given() {
+        interpolated::leave_out_interpolated(record);
+    }
 }
 
 /// What is doubtful about when the channels of a training record were logged, for a vehicle with this damping.

@@ -14,7 +14,7 @@ const CHANGING: f64 = 0.9;
 /// How far the yaw rate says that it turned meanwhile, there and back, rad.
 const LEAST_TURN_RAD: f64 = 0.02;
 /// Without a yaw rate: the step with which the heading comes back, in usual steps.
-const COMES_BACK: f64 = 10.0;
+pub(super) const COMES_BACK: f64 = 10.0;
 
 /// The longest time for which the heading stood still, where the yaw rate, or the step after it, shows that the vehicle turned.
 pub fn heading_stood(samples: &[Sample<f64>]) -> Option<Doubt> {
@@ -68,7 +68,7 @@ fn turned_rad(samples: &[Sample<f64>]) -> Option<f64> {
 }
 
 /// The median of the steps that are any.
-fn usual(steps: &[f64]) -> f64 {
+pub(super) fn usual(steps: &[f64]) -> f64 {
     let mut steps: Vec<f64> = steps.iter().copied().filter(|step| *step > 0.0).collect();
     steps.sort_by(f64::total_cmp);
     steps.get(steps.len() / 2).copied().unwrap_or(f64::INFINITY)

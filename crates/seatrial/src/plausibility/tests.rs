@@ -257,14 +257,14 @@ fn exact_a_yaw_rate_finds_the_unit_of_time() {
     let doubts = unit_doubts(&reversed);
     assert_eq!(doubts[0].code(), ReasonCode::YawRateReversed);
     assert!(!doubts[0].refuses());
-    leave_out_unsound_yaw_rate(&mut reversed);
+    leave_out_unsound(&mut reversed);
     assert!(reversed.samples.iter().all(|s| s.yaw_rate_rad_s.is_none()));
     assert_eq!(
         unit_doubts(&reversed)[0].code(),
         ReasonCode::YawRateReversed
     );
     let mut sound = record(stated_degrees());
-    leave_out_unsound_yaw_rate(&mut sound);
+    leave_out_unsound(&mut sound);
     assert!(sound.samples.iter().all(|s| s.yaw_rate_rad_s.is_some()));
 }
 
@@ -283,6 +283,7 @@ fn exact_hundredths_of_a_degree_are_no_radians() {
 fn exact_dates_a_second_apart_count_no_rows() {
     let of = |time_is_a_date| {
         let units = StatedUnits {
+            time: unit(1.0, Origin::Assumed),
             time_is_a_date,
             ..stated_degrees()
         };
@@ -304,16 +305,47 @@ fn exact_time_without_a_yaw_rate() {
     };
     assert_eq!(at(1000.0), [ReasonCode::TimeUnitDoubtful]);
     let mut index = counting_rows(without_rate(record(stated_degrees())));
-    // Who says how long a row takes, a person or the name of the column, is believed, with care.
-    for (origin, refuses) in [
-        (Origin::Assumed, true),
-        (Origin::Stated, false),
-        (Origin::Given, false),
-    ] {
-        index.units.time.origin = origin;
-        assert_eq!(codes(&index), [ReasonCode::TimeUnitDoubtful]);
-        assert_eq!(unit_doubts(&index)[0].refuses(), refuses);
+    // Who says how long a row takes is believed; the name of a column is, with care.
+    index.units.time.origin = Origin::Given;
+    assert_eq!(codes(&index), []);
+    index.units.time.origin = Origin::Stated;
+    assert_eq!(codes(&index), [ReasonCode::TimeUnitDoubtful]);
+    assert_eq!(refusals(&index), []);
+    index.units.time.origin = Origin::Assumed;
+    assert_eq!(refusals(&index), [Doubt::TimeIsIndex { is_stated: false }]);
+}
+
+/// A yaw rate of the other sense shows how long a row takes as well as one of the same.
+#[test]
+fn exact_a_reversed_yaw_rate_shows_the_time() {
+    let mut units = stated_degrees();
+    units.time.origin = Origin::Assumed;
+    let mut log = record(units);
+    for (row, sample) in log.samples.iter_mut().enumerate() {
+        let time_s = row as f64;
+        sample.heading_rad = 0.6 * (0.05 * time_s).sin();
+        sample.yaw_rate_rad_s = Some(-0.03 * (0.05 * time_s).cos());
+        sample.time_s = time_s;
     }
+    leave_out_unsound(&mut log);
+    assert!(log.units.yaw_rate_is_reversed);
+    assert_eq!(refusals(&log), []);
+}
+
+/// Of time and heading the one is blamed whose unit nobody stated.
+#[test]
+fn exact_a_turn_too_fast_blames_the_unit_that_nobody_stated() {
+    let mut units = stated_degrees();
+    units.heading.origin = Origin::Assumed;
+    let mils = |units| {
+        let mut log = without_rate(record(units));
+        for (row, sample) in log.samples.iter_mut().enumerate() {
+            sample.heading_rad = (1.5 * 0.05 * row as f64 * 6400.0 / 360.0).rem_euclid(6.0);
+        }
+        unit_doubts(&log)[0].code()
+    };
+    assert_eq!(mils(units), ReasonCode::HeadingUnitDoubtful);
+    assert_eq!(mils(stated_degrees()), ReasonCode::TimeUnitDoubtful);
 }
 
 /// A column that a program made of the heading proves neither time nor heading.
@@ -332,14 +364,14 @@ fn exact_a_yaw_rate_computed_from_the_heading_proves_nothing() {
         sample.yaw_rate_rad_s = Some(slope);
     }
     let mut gyro = computed.clone();
-    leave_out_unsound_yaw_rate(&mut computed);
+    leave_out_unsound(&mut computed);
     assert!(computed.units.yaw_rate_is_derived);
     assert!(computed.samples.iter().all(|s| s.yaw_rate_rad_s.is_none()));
     assert!(unit_doubts(&computed)[0].refuses());
     for (row, sample) in gyro.samples.iter_mut().enumerate() {
         sample.yaw_rate_rad_s = sample.yaw_rate_rad_s.map(|rate| rate + noise(3 * row + 1));
     }
-    leave_out_unsound_yaw_rate(&mut gyro);
+    leave_out_unsound(&mut gyro);
     assert!(!gyro.units.yaw_rate_is_derived);
 }
 

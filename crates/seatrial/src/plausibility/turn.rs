@@ -3,7 +3,8 @@
 use seatrial_core::{Real, Sample};
 
 use super::derived::is_derived;
-use super::doubt::{Doubt, RateMismatch};
+use super::doubt::Doubt;
+use super::mismatch::RateMismatch;
 use super::units::counts;
 use crate::record::Record;
 
@@ -51,7 +52,7 @@ pub(super) fn agrees(record: &Record) -> bool {
 
 /// Leaves a yaw rate out that has the opposite sense of the heading, since what is measured against it would be wrong, or that was
 /// computed from the heading, since it shows nothing of it.
-pub fn leave_out_unsound_yaw_rate(record: &mut Record) {
+pub(super) fn leave_out_unsound_yaw_rate(record: &mut Record) {
     let is_reversed = matches!(
         doubt(record),
         Some(Doubt::RateMismatch(mismatch)) if mismatch.is_reversed()

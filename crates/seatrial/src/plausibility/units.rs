@@ -13,7 +13,7 @@ const MANY_TURNS_RAD: f64 = 40.0;
 /// Whole numbers are within this of one: degrees go through radians.
 const WHOLE: f64 = 1e-9;
 /// A step by this share of a turn is a wrap.
-const WRAP: f64 = 0.8;
+pub(super) const WRAP: f64 = 0.8;
 /// A sluggish vehicle changes its heading by at least this share of the rudder's range; a heading in radians beside a
 /// rudder in degrees by 0.01 to 0.09.
 const LEAST_TURN: f64 = 0.1;
@@ -191,7 +191,11 @@ fn time(record: &Record) -> Option<Doubt> {
         return Some(Doubt::TimeUnit { interval_s });
     }
     if let Some(yaw_rate_rad_s) = usual_turn_rad_s(record).filter(|r| *r > FASTEST_TURN_RAD_S) {
-        return Some(Doubt::TurnsTooFast { yaw_rate_rad_s });
+        let is_assumed = |unit: &ColumnUnit| unit.origin == Origin::Assumed;
+        return Some(Doubt::TurnsTooFast {
+            yaw_rate_rad_s,
+            is_of_heading: is_assumed(&record.units.heading) && !is_assumed(unit),
+        });
     }
     if record.units.are_given() || record.units.time_is_a_date {
         return None;
@@ -202,20 +206,17 @@ fn time(record: &Record) -> Option<Doubt> {
     if interval_s >= LONGEST_INTERVAL_S || (is_taken_for_seconds && is_long) {
         return Some(Doubt::TimeUnit { interval_s });
     }
-    let has_rate = record.samples.iter().any(|s| s.yaw_rate_rad_s.is_some());
+    // A yaw rate of the other sense and the right size shows the time as well.
+    let has_rate = record.units.yaw_rate_is_reversed
+        || record.samples.iter().any(|s| s.yaw_rate_rad_s.is_some());
     let is_open = !has_rate && unit.origin == Origin::Assumed;
     if is_open && unit.per_si != 1.0 {
         return Some(Doubt::TimeAssumed { interval_s });
     }
-    let is_index = !has_rate
-        && [0.0, 1.0].contains(&(first.time_s * unit.per_si))
-        && counts_by(record, unit.per_si.recip());
     // A column that says seconds is believed, unless a program that made another column of the heading counted rows, too.
     let is_said = unit.origin == Origin::Stated && !record.units.yaw_rate_is_derived;
-    if is_index && (is_taken_for_seconds || !unit.is_open()) {
-        return Some(Doubt::TimeIsIndex {
-            is_given: !unit.is_open() || is_said,
-        });
+    if is_taken_for_seconds && !has_rate && counts_rows(record) {
+        return Some(Doubt::TimeIsIndex { is_stated: is_said });
     }
     // Whole numbers from 0 may be counts of a clock; a time of day begins elsewhere.
     (is_open && is_whole && first.time_s == 0.0).then_some(Doubt::TimeAssumed { interval_s })
@@ -244,6 +245,14 @@ fn usual_turn_rad_s(record: &Record) -> Option<f64> {
     let last = rates.len().checked_sub(1)?;
     let at = last.min(((1.0 - OUTLIERS) * rates.len() as f64) as usize);
     Some(*rates.select_nth_unstable_by(at, f64::total_cmp).1)
+}
+
+/// Does the time, in the unit of its column, begin at 0 or 1 and go up by 1 with every row?
+fn counts_rows(record: &Record) -> bool {
+    let unit = &record.units.time;
+    let first = record.samples.first();
+    first.is_some_and(|first| [0.0, 1.0].contains(&(first.time_s * unit.per_si)))
+        && counts_by(record, unit.per_si.recip())
 }
 
 /// Does the time go up by exactly 1 with every row?

@@ -42,7 +42,7 @@ impl Weighing {
         self.intervals(refined, checked);
         if checked.chosen.simulated().is_none() {
             // The online estimate takes a lag, and sway, for damping.
-            self.agreement(checked.online, refined);
+            self.agreement(checked.online, refined, checked.explained.delay_s());
         }
         let Some(fit) = checked.explained.first_order() else {
             return;
@@ -150,7 +150,13 @@ impl Weighing {
         }
     }
 
-    fn agreement(&mut self, online: YawModel<f64>, refined: &Refined) {
+    /// `delay_s` is that of the rudder behind its column, which the refined estimate knows and the online estimate does not.
+    fn agreement(&mut self, online: YawModel<f64>, refined: &Refined, delay_s: Option<f64>) {
+        // A rudder that is late by a share of the time constant makes a22 larger by some twice that share.
+        let late_s = delay_s
+            .filter(|delay_s| *delay_s < 0.0)
+            .map_or(0.0, f64::abs);
+        let of_late = 2.0 * late_s * refined.model.a22_per_s.abs();
         let parameters = [
             (
                 "a22",
@@ -178,6 +184,10 @@ impl Weighing {
             };
             if difference > LARGEST_DISAGREEMENT.max(2.0 * half_width) {
                 self.reject(ReasonCode::Disagreement, text());
+            } else if difference - of_late <= NOTED_DISAGREEMENT
+                && difference > NOTED_DISAGREEMENT.max(2.0 * half_width)
+            {
+                self.notes.push(rudder_late(late_s, text()));
             } else if difference > NOTED_DISAGREEMENT.max(2.0 * half_width) {
                 self.note(ReasonCode::Disagreement, text());
             }
@@ -386,4 +396,18 @@ fn beyond_first_order(higher: &HigherOrder) -> String {
         );
     }
     text
+}
+
+/// Two estimates disagree because the column of the rudder is late, which the model holds.
+fn rudder_late(late_s: f64, text: String) -> Reason {
+    Reason {
+        text: format!(
+            "The rudder is logged {} s late: the vehicle turns before it. The model holds that time.",
+            three_figures(late_s)
+        ),
+        action:
+            "Log the rudder with the time of its measurement, or take a column that is not late."
+                .into(),
+        ..Reason::new(ReasonCode::Disagreement, text)
+    }
 }

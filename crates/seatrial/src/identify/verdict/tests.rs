@@ -421,6 +421,26 @@ fn exact_a_pace_is_judged_by_the_slowest_vehicle() {
     assert_eq!(judged(30.0)[0], "not_identifiable");
 }
 
+/// The online estimate takes a column that is late for less damping; nothing else turned the vehicle.
+#[test]
+fn exact_a_late_rudder_explains_a_disagreement() {
+    let refined = refined(0.05);
+    let a22 = refined.model.a22_per_s;
+    let verdict = Chain::with(|c| {
+        c.online.a22_per_s = 1.3 * a22;
+        c.explained = Explained::FirstOrder {
+            fit: FirstOrderFit {
+                delay_s: 0.15 / a22,
+                ..fit(&refined, None)
+            },
+        };
+    })
+    .judge();
+    assert_eq!(codes(&verdict), ["ok", "disagreement"]);
+    let late = &verdict.reasons[1];
+    assert!(late.text.contains("is logged"), "{late:?}");
+}
+
 #[test]
 fn exact_a_hand_that_falls_short_is_noted() {
     let verdict = Chain::with(|c| c.log.rudder_sides_rad = Some([0.26, 0.15])).judge();

@@ -1,0 +1,57 @@
+//! The words of doubts about how a heading was made.
+
+use super::doubt::Doubt;
+use crate::figures::{three_figures, with_decimals};
+use crate::identification::Reason;
+
+impl Doubt {
+    pub(super) fn text_of_heading(&self) -> String {
+        match self {
+            Self::TurnsTooFast {
+                yaw_rate_rad_s,
+                is_of_heading: true,
+            } => format!(
+                "the heading has no unit, and as degrees it turns by {} deg/s, which no vessel does: say its unit with --unit heading=ddeg, mil or another",
+                three_figures(yaw_rate_rad_s.to_degrees())
+            ),
+            Self::HeadingInterpolated { every_s } => format!(
+                "the heading is interpolated between values {} s apart, as straight lines of the same length show: the rows between them were left out, and the model is that of the values; log every heading once, with the time of its measurement",
+                three_figures(*every_s)
+            ),
+            Self::HeadingThroughSouth { time_s } => format!(
+                "at {} s headings between two beside north are those of the numbers between 0 and 360, through south: the heading was averaged or interpolated as a number; do so with its sine and cosine, or log the heading as the compass gives it",
+                with_decimals(*time_s, 1)
+            ),
+            _ => String::new(),
+        }
+    }
+
+    pub(super) fn reason_of_heading(&self, reason: Reason) -> Reason {
+        match self {
+            Self::HeadingInterpolated { every_s } => Reason {
+                text: format!(
+                    "The heading was measured every {} s only and is interpolated between: those rows were left out.",
+                    three_figures(*every_s)
+                ),
+                ..reason
+            },
+            Self::HeadingThroughSouth { time_s } => Reason {
+                text: format!(
+                    "At {} s the heading passes north by way of south: it was averaged or interpolated as a number.",
+                    with_decimals(*time_s, 1)
+                ),
+                action: "Average or interpolate its sine and cosine, or log the heading as the compass gives it.".into(),
+                ..reason
+            },
+            Self::TurnsTooFast { yaw_rate_rad_s, is_of_heading: true } => Reason {
+                text: format!(
+                    "The heading has no unit, and as degrees it turns by {} deg/s, which no vessel does.",
+                    three_figures(yaw_rate_rad_s.to_degrees())
+                ),
+                action: "Say its unit with --unit heading=ddeg, mil or another.".into(),
+                ..reason
+            },
+            _ => reason,
+        }
+    }
+}
