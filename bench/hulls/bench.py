@@ -2,7 +2,7 @@
 
     bench.py SEATRIAL OUT.md [--public FOLDER] [--only TEXT]     FOLDER: where the public repositories lie (README.md)
 
-Beside OUT.md stands OUT.jsonl with every pair. SEATRIAL_DATA names the shared data, ../shared/data without it.
+Beside OUT.md stands OUT.jsonl with every pair; an interrupted run goes on from it. SEATRIAL_DATA names the shared data, ../shared/data without it.
 """
 
 import argparse
@@ -106,17 +106,22 @@ def main():
     options = arguments()
     hulls = [hull for hull in HULLS if options.only in hull.name]
     with_octave = methods.octave_here()
+    log = options.out.with_suffix(".jsonl")
+    rows = [json.loads(line) for line in log.read_text().splitlines()] if log.exists() else []
+    done = {(row["hull"], row["train"]) for row in rows}
     todo = [(options.seatrial, with_octave, job) for job in jobs(hulls, [SHARED, options.public])]
-    if not todo:
-        sys.exit("no record found")
-    begun, rows = time.monotonic(), []
-    with multiprocessing.Pool(2) as pool, open(options.out.with_suffix(".jsonl"), "w") as file:
+    todo = [job for job in todo if (job[2][0], job[2][1].name) not in done]
+    begun = time.monotonic()
+    with multiprocessing.Pool(2) as pool, open(log, "a") as file:
         for n, result in enumerate(pool.imap_unordered(work, todo), 1):
             rows += result
             file.writelines(json.dumps(row) + "\n" for row in result)
+            file.flush()
             print(f"{n} of {len(todo)}, {time.monotonic() - begun:.0f} s: {result[0]['hull']}, {result[0]['train']}", file=sys.stderr, flush=True)
+    if not rows:
+        sys.exit("no record found")
     rows.sort(key=lambda row: (row["hull"], row["train"], row.get("test", "")))
-    options.out.write_text(tables.document(rows, [hull.name for hull in hulls], with_octave, time.monotonic() - begun))
+    options.out.write_text(tables.document(rows, [hull.name for hull in hulls], with_octave))
 
 
 if __name__ == "__main__":

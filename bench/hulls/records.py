@@ -114,6 +114,31 @@ def marin(path):
     return numbered(path, 3, 0, 4, 9, 5, 8)
 
 
+def vtec(path):
+    """A bag of the catamaran of Tecnologico de Monterrey: the difference of its thrusters, 100 N as 1 rad, for the rudder."""
+    from rosbags.highlevel import AnyReader
+
+    fields = {"/ins_pose": "theta", "/left_thruster": "data", "/right_thruster": "data", "/local_vel": "x"}
+    series = {topic: [] for topic in [*fields, "rate"]}
+    with AnyReader([path]) as bag:
+        wanted = [connection for connection in bag.connections if connection.topic in fields]
+        for connection, stamp, raw in bag.messages(wanted):
+            message = bag.deserialize(raw, connection.msgtype)
+            series[connection.topic].append((stamp * 1e-9, getattr(message, fields[connection.topic])))
+            if connection.topic == "/local_vel":
+                series["rate"].append((stamp * 1e-9, message.z))
+    series = {topic: np.array(rows).T for topic, rows in series.items()}
+    time, heading = series["/ins_pose"]
+    # Messages that waited arrive together: the first of them has the wrong time.
+    spaced = np.append(np.diff(time) > 0.03, True)
+    time, heading = time[spaced], heading[spaced]
+    at = lambda topic: np.interp(time, *series[topic])
+    return {
+        "time": time, "heading": heading, "rudder": (at("/left_thruster") - at("/right_thruster")) / 100.0,
+        "speed": at("/local_vel"), "rate": at("rate"),
+    }
+
+
 @dataclass
 class Hull:
     """Records of one hull in one condition: every ordered pair of them is trained and predicted, or the halves of each."""
@@ -155,6 +180,10 @@ def osaka(name, files, halves=False):
     return Hull(name, OSAKA_FOLDER, [f"{file}.csv" for file in files], halves=halves)
 
 
+def bags(name, files, halves=False):
+    return Hull(name, "vtec_usv_ros_pkg/bags/asmc", [f"{file}.bag" for file in files], vtec, halves)
+
+
 HULLS = [
     Hull("KVLCC2, HSVA", "real", [f"kvlcc2hsva_Z_{run}.csv" for run in HSVA_RUNS], same_as="KVLCC2, HSVA, all runs"),
     Hull("KVLCC2, MARIN 10/10", "real", ["marin_zz_10_m.csv", "marin_zz_-10_m.csv"]),
@@ -162,8 +191,16 @@ HULLS = [
     Hull("Fuzhou boat, halves", "real", ["fuzhou_zz.csv"], halves=True),
     Hull("Slocum glider, halves", "real", ["slocum_amadeus.csv"], halves=True),
     Hull("Hakusan in waves, halves", "real", ["hakusan_ship.csv"], halves=True),
-    Hull("KVLCC2, HSVA, all runs", SIMMAN, [f"kvlcc2_hsva/raw_data/HSVA_CPMC_KVLCC2_Z_{run}.dat" for run in HSVA_RUNS], hsva),
     Hull("KVLCC2, MARIN 20/20", SIMMAN, [f"kvlcc2/MARIN_FREE_KVLCC2_zz_{x}_m.dat" for x in ("20", "-20")], marin),
+    bags("VTec catamaran, line of sight", [
+        "LOS2_2016-02-11-11-17-13", "LOS2_2016-02-11-11-19-59", "LOS2_2016-02-11-11-30-16", "LOS2_2019-11-06-13-00-44"]),
+    bags("VTec catamaran, line of sight, payload", ["p_LOS2_2016-02-11-14-36-37", "p_LOS2_2016-02-11-14-38-48"]),
+    bags("VTec catamaran, course changes, halves", [
+        "0,7_speed_0,4_heading_2016-02-11-14-23-37", "0,7_speed_0,4_heading_2019-11-06-12-29-52", "p_0,7_speed_0,4_heading_2016-02-11-14-05-50",
+        "p_0,7_speed_0,4_heading_2019-11-06-13-27-24", "p_0,7_speed_0,4_heading_2019-11-06-13-41-00"], halves=True),
+    bags("VTec catamaran, course kept at 1.2 m/s", [
+        "ftc_1,2_speed_ref_heading_2016-02-11-10-59-32", "ftc_1,2_speed_ref_heading_2_2016-02-11-11-02-58",
+        "pftc_1,2_speed_ref_heading_2016-02-11-11-09-03", "pftc_1,2_speed_ref_heading_2_2016-02-11-11-10-40"]),
     osaka("Esso Osaka, zig-zags, 12 rps", [ZIG_ZAG + x for x in ("13_29_19", "13_50_28", "14_03_39", "14_10_05")]),
     osaka("Esso Osaka, zig-zags, 10 rps", [ZIG_ZAG + x for x in ("13_22_52", "13_42_53")]),
     osaka("Esso Osaka, zig-zags, 16.7 rps", [ZIG_ZAG + x for x in ("13_04_24", "13_14_21")]),
@@ -172,4 +209,5 @@ HULLS = [
     osaka("Esso Osaka, random, halves", [f"random/random_{x}" for x in RANDOM], halves=True),
     osaka("Esso Osaka, random, 6 August", [f"random/random_{x}" for x in RANDOM if x.startswith("06")]),
     osaka("Esso Osaka, berthing, halves", [f"berthing/berthing_12-Nov-2020_{x}" for x in BERTHING], halves=True),
+    Hull("KVLCC2, HSVA, all runs", SIMMAN, [f"kvlcc2_hsva/raw_data/HSVA_CPMC_KVLCC2_Z_{run}.dat" for run in HSVA_RUNS], hsva),
 ]

@@ -174,14 +174,14 @@ def whole_records(rows):
     return table(header, lines)
 
 
-def document(rows, hulls, with_octave, seconds):
+def document(rows, hulls, with_octave):
     groups = by_hull(rows, hulls)
     peers = [name for name in PEERS if with_octave or not name.startswith("Octave")]
     names = [*OURS, *peers]
     # In the mean over hulls each hull weighs the same.
     parts = [
         f"{len({(r['hull'], r['train']) for r in rows})} records or halves trained on, {sum(not r['whole'] for r in rows)} pairs, "
-        f"{seconds / 60.0:.0f} minutes on two cores, {datetime.date.today()}."
+        f"{datetime.date.today()}."
         + ("" if with_octave else " Octave's package `control` was not installed: skipped.") + "\n",
         "## R^2 of the heading left out, mean over the pairs\n", score_table(groups, names, "heading"),
         "## R^2 of the yaw rate left out, mean over the pairs\n", score_table(groups, names, "rate"),
