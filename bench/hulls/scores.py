@@ -21,8 +21,8 @@ def free_run(model, record):
 
 
 def windows(record, length_s):
-    """Beginnings of windows that follow each other, and their samples."""
-    samples = max(8, round(length_s / record.h))
+    """Beginnings of windows that follow each other, each at most a third of the record, and their samples."""
+    samples = max(8, round(min(length_s, record.time[-1] / 3.0) / record.h))
     return np.arange(samples // 2, record.time.size - samples, samples), samples
 
 

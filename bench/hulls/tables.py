@@ -133,26 +133,41 @@ def losses(rows):
     return table(header, lines)
 
 
+def distances(first, second):
+    """How far a22 and b2 of two models are apart, in standard deviations of the difference."""
+    both = [said["refined"] for said in (first, second)]
+    spreads = [np.sqrt(sum(np.asarray(one["covariance"])[n][n] for one in both)) for n in range(2)]
+    return [(both[1][key] - both[0][key]) / spread for key, spread in zip(("a22_per_s", "b2_per_s2"), spreads)]
+
+
+def accepted_apart(groups):
+    """Of the accepted models of each hull, the pairs that exclude each other."""
+    lines = []
+    for hull, rows in groups.items():
+        said = {row["train"]: row["said"] for row in rows if row["said"]["outcome"] in ACCEPTED}
+        names = sorted(said)
+        pairs = [distances(said[one], said[other]) for n, one in enumerate(names) for other in names[n + 1 :]]
+        if pairs:
+            worst = np.max(np.abs(pairs), axis=1)
+            lines.append([hull, str(len(names)), f"{np.sum(worst > 1.96)} of {len(pairs)}", f"{np.median(worst):.1f}"])
+    return table(["hull", "accepted", "pairs more than 1.96 apart", "median distance"], lines)
+
+
 def contradictions(rows):
-    """Halves of one record whose intervals of a22 or b2 exclude each other: distance over its standard deviation."""
+    """Halves of one record whose intervals of a22 or b2 exclude each other."""
     halves = {(row["hull"], row["train"]): row["said"] for row in rows if row["train"].endswith("half")}
-    lines, count, beyond = [], 0, 0
+    lines, count = [], 0
     for (hull, name), first in halves.items():
         second = halves.get((hull, name.replace("1st", "2nd")))
         if not name.endswith("1st half") or not second or not (first.get("refined") and second.get("refined")):
             continue
-        both = [said["refined"] for said in (first, second)]
-        distance = []
-        for n, key in enumerate(("a22_per_s", "b2_per_s2")):
-            spread = np.sqrt(sum(np.asarray(said["covariance"])[n][n] for said in both))
-            distance.append((both[1][key] - both[0][key]) / spread)
         count += 1
+        distance = distances(first, second)
         if max(map(abs, distance)) > 1.96:
-            beyond += 1
-            text = lambda said: f"{said['a22_per_s']:.3g}, {said['b2_per_s2']:.3g}"
+            text = lambda said: f"{said['refined']['a22_per_s']:.3g}, {said['refined']['b2_per_s2']:.3g}"
             lines.append([name.removesuffix(" 1st half"), first["outcome"].replace("_", " "), second["outcome"].replace("_", " "),
-                          text(both[0]), text(both[1]), f"{distance[0]:.1f}, {distance[1]:.1f}"])
-    said = f"{beyond} of {count} records have halves whose models part by more than 1.96 standard deviations in a22 or b2 (chance: one in ten).\n\n"
+                          text(first), text(second), f"{distance[0]:.1f}, {distance[1]:.1f}"])
+    said = f"{len(lines)} of {count} records have halves whose models are more than 1.96 standard deviations apart in a22 or b2 (chance: one in ten).\n\n"
     return said + table(["record", "1st half", "2nd half", "a22, b2 of the 1st", "of the 2nd", "distance in a22, b2"], lines)
 
 
@@ -194,6 +209,7 @@ def document(rows, hulls, with_octave):
     parts += [
         "## Verdict and prediction\n", verdict_table(groups),
         "## Records as a whole\n", whole_records(rows), "## Halves that contradict each other\n", contradictions(rows),
+        "## Accepted models of one hull that contradict each other\n", accepted_apart(groups),
         "## Losses and refusals\n", losses(rows),
     ]
     return "\n".join(parts)

@@ -23,7 +23,7 @@ import tables  # noqa: E402
 TRUTH = models.Hull(-0.4, 0.2, 0.003)
 
 
-def sailed(seed: int, seconds: float = 120.0, h: float = 0.1) -> Any:
+def sailed(seed: int, seconds: float = 90.0, h: float = 0.1) -> Any:
     """A zig-zag of steps of random length, with 0.1 deg of compass noise."""
     random = np.random.default_rng(seed)
     time = np.arange(0.0, seconds, h)
@@ -60,7 +60,9 @@ def test_recover_every_peer_predicts_a_first_order_vehicle() -> None:
 
 def test_exact_the_free_run_of_the_truth_scores_one() -> None:
     left_out = sailed(3)
-    assert min(scores.free_run(TRUTH, left_out)) > 0.999
+    heading, rate = scores.free_run(TRUTH, left_out)
+    # Of two samples one is looked at, so that a step of the rudder between them is half a step at both.
+    assert heading > 0.9999 and rate > 0.998
     # Small steps say the same: the damping of the second is quadratic only in name.
     start = np.array([[0.5], [0.02], [0.001]])
     nearly = models.Hull(TRUTH.a, TRUTH.b, TRUTH.c, d2=1e-12)
