@@ -37,7 +37,12 @@ def seatrial(program, record):
     }
     if refined is None:
         return said, {}
-    first = Hull(refined["a22_per_s"], refined["b2_per_s2"], refined["c0_rad_per_s2"])
+    # What is handed over behind a lag is the vehicle without its gear.
+    gear = higher["model"] if refined["method"] == "rudder_lag" and higher and higher.get("model") else {}
+    first = Hull(
+        refined["a22_per_s"], refined["b2_per_s2"], refined["c0_rad_per_s2"],
+        shift=gear.get("rudder_shift_s", 0.0), lag=gear.get("rudder_lag_s", 0.0),
+    )
     return said, {"seatrial": first, "seatrial, best hypothesis": best_hypothesis(higher, first)}
 
 
