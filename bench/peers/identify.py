@@ -75,8 +75,11 @@ def best_lag(model, start, heading, rudder, h, scale, lags):
     return best
 
 
-def identify(path):
-    time, heading, rudder = read(path)
+def fits(time, heading, rudder, time_constants=()):
+    """First and second order, each at its best lag: (result of scipy, deviations, lag in samples).
+
+    The search begins at the least squares of the differences, or at whichever of `time_constants` fits best without a lag.
+    """
     h = np.median(np.diff(time))
     rate = np.gradient(heading, h)
     phi = np.stack([rate[:-1], rudder[:-1], np.ones(rate.size - 1)])
@@ -84,13 +87,24 @@ def identify(path):
     a = min(a, -2.0 / time[-1])
     start = np.array([a, b, c, heading[0], rate[0]])
     scale = np.array([abs(a), abs(b) + 1e-6, abs(b) * np.abs(rudder).max() + 1e-6, 0.1, 0.1 * abs(a)])
+    starts = [start] + [np.array([-1.0 / t, b, c, heading[0], rate[0]]) for t in time_constants]
+    if len(starts) > 1:
+        tried = [fit(first_order, one, heading, rudder, h, scale)[0] for one in starts]
+        start = min(tried, key=lambda found: found.cost).x
     # Up to half a second or eight samples, whichever is more.
     lags = range(0, 6)
-    answers = {}
     one = best_lag(first_order, start, heading, rudder, h, scale, lags)
     two_start = np.concatenate([one[0].x, [np.log(0.3 / abs(one[0].x[0])), 0.15 / abs(one[0].x[0])]])
     two_scale = np.concatenate([scale, [1.0, 1.0 / abs(one[0].x[0])]])
     two = best_lag(second_order, two_start, heading, rudder, h, two_scale, lags)
+    return one, two
+
+
+def identify(path):
+    time, heading, rudder = read(path)
+    h = np.median(np.diff(time))
+    one, two = fits(time, heading, rudder)
+    answers = {}
     for name, (found, deviation, lag) in (("first", one), ("second", two)):
         variance = np.var(heading) * heading.size
         answers[name] = {
