@@ -108,6 +108,15 @@ pub(crate) fn match_columns(
                 faults.push(unknown_unit(&columns[column], unit.symbol(), quantity));
                 continue;
             }
+            None if quantity == Quantity::Heading
+                && let Some(rate) = unit_of_a_rate(&columns[column]) =>
+            {
+                found.warnings.push(format!(
+                    "column `{}` is a yaw rate by its name: its integral is taken for the heading",
+                    columns[column]
+                ));
+                Some((rate, crate::UnitSource::Stated))
+            }
             None if let Some(channel) = channel => {
                 channel.unit.map(|unit| (unit, crate::UnitSource::Stated))
             }
@@ -155,12 +164,31 @@ pub(crate) fn match_columns(
             .warnings
             .extend(channel.and_then(|channel| channel.doubt.clone()));
     }
+    // A heading that is the integral of a yaw rate has no witness in it.
+    let heading = found
+        .matches
+        .iter()
+        .find(|m| m.quantity == Quantity::Heading);
+    if let Some(of_heading) = heading.map(|m| m.column) {
+        let is_twice = |m: &Match| m.quantity == Quantity::YawRate && m.column == of_heading;
+        found.matches.retain(|m| !is_twice(m));
+    }
     if let Some((place, fault)) = no_heading
         && !found.integrates_the_yaw_rate()
     {
         faults.insert(place, fault);
     }
     Fault::all(faults).map_or(Ok(found), Err)
+}
+
+/// The unit of a column that is a yaw rate by its name, and no heading.
+fn unit_of_a_rate(column: &str) -> Option<Unit> {
+    let name = ColumnName::new(column);
+    match (name.unit(Quantity::Heading), name.unit(Quantity::YawRate)) {
+        (StatedUnit::Known(_), _) => None,
+        (_, StatedUnit::Known(unit)) => Some(unit),
+        _ => None,
+    }
 }
 
 /// The columns of a log with what is known of them.

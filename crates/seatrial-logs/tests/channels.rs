@@ -195,6 +195,23 @@ fn io_yaw_rate_has_the_unit_that_integrates_to_the_heading() {
     }
 }
 
+/// A compass that jumped is left out by the option, and the gyro is no witness of itself.
+#[test]
+fn io_a_yaw_rate_that_is_chosen_for_the_heading_is_integrated() {
+    let text = "t,heading_deg,rudder_deg,yaw_rate_deg_s\n0,10,0,2\n1,12,1,2\n2,90,2,4\n";
+    let mut choice = ChannelChoice::default();
+    choice
+        .columns
+        .insert(Quantity::Heading, "yaw_rate_deg_s".into());
+    let read = read_with(text, &choice).unwrap();
+    assert_eq!(unit(&read, Quantity::Heading).0, Unit::DegreePerSecond);
+    let headings = read.samples.iter().map(|s| s.heading_rad.to_degrees());
+    for (found, expected) in headings.zip([0.0, 2.0, 5.0]) {
+        assert_close(found, expected);
+    }
+    assert!(read.samples.iter().all(|s| s.yaw_rate_rad_s.is_none()));
+}
+
 #[test]
 fn io_pwm_is_centred_and_scaled_to_the_angle_given() {
     let text = "t,yaw,servo\n0,0.1,1500\n1,0.2,1900\n2,0.3,1100\n";

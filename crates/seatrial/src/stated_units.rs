@@ -54,6 +54,17 @@ impl ColumnUnit {
     }
 }
 
+/// Jumps of the heading that a gyro proves. They were taken off.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HeadingJumps {
+    /// How many there were.
+    pub count: usize,
+    /// The largest, rad, without sign.
+    pub largest_rad: f64,
+    /// When it was, s on the log's clock.
+    pub largest_at_s: f64,
+}
+
 /// The units of the columns that a record was read from. The default is SI, and given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StatedUnits {
@@ -80,6 +91,9 @@ pub struct StatedUnits {
     /// The interval between measured headings, s, where those between were interpolated. They were then left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heading_every_s: Option<f64>,
+    /// Jumps of the heading, where it had any. They were taken off.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heading_jumps: Option<HeadingJumps>,
     /// Do rows that differ share a time? The clock is then coarser than the rows.
     #[serde(default)]
     pub times_are_shared: bool,

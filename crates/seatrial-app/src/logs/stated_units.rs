@@ -25,6 +25,7 @@ pub(crate) fn stated_units(description: &LogDescription, counts: &Counts) -> Sta
         yaw_rate_is_reversed: false,
         yaw_rate_is_derived: false,
         heading_every_s: None,
+        heading_jumps: None,
         times_are_shared: counts.differing_at_a_time as f64 > SHARED * counts.rows as f64,
         is_damaged: counts.is_damaged,
     }

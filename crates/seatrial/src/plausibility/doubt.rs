@@ -3,6 +3,7 @@
 use super::mismatch::RateMismatch;
 use crate::figures::{three_figures, with_decimals};
 use crate::identification::{Reason, ReasonCode};
+use crate::stated_units::HeadingJumps;
 
 /// Something in a log that does not mean what it says.
 #[derive(Clone, Debug, PartialEq)]
@@ -98,6 +99,8 @@ pub enum Doubt {
         /// The interval between measured headings, s.
         every_s: f64,
     },
+    /// The heading jumped, as a gyro proves; the jumps were taken off.
+    HeadingJumped(HeadingJumps),
     /// Between two headings beside north the log passes through south.
     HeadingThroughSouth {
         /// When it first does, s.
@@ -166,9 +169,9 @@ impl Doubt {
             Self::RudderHeld { .. } => ReasonCode::RudderHeld,
             Self::TimesShared { .. } => ReasonCode::TimesShared,
             Self::ClockJumped { .. } => ReasonCode::ClockJumped,
-            Self::HeadingStood { .. } | Self::HeadingThroughSouth { .. } => {
-                ReasonCode::CompassError
-            }
+            Self::HeadingStood { .. }
+            | Self::HeadingJumped(_)
+            | Self::HeadingThroughSouth { .. } => ReasonCode::CompassError,
             Self::Damaged => ReasonCode::Damaged,
             Self::HeadingUnchecked { .. } => ReasonCode::HeadingUnchecked,
             Self::RudderUnchecked => ReasonCode::RudderUnchecked,
@@ -194,6 +197,7 @@ impl Doubt {
             | Self::ScaleAssumed { .. }
             | Self::HeadingIsCourse
             | Self::HeadingInterpolated { .. }
+            | Self::HeadingJumped(_)
             | Self::Damaged
             | Self::HeadingUnchecked { .. }
             | Self::RudderUnchecked => false,
@@ -246,7 +250,7 @@ impl Doubt {
                 "the time has no unit, and nothing in the log shows that its samples are {} s apart, as they were taken to be: say its unit with --unit time=ms or another",
                 three_figures(*interval_s)
             ),
-            Self::HeadingInterpolated { .. } | Self::HeadingThroughSouth { .. } | Self::TurnsTooFast { is_of_heading: true, .. } => self.text_of_heading(),
+            Self::HeadingInterpolated { .. } | Self::HeadingJumped(_) | Self::HeadingThroughSouth { .. } | Self::TurnsTooFast { is_of_heading: true, .. } => self.text_of_heading(),
             Self::TurnsTooFast { yaw_rate_rad_s, .. } => format!(
                 "by the time column the heading turns by {} deg/s, which no vessel does: say the unit of the time, such as --unit time=s, or name another column with --time",
                 three_figures(yaw_rate_rad_s.to_degrees())

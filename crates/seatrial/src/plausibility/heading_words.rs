@@ -18,6 +18,12 @@ impl Doubt {
                 "the heading is interpolated between values {} s apart, as straight lines of the same length show: the rows between them were left out, and the model is that of the values; log every heading once, with the time of its measurement",
                 three_figures(*every_s)
             ),
+            Self::HeadingJumped(jumps) => format!(
+                "the heading steps in one row beside the yaw rate {} times, by up to {:.1} deg at {} s, which no vehicle does: the steps were taken off, and the model is that of the rest; look at the compass, or at the satellites that it sees",
+                jumps.count,
+                jumps.largest_rad.to_degrees(),
+                with_decimals(jumps.largest_at_s, 1)
+            ),
             Self::HeadingThroughSouth { time_s } => format!(
                 "at {} s headings between two beside north are those of the numbers between 0 and 360, through south: the heading was averaged or interpolated as a number; do so with its sine and cosine, or log the heading as the compass gives it",
                 with_decimals(*time_s, 1)
@@ -33,6 +39,16 @@ impl Doubt {
                     "The heading was measured every {} s only and is interpolated between: those rows were left out.",
                     three_figures(*every_s)
                 ),
+                ..reason
+            },
+            Self::HeadingJumped(jumps) => Reason {
+                text: format!(
+                    "The compass jumped {} times, by up to {:.1} deg at {} s, while the gyro turned on: the jumps were taken off.",
+                    jumps.count,
+                    jumps.largest_rad.to_degrees(),
+                    with_decimals(jumps.largest_at_s, 1)
+                ),
+                action: "Look at the compass, or at the satellites that it sees.".into(),
                 ..reason
             },
             Self::HeadingThroughSouth { time_s } => Reason {

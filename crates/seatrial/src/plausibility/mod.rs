@@ -12,6 +12,7 @@
 //! | heading that is a course | the name of its column |
 //! | clock that jumped | the heading's change over a gap in time with its rate before and after |
 //! | heading that was interpolated | straight lines that end after the same number of rows, and lines from one side of north to the other through south |
+//! | heading that jumped | its step from one row to the next beside the yaw rate, where it stands out from the steps about it |
 //! | heading that stood still | equal headings in a row with the yaw rate, where the heading else changes in every row |
 //! | slow rows, held channels | the interval at which a channel changes with the vehicle's time constant 1/|a22| |
 //!
@@ -23,6 +24,7 @@ mod derived;
 mod doubt;
 mod heading_words;
 mod interpolated;
+mod jumps;
 mod mismatch;
 mod refresh;
 mod stood;
@@ -49,6 +51,7 @@ pub fn unit_doubts(record: &Record) -> Vec<Doubt> {
     doubts.extend(interpolated::through_south(record));
     let every_s = record.units.heading_every_s;
     doubts.extend(every_s.map(|every_s| Doubt::HeadingInterpolated { every_s }));
+    doubts.extend(record.units.heading_jumps.map(Doubt::HeadingJumped));
     if !doubts.iter().any(Doubt::refuses) {
         doubts.extend(assumed::doubt(record));
     }
@@ -56,11 +59,12 @@ pub fn unit_doubts(record: &Record) -> Vec<Doubt> {
 }
 
 /// Leaves out what was not measured, since it shows nothing, or a wrong model: a yaw rate of the opposite sense of the heading or computed
-/// from it, and rows whose heading was interpolated.
+/// from it, rows whose heading was interpolated, and jumps of the heading that a gyro proves.
 pub fn leave_out_unsound(record: &mut Record) {
     turn::leave_out_unsound_yaw_rate(record);
     if !record.units.are_given() {
         interpolated::leave_out_interpolated(record);
+        jumps::take_off(record);
     }
 }
 

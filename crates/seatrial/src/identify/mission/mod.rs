@@ -41,6 +41,7 @@ use crate::segmentation::{self, Kind};
 use filter::SpeedLaw;
 use fit::{Fit, Hypothesis, Problem};
 use information::Uncertainty;
+pub(super) use prediction::LEAST_HORIZON_S;
 use prediction::Prediction;
 use record::Legs;
 

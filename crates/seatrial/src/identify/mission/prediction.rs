@@ -7,7 +7,7 @@ use super::fit::Fit;
 use super::record::Legs;
 
 /// The least horizon, s, and the horizon in time constants.
-const LEAST_HORIZON_S: f64 = 30.0;
+pub(in crate::identify) const LEAST_HORIZON_S: f64 = 30.0;
 const TIME_CONSTANTS: f64 = 3.0;
 
 /// The horizon is at most this part of the longest leg.

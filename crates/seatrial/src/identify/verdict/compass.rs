@@ -31,6 +31,7 @@ impl Weighing {
             text: format!(
                 "At {time} s the compass jumped, stuck or was disturbed: it was off by {size} deg within a second."
             ),
+            action: "Repeat the run away from iron and electric currents, or take the gyro's integral for the heading: --heading and the column of the yaw rate.".into(),
             ..reason
         });
     }

@@ -4,7 +4,7 @@ use super::{Share, Weighing};
 use crate::figures::{percent, r2_text, three_figures};
 use crate::identification::{LEAST_R2, Reason, ReasonCode, Verdict, WIDEST_A22, WIDEST_B2};
 use crate::identify::misfit::{disturbance_share, is_large_share};
-use crate::identify::mission::Steering;
+use crate::identify::mission::{LEAST_HORIZON_S, Steering};
 use crate::identify::whole_record::LEAST_SHARE;
 use crate::plausibility;
 
@@ -81,7 +81,8 @@ impl Weighing {
         }
     }
 
-    /// In a sea a vehicle that is steered against it parts from every free run: there the held-out part must give the same model by itself.
+    /// In a sea a vehicle that is steered against it parts from every free run: there the held-out part must give the same model by itself. A short one
+    /// does not show that it was a sea.
     fn steering_prediction(&mut self, steering: &Steering) {
         let prediction = &steering.held_out.prediction;
         let Some(r2) = prediction.r2_heading() else {
@@ -91,7 +92,9 @@ impl Weighing {
             );
         };
         let predicts = r2 >= LEAST_R2 && prediction.share_of_persistence() < 1.0;
-        let is_confirmed = sea_share(steering) > LEAST_SHARE && steering.held_out.is_telling;
+        let is_long = prediction.horizon_s >= LEAST_HORIZON_S;
+        let is_confirmed =
+            is_long && sea_share(steering) > LEAST_SHARE && steering.held_out.is_telling;
         if !predicts && !is_confirmed {
             self.reject(
                 ReasonCode::LowR2,
