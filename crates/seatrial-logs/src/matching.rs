@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use crate::choice::ChannelChoice;
 use crate::error::Fault;
 use crate::name::{ColumnName, StatedUnit};
-use crate::table::Known;
+use crate::table::{Known, KnownChannel};
 use crate::words::words;
-use crate::{Quantity, Unit};
+use crate::{Quantity, Unit, UnitSource};
 
 /// A column that feeds a quantity.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,42 +100,13 @@ pub(crate) fn match_columns(
         };
         let Some(column) = column else { continue };
         let channel = known.of(quantity, &columns[column]);
-        let stated = match choice.units.get(&quantity) {
-            Some(unit) if unit.fits(quantity.dimension()) => {
-                Some((*unit, crate::UnitSource::Chosen))
-            }
-            Some(unit) => {
-                faults.push(unknown_unit(&columns[column], unit.symbol(), quantity));
+        let said = (choice.units.get(&quantity), channel);
+        let stated = match said_unit(&columns[column], quantity, said, &mut found.warnings) {
+            Ok(stated) => stated,
+            Err(fault) => {
+                faults.extend(fault);
                 continue;
             }
-            None if quantity == Quantity::Heading
-                && let Some(rate) = unit_of_a_rate(&columns[column]) =>
-            {
-                found.warnings.push(format!(
-                    "column `{}` is a yaw rate by its name: its integral is taken for the heading",
-                    columns[column]
-                ));
-                Some((rate, crate::UnitSource::Stated))
-            }
-            None if let Some(channel) = channel => {
-                channel.unit.map(|unit| (unit, crate::UnitSource::Stated))
-            }
-            None => match ColumnName::new(&columns[column]).unit(quantity) {
-                StatedUnit::Known(unit) => Some((unit, crate::UnitSource::Stated)),
-                StatedUnit::None => None,
-                StatedUnit::Unknown(text) if quantity.is_required() => {
-                    faults.push(unknown_unit(&columns[column], &text, quantity));
-                    continue;
-                }
-                StatedUnit::Unknown(text) => {
-                    found.warnings.push(format!(
-                        "column `{}` is left out: `{text}` is no unit of {quantity}; expected one of {}",
-                        columns[column],
-                        Unit::that_fit(quantity.dimension())
-                    ));
-                    continue;
-                }
-            },
         };
         let named = match ColumnName::new(&columns[column]).unit(quantity) {
             StatedUnit::Known(unit) => Some(unit),
@@ -179,6 +150,44 @@ pub(crate) fn match_columns(
         faults.insert(place, fault);
     }
     Fault::all(faults).map_or(Ok(found), Err)
+}
+
+/// The unit of a column and who says it: the choice, the format, the name. An error is the fault of a column that cannot be read, or none where it is left
+/// out with a warning.
+fn said_unit(
+    column: &str,
+    quantity: Quantity,
+    (chosen, channel): (Option<&Unit>, Option<&KnownChannel>),
+    warnings: &mut Vec<String>,
+) -> Result<Option<(Unit, UnitSource)>, Option<Fault>> {
+    let stated = |unit| (unit, UnitSource::Stated);
+    match (chosen, channel) {
+        (Some(unit), _) if unit.fits(quantity.dimension()) => Ok(Some((*unit, UnitSource::Chosen))),
+        (Some(unit), _) => Err(Some(unknown_unit(column, unit.symbol(), quantity))),
+        _ if quantity == Quantity::Heading
+            && let Some(rate) = unit_of_a_rate(column) =>
+        {
+            warnings.push(format!(
+                "column `{column}` is a yaw rate by its name: its integral is taken for the heading"
+            ));
+            Ok(Some(stated(rate)))
+        }
+        (None, Some(channel)) => Ok(channel.unit.map(stated)),
+        (None, None) => match ColumnName::new(column).unit(quantity) {
+            StatedUnit::Known(unit) => Ok(Some(stated(unit))),
+            StatedUnit::None => Ok(None),
+            StatedUnit::Unknown(text) if quantity.is_required() => {
+                Err(Some(unknown_unit(column, &text, quantity)))
+            }
+            StatedUnit::Unknown(text) => {
+                warnings.push(format!(
+                    "column `{column}` is left out: `{text}` is no unit of {quantity}; expected one of {}",
+                    Unit::that_fit(quantity.dimension())
+                ));
+                Err(None)
+            }
+        },
+    }
 }
 
 /// The unit of a column that is a yaw rate by its name, and no heading.

@@ -8,14 +8,12 @@ use seatrial::commission::{
 };
 use seatrial_core::{AbortReason, Envelope};
 
+use super::proposal::MOST_REPEATS;
 use super::step_run::{Patience, StepRecord, StepRun};
 use super::{Commissioned, Ending, GainedVehicle, Lost, Proposal, check_text, response_text};
 
 /// The first step with new gains, rad.
 const SMALL_STEP_RAD: f64 = 0.14;
-
-/// Steps of a commission that are repeated at most.
-pub(super) const MOST_REPEATS: usize = 2;
 
 /// What is to be done.
 pub struct Order<'a> {

@@ -5,7 +5,6 @@ use seatrial::commission::{
 };
 use seatrial_core::{CascadeSettings, SchedulePoint, YawModel};
 
-use super::conduct::MOST_REPEATS;
 use super::step_run::Patience;
 use crate::Error;
 use crate::models::{ModelPoint, Models};
@@ -24,6 +23,9 @@ const SHORTEST_HOLD_S: f64 = 8.0;
 const LONGEST_HOLD_S: f64 = 60.0;
 /// What foreseen boats settle for at least before their first step, s.
 const SETTLE_S: f64 = 5.0;
+
+/// Steps of a commission that are repeated at most.
+pub(super) const MOST_REPEATS: usize = 2;
 
 /// How the autopilot controls its heading, as it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -139,14 +139,7 @@ pub fn commission_one(
     let boat = drawn(class_s, &mut draw);
     let boat = if has_sea { in_a_sea(boat, seed) } else { boat };
     let evidence = evidence(&boat, &mut draw, loop_interval_s);
-    let time_constant_s = -1.0 / boat.model.a22_per_s;
-    let test = StepTest {
-        step_rad: STEP_RAD,
-        settle_s: SETTLE_S,
-        hold_s: HOLD_S.max(HOLD_TIME_CONSTANTS * time_constant_s),
-        sample_interval_s: (0.05 / loop_interval_s).round() * loop_interval_s,
-        loop_interval_s,
-    };
+    let test = full_steps(&boat, loop_interval_s);
     let proposed = propose(&evidence, &defaults()).ok()?;
     let smoothing_s = 0.2 / proposed.angle_gain_per_s;
     let trial = Steps {
@@ -154,15 +147,7 @@ pub fn commission_one(
         seed,
         smoothing_s,
     };
-    let respond = |settings: &CascadeSettings<f64>| {
-        let legs = trial.record(settings, &test, 0);
-        Response::measure(
-            &legs,
-            STEP_RAD,
-            smoothing_s,
-            scatter_rad(&legs, smoothing_s)?,
-        )
-    };
+    let respond = |settings: &CascadeSettings<f64>| trial.response(settings, &test);
     let (old, new) = (respond(&defaults())?, respond(&proposed)?);
     let small_test = StepTest {
         step_rad: SMALL_STEP_RAD,
@@ -185,7 +170,7 @@ pub fn commission_one(
     };
     let is_kept = trial.keeps(&proposed, &test, &stages)?;
     Some(Commissioning {
-        time_constant_s,
+        time_constant_s: -1.0 / boat.model.a22_per_s,
         lag_s: boat.lag_s,
         is_better: truly.keeps(&proposed, &test, &stages[1..])?,
         is_as_foreseen: (overshoot.low..=overshoot.high).contains(&new.overshoot),
@@ -197,6 +182,17 @@ pub fn commission_one(
         ],
         is_kept,
     })
+}
+
+/// The steps that a boat is tried by.
+fn full_steps(boat: &Boat, loop_interval_s: f64) -> StepTest {
+    StepTest {
+        step_rad: STEP_RAD,
+        settle_s: SETTLE_S,
+        hold_s: HOLD_S.max(HOLD_TIME_CONSTANTS / -boat.model.a22_per_s),
+        sample_interval_s: (0.05 / loop_interval_s).round() * loop_interval_s,
+        loop_interval_s,
+    }
 }
 
 /// Steps of a boat in its sea.
@@ -216,6 +212,13 @@ impl Steps<'_> {
     ) -> [Vec<StepInstant>; 2] {
         let seed = self.seed.wrapping_add(1_000_003 * repeat as u64);
         test.learnt(settings).simulate(self.boat, settings, seed)
+    }
+
+    /// What these settings make of a test.
+    fn response(&self, settings: &CascadeSettings<f64>, test: &StepTest) -> Option<Response> {
+        let legs = self.record(settings, test, 0);
+        let scatter_rad = scatter_rad(&legs, self.smoothing_s)?;
+        Response::measure(&legs, test.step_rad, self.smoothing_s, scatter_rad)
     }
 
     /// Would a commission keep these settings by these stages?
