@@ -136,7 +136,8 @@ fn io_an_abort_does_not_wait_for_slow_requests() {
 #[test]
 fn io_an_abort_does_not_wait_until_a_flood_is_over() {
     let folder = tempfile::tempdir().unwrap();
-    let served = Served::start(folder.path(), 5.0);
+    // So few that a busy machine does not earn one meanwhile.
+    let served = Served::start(folder.path(), 0.5);
     let statuses: Vec<u16> = (0..30)
         .map(|_| served.ask(&served.viewer, "GET", "/vehicles", "").0)
         .collect();
