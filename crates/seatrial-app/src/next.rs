@@ -4,7 +4,7 @@ use std::path::Path;
 
 #[cfg(feature = "trials")]
 use seatrial::campaign::Campaign;
-use seatrial::identification::Outcome;
+use seatrial::identification::{Outcome, ReasonCode};
 use seatrial_core::Axis;
 #[cfg(feature = "trials")]
 use seatrial_core::Outcome as TrialOutcome;
@@ -51,6 +51,7 @@ pub fn after_log(found: &IdentifiedLog, call: &str, schedule: Option<&Path>) -> 
         Outcome::Use | Outcome::UseWithCare if found.axis == Axis::Pitch => {
             format!("{call} --json > model.json")
         }
+        Outcome::Use | Outcome::UseWithCare if has_no_gain(found) => with_verb(call, "report"),
         Outcome::Use | Outcome::UseWithCare => {
             let gains = match schedule {
                 Some(written) => format!("seatrial gains --schedule {}", written.display()),
@@ -68,6 +69,13 @@ pub fn after_log(found: &IdentifiedLog, call: &str, schedule: Option<&Path>) -> 
         Outcome::NotValidated => format!("{call} --validate-on SECOND_LOG"),
         Outcome::DoNotUse => with_verb(call, "report"),
     }
+}
+
+/// Is it one model, for which `gains` has no gain?
+fn has_no_gain(found: &IdentifiedLog) -> bool {
+    let is_one = found.models.as_ref().is_none_or(|models| models.len() < 2);
+    let model = found.identification().filter(|_| is_one);
+    model.is_some_and(|model| model.verdict.has(&ReasonCode::Unstable))
 }
 
 /// The command that goes on from the campaign of this number in a logbook: into the autopilot that it was made on, where that steers

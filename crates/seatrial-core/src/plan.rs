@@ -12,6 +12,9 @@ pub const SPEEDS: usize = 16;
 /// lambda P of the default filter: 1.5 rad/s for the paper's doublet of 4 s.
 const LAMBDA_TIMES_PERIOD: f64 = 6.0;
 
+/// More repeats never end.
+const MOST_REPEATS: u32 = 100;
+
 /// The paper's vehicle at its middle speed: T = 1/1.07 s (Table II).
 const PAPER_TIME_CONSTANT_S: f64 = 1.0 / 1.07;
 
@@ -112,7 +115,7 @@ pub struct Plan<T> {
     pub stop_on_convergence: bool,
     /// A run is accepted from this R^2 of heading on, see [`GoodnessOfFit::reaches`](crate::GoodnessOfFit::reaches).
     pub accept_from_r2: T,
-    /// Times a run that is not accepted is repeated.
+    /// Times a run that is not accepted is repeated, at most 100.
     pub max_repeats: u32,
     /// When training may begin.
     pub settle: Settle<T>,
@@ -246,6 +249,11 @@ impl<T: Real> Plan<T> {
             !self.thrusts.is_empty() && self.thrusts.iter().all(|t| *t > T::ZERO && *t <= T::ONE),
             "thrusts",
             "a list of 1 to 16 fractions of full thrust, above 0 and at most 1",
+        )?;
+        require(
+            self.max_repeats <= MOST_REPEATS,
+            "max_repeats",
+            "at most 100",
         )?;
         require(
             is_positive(self.rudder_limit_rad) && self.rudder_limit_rad < T::PI / T::of(2.0),

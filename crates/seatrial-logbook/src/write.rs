@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use rusqlite::backup::Backup;
-use rusqlite::{Connection, ErrorCode, Transaction, TransactionBehavior, params};
+use rusqlite::{Connection, ErrorCode, OpenFlags, Transaction, TransactionBehavior, params};
 use seatrial_core::Outcome;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -183,16 +183,20 @@ impl Logbook {
     /// Enters how a campaign ended.
     ///
     /// # Errors
-    /// Also where the file was renamed, removed or replaced meanwhile; where its runs are is said.
+    /// Also where the file was renamed, removed or replaced meanwhile; where its runs are is said. Also where something else wrote into it.
     pub fn finish_campaign(&mut self, campaign: CampaignId, outcome: Outcome) -> Result<(), Error> {
         self.end_campaign(campaign, outcome)?;
-        match self.has_moved() {
-            true => Err(Error::NotSaved {
-                path: self.path.clone(),
-                cause: self.saved_elsewhere(),
-            }),
-            false => Ok(()),
-        }
+        let cause = match self.has_moved() {
+            true => self.saved_elsewhere(),
+            false if self.file.is_some() && !is_sound(&self.path) => {
+                "something else wrote into the file during the trial, and runs in it are damaged or lost".into()
+            }
+            false => return Ok(()),
+        };
+        Err(Error::NotSaved {
+            path: self.path.clone(),
+            cause,
+        })
     }
 
     /// Where the runs are of a logbook whose name leads to it no more. One that was removed is saved under a new name.
@@ -256,6 +260,27 @@ impl Logbook {
 
     fn has_moved(&self) -> bool {
         self.file.is_some() && self.file != file_identity(&self.path)
+    }
+}
+
+/// Does somebody who opens the file find its pages in order? Of a large one only the first pages are looked at.
+fn is_sound(path: &Path) -> bool {
+    const SMALL: u64 = 64 << 20;
+    let is_small = std::fs::metadata(path).is_ok_and(|file| file.len() <= SMALL);
+    let looked_at = if is_small {
+        "PRAGMA quick_check(1)"
+    } else {
+        "SELECT 'ok' FROM campaign"
+    };
+    let found = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)
+        .and_then(|other| other.query_row(looked_at, [], |row| row.get::<_, String>(0)));
+    match found {
+        Ok(said) => said == "ok",
+        // Another's lock is no damage.
+        Err(error) => !matches!(
+            error.sqlite_error_code(),
+            Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase)
+        ),
     }
 }
 

@@ -195,6 +195,20 @@ fn io_yaw_rate_has_the_unit_that_integrates_to_the_heading() {
     }
 }
 
+/// One motor of two by itself gives a model of half the steering.
+#[test]
+fn io_two_motors_are_told_to_be_taken_together() {
+    let fault = read_with(
+        "t,yaw,left_motor_pwm,right_motor_pwm\n0,0.1,1600,1400\n1,0.2,1700,1300\n",
+        &ChannelChoice::default(),
+    );
+    let text = fault.err().unwrap().to_string();
+    assert!(
+        text.contains(r#"columns = ["left_motor_pwm", "right_motor_pwm"]"#),
+        "{text}"
+    );
+}
+
 /// A compass that jumped is left out by the option, and the gyro is no witness of itself.
 #[test]
 fn io_a_yaw_rate_that_is_chosen_for_the_heading_is_integrated() {

@@ -3,7 +3,7 @@
 use seatrial_core::YawModel;
 
 /// Two-sided 95 % point of the normal distribution: the half width of a 95 % interval in standard deviations.
-pub(crate) const NORMAL_95: f64 = 1.959_963_984_540_054;
+pub const NORMAL_95: f64 = 1.959_963_984_540_054;
 
 /// The 95 % interval of a quantity computed from a model, by the delta method.
 ///

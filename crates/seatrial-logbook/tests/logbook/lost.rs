@@ -177,3 +177,26 @@ fn io_a_logbook_that_is_removed_or_replaced_during_a_trial_is_saved_beside() {
         }
     }
 }
+
+#[cfg(unix)]
+#[test]
+fn io_a_logbook_that_something_else_writes_into_during_a_trial_is_not_called_saved() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.db");
+    let (run, steps) = &example_runs()[0];
+    let mut recorder = begun(&path);
+    recorder
+        .begin_run(run.number, run.thrust, run.attempt)
+        .unwrap();
+    steps.iter().for_each(|step| recorder.step(*step).unwrap());
+    fs::OpenOptions::new()
+        .write(true)
+        .truncate(true)
+        .open(&path)
+        .unwrap();
+    // Where the run itself cannot be written, that is told.
+    let told = recorder
+        .finish_run(run)
+        .and(recorder.finish(Outcome::Finished));
+    assert!(told.is_err(), "{told:?}");
+}
