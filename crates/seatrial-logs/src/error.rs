@@ -5,7 +5,7 @@ use std::io;
 
 use crate::Quantity;
 pub(crate) use crate::name::clipped;
-use crate::name::list;
+use crate::name::{list, of_two_sides};
 
 /// Binary formats that are read, for messages.
 const BINARY_FORMATS: &str = "Parquet, ArduPilot DataFlash (.bin), MAVLink telemetry (.tlog), PX4 ULog (.ulg), Slocum (.dbd), MCAP and rosbag2 (.db3)";
@@ -484,23 +484,4 @@ fn nearest_text(nearest: &Option<String>) -> String {
     nearest.as_ref().map_or(String::new(), |name| {
         format!(" (did you mean `{}`?)", clipped(name))
     })
-}
-/// What two motors or fins, one to each side, are taken for together.
-fn of_two_sides(quantity: Quantity, candidates: &[String]) -> String {
-    const SIDES: [[&str; 2]; 3] = [["left", "right"], ["port", "starboard"], ["port", "stbd"]];
-    let [first, second] = candidates else {
-        return String::new();
-    };
-    let has = |side: &str| {
-        let of = |name: &String| name.to_lowercase().contains(side);
-        of(first) || of(second)
-    };
-    match quantity == Quantity::Rudder && SIDES.iter().any(|sides| sides.iter().all(|s| has(s))) {
-        true => format!(
-            "; two motors or fins that turn against each other are taken together by columns = [\"{}\", \"{}\"] under [channels.rudder] in a file for --channels",
-            clipped(first),
-            clipped(second)
-        ),
-        false => String::new(),
-    }
 }

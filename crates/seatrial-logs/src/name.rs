@@ -376,6 +376,26 @@ pub(crate) fn list(names: &[String]) -> String {
     text
 }
 
+/// What two motors or fins, one to each side, are taken for together.
+pub(crate) fn of_two_sides(quantity: Quantity, candidates: &[String]) -> String {
+    const SIDES: [[&str; 2]; 3] = [["left", "right"], ["port", "starboard"], ["port", "stbd"]];
+    let [first, second] = candidates else {
+        return String::new();
+    };
+    let has = |side: &str| {
+        let of = |name: &String| name.to_lowercase().contains(side);
+        of(first) || of(second)
+    };
+    match quantity == Quantity::Rudder && SIDES.iter().any(|sides| sides.iter().all(|s| has(s))) {
+        true => format!(
+            "; two motors or fins that turn against each other are taken together by columns = [\"{}\", \"{}\"] under [channels.rudder] in a file for --channels",
+            clipped(first),
+            clipped(second)
+        ),
+        false => String::new(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
