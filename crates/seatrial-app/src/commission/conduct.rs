@@ -3,12 +3,11 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use seatrial::commission::{
-    Evidence, Foreseen, Judgement, ModelCheck, Response, Stage, StepInstant, StepTest, check_model,
-    foresee, judge, scatter_rad,
+    Evidence, Foreseen, Judged, Judgement, MOST_REPEATS, ModelCheck, Response, Stage, StepInstant,
+    StepTest, check_model, foresee, judge_repeats,
 };
 use seatrial_core::{AbortReason, Envelope};
 
-use super::proposal::MOST_REPEATS;
 use super::step_run::{Patience, StepRecord, StepRun};
 use super::{Commissioned, Ending, GainedVehicle, Lost, Proposal, check_text, response_text};
 
@@ -69,7 +68,9 @@ impl Commission<'_> {
     fn run(&mut self, found: &mut Commissioned) -> Result<Ending, Lost> {
         let proposal = self.order.proposal;
         let old = self.steps(&proposal.test, proposal.old_patience(), "old gains")?;
-        let response = self.measured(std::slice::from_ref(&old), &proposal.test, 0.0)?;
+        let (step_rad, smoothing_s) = (proposal.test.step_rad, proposal.smoothing_s);
+        let response = Response::measure(&old.legs, step_rad, smoothing_s, 0.0);
+        let response = response.ok_or_else(|| ended_for(AbortReason::StaleSamples))?;
         self.tell("old gains", &old, &response);
         found.old = Some(response);
         let check = check_model(&proposal.evidence.boat(), &old.legs);
@@ -120,27 +121,30 @@ impl Commission<'_> {
             Stage::Full => "new gains",
         };
         let mut patience = proposal.new_patience();
-        let mut records = Vec::new();
+        let of_old = (&old.legs, proposal.test.step_rad);
+        let mut repeated = Vec::new();
         loop {
-            let record = self.steps(test, patience, name)?;
-            let scatter_rad = self.scatter_rad(old)?.min(self.scatter_rad(&record)?);
-            records.push(record);
-            let new = self.measured(&records, test, scatter_rad)?;
-            let of_old = self.measured(std::slice::from_ref(old), &proposal.test, scatter_rad)?;
-            self.tell(name, &records[records.len() - 1], &new);
-            found.old = Some(of_old);
+            let mut record = self.steps(test, patience, name)?;
+            repeated.push(std::mem::take(&mut record.legs));
+            let stage_and_size = (stage, test.step_rad);
+            let judged = judge_repeats(
+                stage_and_size,
+                &repeated,
+                of_old,
+                foreseen,
+                proposal.smoothing_s,
+            );
+            let Judged {
+                new,
+                old,
+                judgement,
+            } = judged.ok_or_else(|| ended_for(AbortReason::StaleSamples))?;
+            self.tell(name, &record, &new);
+            found.old = Some(old);
             match stage {
                 Stage::Small => found.small = Some(new),
                 Stage::Full => found.new = Some(new),
             }
-            let judgement = judge(
-                stage,
-                test.step_rad,
-                &new,
-                Some(&of_old),
-                foreseen,
-                scatter_rad,
-            );
             if *repeats == 0 || !judgement.is_worth_repeating() {
                 return Ok(judgement);
             }
@@ -149,11 +153,6 @@ impl Commission<'_> {
             let against: Vec<String> = judgement.against.iter().map(ToString::to_string).collect();
             (self.progress)(&format!("{name}: {}: once more", against.join("; ")));
         }
-    }
-
-    fn scatter_rad(&self, record: &StepRecord) -> Result<f64, Lost> {
-        scatter_rad(&record.legs, self.order.proposal.smoothing_s)
-            .ok_or_else(|| ended_for(AbortReason::StaleSamples))
     }
 
     fn steps(
@@ -221,18 +220,6 @@ impl Commission<'_> {
                 "the vehicle went at {kept:.2} m/s where the model is of {wanted:.2} m/s: {advice}"
             ),
         })
-    }
-
-    fn measured(
-        &self,
-        records: &[StepRecord],
-        test: &StepTest,
-        scatter_rad: f64,
-    ) -> Result<Response, Lost> {
-        let repeats: Vec<_> = records.iter().map(|record| record.legs.clone()).collect();
-        let smoothing_s = self.order.proposal.smoothing_s;
-        Response::of_repeats(&repeats, test.step_rad, smoothing_s, scatter_rad)
-            .ok_or_else(|| ended_for(AbortReason::StaleSamples))
     }
 
     fn tell(&mut self, name: &str, record: &StepRecord, response: &Response) {

@@ -1,7 +1,7 @@
 //! What is proposed for a vehicle, from one of its models.
 
 use seatrial::commission::{
-    Evidence, Foreseen, NoProposal, StepTest, foresee, propose as designed,
+    Evidence, Foreseen, MOST_REPEATS, NoProposal, StepTest, foresee, propose as designed,
 };
 use seatrial_core::{CascadeSettings, SchedulePoint, YawModel};
 
@@ -23,9 +23,6 @@ const SHORTEST_HOLD_S: f64 = 8.0;
 const LONGEST_HOLD_S: f64 = 60.0;
 /// What foreseen boats settle for at least before their first step, s.
 const SETTLE_S: f64 = 5.0;
-
-/// Steps of a commission that are repeated at most.
-pub(super) const MOST_REPEATS: usize = 2;
 
 /// How the autopilot controls its heading, as it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]

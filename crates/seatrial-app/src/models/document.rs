@@ -118,7 +118,7 @@ enum NoModel {
 }
 
 impl NoModel {
-    fn told(self, place: &str) -> Error {
+    fn at(self, place: &str) -> Error {
         match self {
             Self::Wrong(_) => Error::Setting(format!("{place}: {self}")),
             Self::NoVerdict | Self::NoEstimate => {
@@ -224,7 +224,7 @@ impl Models {
     fn take_runs(&mut self, runs: &[StoredRun]) -> Result<(), Error> {
         let mut refused = Vec::new();
         for (run, number) in runs.iter().zip(1..) {
-            let said = |why: NoModel| why.told(&format!("{}: run {number}", self.origin));
+            let said = |why: NoModel| why.at(&format!("{}: run {number}", self.origin));
             let verdict = run.verdict.as_ref();
             if !verdict.ok_or(NoModel::NoVerdict).map_err(said)?.accepted {
                 refused.push(run);
@@ -261,7 +261,7 @@ impl Models {
         identification: &StoredIdentification,
         surge_speed_m_s: Option<f64>,
     ) -> Result<(), Error> {
-        let said = |why: NoModel| why.told(&self.origin);
+        let said = |why: NoModel| why.at(&self.origin);
         let point = identification.point(None, surge_speed_m_s).map_err(said)?;
         let verdict = identification.verdict.as_ref();
         if !verdict.ok_or(NoModel::NoVerdict).map_err(said)?.accepted {

@@ -4,8 +4,9 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::StepInstant;
 use super::foresee::Foreseen;
-use super::response::{Response, WITHIN};
+use super::response::{Response, WITHIN, scatter_rad};
 
 /// What new gains may not exceed whatever the old ones did: overshoot and oscillation, fractions of the step; steady error,
 /// rad; rudder activity, full deflections per second.
@@ -24,6 +25,9 @@ const BEYOND_SETTLING: f64 = 1.6;
 const BEYOND_ACTIVITY: f64 = 2.0;
 /// Activity that needs no comparison, full deflections per second.
 const LITTLE_ACTIVITY_PER_S: f64 = 0.1;
+
+/// Steps of a commission that are repeated at most.
+pub const MOST_REPEATS: usize = 2;
 
 /// Which step is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -138,11 +142,42 @@ impl Judgement {
     }
 }
 
+/// What steps with new gains, and those with the old ones, are found to be in one sea, and what becomes of the new gains.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judged {
+    /// Steps with the new gains, all repeats.
+    pub new: Response,
+    /// Those with the old ones.
+    pub old: Response,
+    /// What becomes of the new gains.
+    pub judgement: Judgement,
+}
+
+/// Judges repeated steps of this size with the new gains beside those of the old ones, which had a size of their own. The heading is averaged over
+/// `smoothing_s`. What the calmer of the old steps and the last new ones leave is sea and compass. `None` where a leg has too few samples.
+pub fn judge_repeats(
+    (stage, step_rad): (Stage, f64),
+    new: &[[Vec<StepInstant>; 2]],
+    (old, old_step_rad): (&[Vec<StepInstant>; 2], f64),
+    foreseen: &Foreseen,
+    smoothing_s: f64,
+) -> Option<Judged> {
+    let scatter_rad = scatter_rad(old, smoothing_s)?.min(scatter_rad(new.last()?, smoothing_s)?);
+    let new = Response::of_repeats(new, step_rad, smoothing_s, scatter_rad)?;
+    let old = Response::measure(old, old_step_rad, smoothing_s, scatter_rad)?;
+    let judgement = judge(stage, step_rad, &new, Some(&old), foreseen, scatter_rad);
+    Some(Judged {
+        new,
+        old,
+        judgement,
+    })
+}
+
 /// Judges the new gains by a step of this size. The old ones count where they did better; where they did not settle, the
 /// limits that hold for every boat still do. `scatter_rad` is what sea and compass move a heading by that is held.
 ///
 /// Gains that overshoot less than the old ones by a share of the step may take that share longer to settle, and what the scatter makes of both times.
-pub fn judge(
+fn judge(
     stage: Stage,
     step_rad: f64,
     new: &Response,

@@ -22,6 +22,6 @@ pub use boat::{Boat, StepInstant, StepTest, learning_s};
 pub use design::propose;
 pub use evidence::{Evidence, NoProposal};
 pub use foresee::{Foreseen, Range, foresee};
-pub use judge::{Against, Judgement, Stage, judge};
+pub use judge::{Against, Judged, Judgement, MOST_REPEATS, Stage, judge_repeats};
 pub use model_check::{ModelCheck, check_model};
-pub use response::{Response, scatter_rad};
+pub use response::Response;

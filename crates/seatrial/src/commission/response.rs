@@ -60,7 +60,7 @@ impl Response {
 
     /// Measures repeated steps: where the heading goes on the mean of them, in which sea and compass are smaller, how it swings and the
     /// rudder works on each.
-    pub fn of_repeats(
+    pub(super) fn of_repeats(
         repeats: &[[Vec<StepInstant>; 2]],
         step_rad: f64,
         smoothing_s: f64,
@@ -123,7 +123,7 @@ impl Response {
 
 /// What sea and compass move a heading by that is held: the deviation of the last half of each leg from a straight line, at most a
 /// degree, the larger of both. `None` where a leg has too few samples.
-pub fn scatter_rad(legs: &[Vec<StepInstant>], smoothing_s: f64) -> Option<f64> {
+pub(super) fn scatter_rad(legs: &[Vec<StepInstant>], smoothing_s: f64) -> Option<f64> {
     let each = legs.iter().map(|leg| {
         let heading_rad = smoothed(leg, (smoothing_s / interval_s(leg)?) as usize);
         let rest = off_the_line(&heading_rad[leg.len() / 2..]);

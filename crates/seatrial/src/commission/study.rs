@@ -7,7 +7,7 @@ use super::boat::{Boat, StepInstant, StepTest};
 use super::design::propose;
 use super::evidence::Evidence;
 use super::foresee::{Foreseen, foresee};
-use super::judge::{Stage, judge};
+use super::judge::{MOST_REPEATS, Stage, judge_repeats};
 use super::response::{Response, scatter_rad};
 use crate::draw::Draw;
 
@@ -78,9 +78,6 @@ pub struct Commissioning {
     /// Was the overshoot that was measured in the interval that was foreseen?
     pub is_as_foreseen: bool,
 }
-
-/// Steps of a commission that are repeated at most.
-const MOST_REPEATS: usize = 2;
 
 /// Rover's settings as they come, 4.6.
 pub fn defaults() -> CascadeSettings<f64> {
@@ -228,27 +225,21 @@ impl Steps<'_> {
         test: &StepTest,
         stages: &[(Stage, StepTest, Foreseen)],
     ) -> Option<bool> {
-        let old = [self.record(&defaults(), test, 0)];
+        let old = self.record(&defaults(), test, 0);
         let mut repeats = 0;
         for (stage, test, foreseen) in stages {
             let mut records = Vec::new();
             loop {
                 records.push(self.record(settings, test, repeats));
-                let scatter_rad = scatter_rad(&old[0], self.smoothing_s)?
-                    .min(scatter_rad(&records[records.len() - 1], self.smoothing_s)?);
-                let measured = |records: &[_], step_rad| {
-                    Response::of_repeats(records, step_rad, self.smoothing_s, scatter_rad)
-                };
-                let new = measured(&records, test.step_rad)?;
-                let old = measured(&old, STEP_RAD)?;
-                let judgement = judge(
-                    *stage,
-                    test.step_rad,
-                    &new,
-                    Some(&old),
+                let stage = (*stage, test.step_rad);
+                let judgement = judge_repeats(
+                    stage,
+                    &records,
+                    (&old, STEP_RAD),
                     foreseen,
-                    scatter_rad,
-                );
+                    self.smoothing_s,
+                )?
+                .judgement;
                 if judgement.keep {
                     break;
                 }

@@ -78,30 +78,32 @@ impl<'a> Edges<'a> {
     pub fn of(samples: &'a [Sample<f64>], model: Option<YawModel<f64>>) -> Self {
         let usual_s = median_interval_s(samples).unwrap_or(0.0);
         let lost = LostRudder::Interpolated;
-        // Where the vehicle turns far in a usual interval, every interval may hide an edge.
-        let first_damping = || {
-            let span = RecordSpan::of(samples).ok()?;
-            span.first_damping(samples, None).ok()
-        };
-        let damping_per_s = model.map(|m| m.a22_per_s).or_else(first_damping);
-        let seen_s = match damping_per_s.is_some_and(|d| usual_s * d.abs() > SLOW) {
-            true => 0.0,
-            false => usual_s,
-        };
+        // Of no usual interval, every one may hide an edge.
+        const ANY_S: f64 = 0.0;
         let hidden = |(before, pair): (usize, &[Sample<f64>])| {
             let interval_s = pair[1].time_s - pair[0].time_s;
             let moved_rad = pair[1].rudder_rad - pair[0].rudder_rad;
-            let hides_edge = lost.hides_edge(interval_s, seen_s, moved_rad);
-            hides_edge.then(|| Edge {
+            let may_hide = lost.hides_edge(interval_s, ANY_S, moved_rad);
+            may_hide.then(|| Edge {
                 before,
                 steps: lost.steps(interval_s, usual_s),
                 is_lost: lost.hides_edge(interval_s, usual_s, moved_rad),
             })
         };
-        Self {
-            samples,
-            all: samples.windows(2).enumerate().filter_map(hidden).collect(),
+        let mut all: Vec<Edge> = samples.windows(2).enumerate().filter_map(hidden).collect();
+        let first_damping = || {
+            let span = RecordSpan::of(samples).ok()?;
+            span.first_damping(samples, None).ok()
+        };
+        // Between samples an edge matters to a vehicle that turns far in a usual interval.
+        let is_slow = || {
+            let damping_per_s = model.map(|m| m.a22_per_s).or_else(first_damping);
+            damping_per_s.is_some_and(|d| usual_s * d.abs() > SLOW)
+        };
+        if all.iter().any(|edge| !edge.is_lost) && !is_slow() {
+            all.retain(|edge| edge.is_lost);
         }
+        Self { samples, all }
     }
 
     /// In how many of them samples were lost.

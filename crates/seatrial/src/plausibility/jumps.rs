@@ -15,7 +15,7 @@
 use seatrial_core::{Real, Sample};
 
 use super::turn;
-use crate::record::Record;
+use crate::record::{Record, median};
 use crate::stated_units::HeadingJumps;
 
 /// Smaller steps are left to noise and to the compass's own test, rad.
@@ -33,15 +33,12 @@ const DEVIATION: f64 = 1.4826;
 
 /// Takes the jumps of the heading off that a gyro proves, and says so in the record's units.
 pub(super) fn take_off(record: &mut Record) {
-    if !turn::agrees(record) {
-        return;
-    }
     let found = jumps(&record.samples);
     let most = record.samples.len() / ROWS_A_JUMP;
     let Some(largest) = found.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())) else {
         return;
     };
-    if found.len() > most {
+    if found.len() > most || !turn::agrees(record) {
         return;
     }
     record.units.heading_jumps = Some(HeadingJumps {
@@ -49,9 +46,14 @@ pub(super) fn take_off(record: &mut Record) {
         largest_rad: largest.1.abs(),
         largest_at_s: record.samples[largest.0].time_s,
     });
-    for (row, jump_rad) in found {
-        for sample in &mut record.samples[row..] {
-            sample.heading_rad = Real::wrapped(sample.heading_rad - jump_rad);
+    let mut found = found.into_iter().peekable();
+    let mut jumped_rad = 0.0;
+    for (row, sample) in record.samples.iter_mut().enumerate() {
+        while let Some((_, jump_rad)) = found.next_if(|(at, _)| *at == row) {
+            jumped_rad += jump_rad;
+        }
+        if jumped_rad != 0.0 {
+            sample.heading_rad = Real::wrapped(sample.heading_rad - jumped_rad);
         }
     }
 }
@@ -68,14 +70,18 @@ fn jumps(samples: &[Sample<f64>]) -> Vec<(usize, f64)> {
         return Vec::new();
     };
     let steps: Vec<f64> = samples.windows(2).map(step).collect();
-    let middle = median(beside.clone());
-    let usual = DEVIATION * median(beside.iter().map(|j| (j - middle).abs()).collect());
+    let middle = median(beside.clone()).unwrap_or(0.0);
+    let apart = median(beside.iter().map(|j| (j - middle).abs()).collect());
+    let least_rad = LEAST_JUMP_RAD.max(FAR * DEVIATION * apart.unwrap_or(0.0));
+    let is_own = |at: usize, jump_rad: f64| {
+        let about = about(&steps, at);
+        let is_stuck = about.iter().filter(|step| **step == 0.0).count() > 1;
+        let usual = median(about).unwrap_or(0.0);
+        (steps[at] - usual).abs() > OWN * jump_rad.abs() && !is_stuck
+    };
     let is_jump = |at: &usize| {
         let jump_rad = beside[*at] - middle;
-        let about = about(&steps, *at);
-        let stands_out = (steps[*at] - median(about.clone())).abs() > OWN * jump_rad.abs();
-        let is_stuck = about.iter().filter(|step| **step == 0.0).count() > 1;
-        jump_rad.abs() > LEAST_JUMP_RAD.max(FAR * usual) && stands_out && !is_stuck
+        jump_rad.abs() > least_rad && is_own(*at, jump_rad)
     };
     (ABOUT..steps.len().saturating_sub(ABOUT))
         .filter(is_jump)
@@ -88,14 +94,6 @@ fn about(steps: &[f64], at: usize) -> Vec<f64> {
     let near = &steps[at - ABOUT..=at + ABOUT];
     let others = near.iter().enumerate().filter(|(i, _)| *i != ABOUT);
     others.map(|(_, step)| *step).collect()
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    match values.is_empty() {
-        true => 0.0,
-        false => *values.select_nth_unstable_by(middle, f64::total_cmp).1,
-    }
 }
 
 #[cfg(test)]
