@@ -256,7 +256,7 @@ impl Independent {
                 .zip(mean_speed_m_s(&samples))
                 .map(Into::into),
             largest_jump: CompassError::of(&samples).largest_jump,
-            estimate: validation_estimate_behind(&samples, explained.delay_s())
+            estimate: validation_estimate_behind(&samples, Some(chosen.model), explained.delay_s())
                 .filter(is_comparable)
                 .map(|estimate| match chosen.lagging() {
                     // It was made behind the training's lag.
