@@ -79,10 +79,8 @@ pub struct FirstOrderFit {
     pub play_rad: Option<f64>,
 }
 
-/// Share of the vehicles that explain a record alike on which the heading gain must hold, where validation data prove them.
-const LEAST_HOLDING: f64 = 0.5;
-/// Share of the vehicles on which the heading gain must hold where validation data do not prove them.
-const LEAST_UNPROVEN: f64 = 0.2;
+/// Share of the vehicles that explain a record alike on which the heading gain must hold.
+const LEAST_HOLDING: f64 = 0.8;
 
 impl Explained {
     /// Estimates from the whole record and asks what a first-order vehicle leaves unexplained.
@@ -181,12 +179,8 @@ impl Explained {
         let share = found.robust.share;
         let is_telling = is_telling(&refined);
         let first_order = if is_telling { &refined } else { &found.refined };
-        let least = match is_proven || data.is_none() {
-            true => LEAST_HOLDING,
-            false => LEAST_UNPROVEN,
-        };
         let most_gain = most_gain(&contest, first_order, interval_s, amplitude_rad)
-            .filter(|[_, holding]| *holding >= least)
+            .filter(|[_, holding]| *holding >= LEAST_HOLDING)
             .map(|[gain, _]| gain);
         Ok(Self::HigherOrder {
             alone: Some(Box::new(found.refined.clone())),
