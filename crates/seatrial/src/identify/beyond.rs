@@ -8,7 +8,7 @@ use crate::gain_allowance::{DAMPING_RATIO, GainAllowance, sampled};
 use crate::identification::{EstimateMethod, HigherOrder, Refined, WIDEST_A22, WIDEST_B2};
 use crate::likelihood::filter::{Noise, heading_step};
 use crate::likelihood::hypothesis::Vehicle;
-use crate::likelihood::steering_model::first_order_at;
+use crate::likelihood::steering_model::{first_order_at, steady_gain};
 use crate::likelihood::{Candidate, Contest, Disturbance, SteeringModel};
 use crate::propagation::NORMAL_95;
 
@@ -32,6 +32,7 @@ pub fn beyond_first_order(
         structure: problem.structure,
         model: SteeringModel::new(&vehicle, problem.start_of(&fit.x, 0).offset_rad_s2),
         lag_interval_s: None,
+        steady_log_gain: steady_log_gain(contest, rudder_amplitude_rad),
         hypotheses: contest.weighed(),
         validation: None,
     };
@@ -53,6 +54,17 @@ pub fn beyond_first_order(
         .chain(refined.covariance.as_flattened())
         .all(|x| x.is_finite());
     is_finite.then_some((refined, found))
+}
+
+/// Mean and variance of the log of the gain K, 1/s, that the hypotheses' steady turns have at a rudder amplitude, rad.
+fn steady_log_gain(contest: &Contest, amplitude_rad: f64) -> Option<[f64; 2]> {
+    let log_gain = |vehicle: &Vehicle, _: f64| {
+        let gain = steady_gain(vehicle, amplitude_rad);
+        [libm::log(gain.abs()), 0.0, 0.0]
+    };
+    let moments = contest.moments(&log_gain)?;
+    let (mean, variance) = (moments.mean[0], moments.covariance[(0, 0)]);
+    (mean.is_finite() && variance.is_finite()).then_some([mean, variance])
 }
 
 /// Half widths of the 95 % intervals of a22 and b2 over them, beyond which the contest tells no first-order model.

@@ -119,6 +119,7 @@ impl WholeRecord {
             structure: Structure::LAG,
             model: self.steering_model(),
             lag_interval_s: Some(lag.interval_s),
+            steady_log_gain: None,
             hypotheses: Vec::new(),
             validation: None,
         })

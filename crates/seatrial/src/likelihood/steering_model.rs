@@ -193,9 +193,29 @@ impl SteeringModel {
 /// An amplitude of 0 gives the small-signal model. Not a number where no first-order model is near: m under a fifth.
 pub fn first_order_at(vehicle: &Vehicle, offset_rad_s2: f64, amplitude_rad: f64) -> [f64; 3] {
     const LEAST_INERTIA: f64 = 0.2;
-    let has_sway = vehicle.coupling_per_s2 != 0.0;
-    let sway_s = if has_sway { vehicle.sway_s } else { 0.0 };
-    let damping = vehicle.damping_per_s - vehicle.coupling_per_s2 * sway_s;
+    let sway_s = sway_s(vehicle);
+    let [secant, authority] = secant_at(vehicle, amplitude_rad);
+    let inertia = 1.0 + vehicle.coupling_per_s2 * sway_s * sway_s;
+    if inertia < LEAST_INERTIA {
+        return [f64::NAN; 3];
+    }
+    [
+        -secant / inertia,
+        authority / inertia,
+        offset_rad_s2 / inertia,
+    ]
+}
+
+/// K, 1/s, of the steady turn at a rudder amplitude, rad. Where nothing ends the turn, that of a twentieth of the damping without sway.
+pub fn steady_gain(vehicle: &Vehicle, amplitude_rad: f64) -> f64 {
+    const LEAST_DAMPING: f64 = 0.05;
+    let [secant, authority] = secant_at(vehicle, amplitude_rad);
+    authority / secant.max(LEAST_DAMPING * vehicle.damping_per_s.abs())
+}
+
+/// Damping d_s + d2 r_s, 1/s, of the steady turn at a rudder amplitude, rad, and the rudder's effect on it, 1/s^2.
+fn secant_at(vehicle: &Vehicle, amplitude_rad: f64) -> [f64; 2] {
+    let damping = vehicle.damping_per_s - vehicle.coupling_per_s2 * sway_s(vehicle);
     let reaching = match amplitude_rad > 0.5 * vehicle.play_rad {
         true => 1.0 - 0.5 * vehicle.play_rad / amplitude_rad,
         false => 1.0,
@@ -208,15 +228,15 @@ pub fn first_order_at(vehicle: &Vehicle, offset_rad_s2: f64, amplitude_rad: f64)
         true => 0.5 * (damping + root),
         false => damping,
     };
-    let inertia = 1.0 + vehicle.coupling_per_s2 * sway_s * sway_s;
-    if inertia < LEAST_INERTIA {
-        return [f64::NAN; 3];
+    [secant, authority]
+}
+
+/// Time constant of sway, s; 0 for a vehicle without.
+fn sway_s(vehicle: &Vehicle) -> f64 {
+    match vehicle.coupling_per_s2 != 0.0 {
+        true => vehicle.sway_s,
+        false => 0.0,
     }
-    [
-        -secant / inertia,
-        authority / inertia,
-        offset_rad_s2 / inertia,
-    ]
 }
 
 #[cfg(test)]

@@ -217,6 +217,7 @@ impl Estimate {
             structure: Structure::LAG,
             lag_interval_s: Some([model.rudder_lag_s - half_s, model.rudder_lag_s + half_s]),
             model,
+            steady_log_gain: None,
             hypotheses: Vec::new(),
             validation: None,
         })
