@@ -158,7 +158,8 @@ fn ratio(u_turn: MeasuredUTurn, source: &Models) -> Result<f64, Error> {
         .filter_map(|point| {
             let speed_m_s = point.point.surge_speed_m_s?;
             let radius = |side| {
-                let turn = Turn::new(&point.point.model, source.rudder_limit_rad, side).ok()?;
+                let known = with_steady_turn(point).ok()?;
+                let turn = Turn::new(&known.point.model, source.rudder_limit_rad, side).ok()?;
                 Some(turn.steady_turning_radius_m(speed_m_s))
             };
             Some([
@@ -189,6 +190,39 @@ fn ratio(u_turn: MeasuredUTurn, source: &Models) -> Result<f64, Error> {
     Ok(u_turn.radius_m / predicted_m)
 }
 
+/// Deviation of ln |K| beyond which how tight a long turn gets is not known.
+const MOST_OPEN: f64 = 0.3;
+
+/// The model with the steady turn of the hypotheses that explain its record, where it is not made of them:
+///
+/// ```text
+/// a22 = -|b2|/K_h,   var a22 = a22^2 (var ln K_h + var b2/b2^2)
+/// ```
+///
+/// Refused, with the reason, where they leave the turn open.
+fn with_steady_turn(point: &ModelPoint) -> Result<ModelPoint, String> {
+    let Some([mean, variance]) = point.steady_log_gain else {
+        return Ok(*point);
+    };
+    if variance.is_nan() || variance > MOST_OPEN * MOST_OPEN {
+        return Err("the record does not show how tight a long turn gets: vehicles that explain it alike turn at very different rates; record a turn that is held until the yaw rate settles".into());
+    }
+    let [_, b2, c0] = point.point.model.theta();
+    let share = -b2.signum() * (-mean).exp();
+    let covariance = point.covariance.map(|of| {
+        let mut covariance = of;
+        let a22_by_b2 = [share * share * of[1][1], share * of[1][1], share * of[1][2]];
+        covariance[0] = a22_by_b2;
+        covariance[0][0] += (share * b2).powi(2) * variance;
+        (covariance[1][0], covariance[2][0]) = (a22_by_b2[1], a22_by_b2[2]);
+        covariance
+    });
+    let mut turning = *point;
+    turning.point.model = YawModel::from_theta([share * b2, b2, c0]);
+    turning.covariance = covariance;
+    Ok(turning)
+}
+
 fn point_limits(
     point: &ModelPoint,
     source: &Models,
@@ -200,15 +234,20 @@ fn point_limits(
         surge_speed_m_s,
         model,
     } = point.point;
+    let turning = with_steady_turn(point);
     let limits = |side: Side| {
         let turn = |model: &YawModel<f64>| Turn::new(model, source.rudder_limit_rad, side);
         let of = |quantity: &dyn Fn(Turn<f64>) -> Option<f64>| {
-            point.estimate(|model| quantity(turn(model).ok()?))
+            let known = turning.as_ref().ok()?;
+            known.estimate(|model| quantity(turn(model).ok()?))
         };
-        let found = turn(&model);
+        let found = turning
+            .as_ref()
+            .map_err(String::clone)
+            .and_then(|known| turn(&known.point.model).map_err(|reason| reason.to_string()));
         SideLimits {
             side,
-            refused: found.err().map(|reason| reason.to_string()),
+            refused: found.as_ref().err().cloned(),
             rudder_rad: found.ok().map(|turn| turn.rudder_rad),
             yaw_rate_rad_s: of(&|turn| Some(turn.yaw_rate_rad_s)),
             rise_time_s: of(&|turn| Some(turn.rise_time_s())),
@@ -274,4 +313,37 @@ fn over_speed(source: &Models, up_to: Option<f64>) -> Result<Vec<OverSpeed>, Err
         });
     }
     Ok(fits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(steady_log_gain: Option<[f64; 2]>) -> ModelPoint {
+        let mut point = ModelPoint::exact(SchedulePoint {
+            thrust: None,
+            surge_speed_m_s: Some(2.0),
+            model: YawModel::from_theta([-1.0, 0.5, 0.0]),
+        });
+        point.covariance = Some([[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 1e-6]]);
+        point.steady_log_gain = steady_log_gain;
+        point
+    }
+
+    #[test]
+    fn exact_a_turn_is_as_tight_as_the_hypotheses_say() {
+        let models = Models::given(YawModel::default(), None);
+        let limits = |steady| point_limits(&point(steady), &models, 1.0, None).sides;
+        let rate = |steady| limits(steady)[0].yaw_rate_rad_s.unwrap();
+        assert!((rate(None).value - 0.5 * 0.26).abs() < 1e-12);
+        // K of 0.8 1/s, known to a deviation of 5 %.
+        let found = rate(Some([0.8_f64.ln(), 0.0025]));
+        assert!((found.value - 0.8 * 0.26).abs() < 1e-12);
+        let [low, high] = found.interval_95.unwrap();
+        assert!(((high - low) / (2.0 * 1.96 * 0.05 * found.value) - 1.0).abs() < 1e-3);
+        // A deviation of 50 %.
+        let [one, other] = limits(Some([0.8_f64.ln(), 0.25]));
+        assert!(one.yaw_rate_rad_s.is_none() && one.refused == other.refused);
+        assert!(one.refused.unwrap().contains("how tight a long turn gets"));
+    }
 }

@@ -116,9 +116,16 @@ fn text(document: &TurningLimits, width: usize) -> String {
     for point in &document.points {
         for limits in &point.sides {
             table.row(row(point, limits, rudder_scale));
-            if let Some(reason) = &limits.refused {
-                notes.push(format!("No turn to {}: {reason}.", side_name(limits.side)));
+        }
+        let [one, other] = &point.sides;
+        match (&one.refused, &other.refused) {
+            (Some(reason), Some(same)) if reason == same => {
+                notes.push(format!("No turning limits: {reason}."));
             }
+            _ => notes.extend(point.sides.iter().filter_map(|limits| {
+                let reason = limits.refused.as_ref()?;
+                Some(format!("No turn to {}: {reason}.", side_name(limits.side)))
+            })),
         }
     }
     if document.points.iter().any(|p| p.surge_speed_m_s.is_none()) {

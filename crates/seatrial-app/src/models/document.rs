@@ -79,6 +79,7 @@ struct StoredIdentification {
 #[derive(Deserialize)]
 struct StoredHigherOrder {
     model: StoredLag,
+    steady_log_gain: Option<[f64; 2]>,
 }
 
 #[derive(Deserialize)]
@@ -313,6 +314,7 @@ impl StoredIdentification {
             }),
             valid_range: self.valid_range,
             rudder_lag_s: self.rudder_lag_s(),
+            steady_log_gain: self.steady_log_gain(),
         })
     }
 
@@ -323,6 +325,14 @@ impl StoredIdentification {
             let code = ReasonCode::Unstable.to_string();
             verdict.reasons.iter().any(|reason| reason.code == code)
         })
+    }
+
+    /// Mean and variance of ln |K| of the hypotheses' steady turns, where the model is not made of them.
+    fn steady_log_gain(&self) -> Option<[f64; 2]> {
+        let method = self.refined.as_ref().and_then(|r| r.method.as_ref());
+        let found = self.higher_order.as_ref()?;
+        let is_beyond = method == Some(&EstimateMethod::WeighedHypotheses);
+        found.steady_log_gain.filter(|_| !is_beyond)
     }
 
     /// Lag of the rudder, where the model is the one behind it.

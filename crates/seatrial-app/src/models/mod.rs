@@ -136,6 +136,8 @@ pub struct ModelPoint {
     pub valid_range: Option<ValidRange>,
     /// Lag of the rudder that the model is behind, s; 0 where none was found.
     pub rudder_lag_s: f64,
+    /// Mean and variance of ln |K|, K in 1/s, of the steady turns that the hypotheses have, where the model is not made of them.
+    pub steady_log_gain: Option<[f64; 2]>,
 }
 
 /// A value and, where the source knows its uncertainty, a 95 % interval.
@@ -157,6 +159,7 @@ impl ModelPoint {
             noise: None,
             valid_range: None,
             rudder_lag_s: 0.0,
+            steady_log_gain: None,
         }
     }
 

@@ -94,6 +94,13 @@ impl Identification {
         found.map(|found| &found.model).or_else(|| self.lagging())
     }
 
+    /// Mean and variance of ln |K|, K in 1/s, of the hypotheses' steady turns, where the model is not made of them.
+    pub fn steady_log_gain(&self) -> Option<[f64; 2]> {
+        let is_beyond = *self.method() == EstimateMethod::WeighedHypotheses;
+        let found = self.higher_order.as_ref().filter(|_| !is_beyond);
+        found.and_then(|found| found.steady_log_gain)
+    }
+
     /// The method of [`model`](Identification::model).
     pub fn method(&self) -> &EstimateMethod {
         let refined = self.refined.as_ref();
