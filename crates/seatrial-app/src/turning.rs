@@ -325,7 +325,7 @@ mod tests {
             surge_speed_m_s: Some(2.0),
             model: YawModel::from_theta([-1.0, 0.5, 0.0]),
         });
-        point.covariance = Some([[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 1e-6]]);
+        point.covariance = Some([[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 0.0]]);
         point.steady_log_gain = steady_log_gain;
         point
     }
