@@ -8,6 +8,7 @@ mod commission;
 mod commission_study;
 mod compare;
 mod completions;
+mod damage;
 mod demo;
 mod doctor;
 mod export;
