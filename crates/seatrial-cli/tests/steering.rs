@@ -202,6 +202,9 @@ fn cli_a_document_that_contradicts_itself_is_refused() {
         refused(&format!("{of}/verdict/outcome"), "\"do_not_use\"");
     }
     refused("/refined/b2_per_s2", "1.01");
+    refused("/models/0/surge_speed_m_s", "16");
+    refused("/models/0/identification/loop_timing/delay_s", "1e300");
+    refused("/models/0/identification/refined/covariance/0/1", "0");
     // What refuses the models as a whole refuses each of them.
     let mut whole = sound.clone();
     whole["verdict"] = serde_json::json!({"accepted": false, "outcome": "do_not_use",

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use seatrial::identification::{EstimateMethod, ReasonCode, ValidRange};
 use seatrial::propagation::covariance_of_intervals;
+use seatrial::record::Window;
 use seatrial::{FullRudder, GainAllowance};
 use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::{Nomoto, RudderUnit, SchedulePoint, YawModel};
@@ -64,6 +65,7 @@ struct StoredIdentification {
     nomoto: Option<Nomoto<f64>>,
     higher_order: Option<StoredHigherOrder>,
     loop_timing: Option<LoopTiming<f64>>,
+    training: Option<Window>,
     valid_range: Option<ValidRange>,
     verdict: Option<StatedVerdict>,
 }
@@ -260,7 +262,7 @@ impl Models {
         };
         let is_accepted = accepts(Some(verdict)).map_err(said)?;
         if let Ok(model) = head.model() {
-            head.check(is_accepted).map_err(said)?;
+            head.check(None, is_accepted).map_err(said)?;
             let models = runs.iter().filter_map(|run| run.identification.as_ref());
             if !models
                 .filter_map(|of| of.model().ok())
@@ -288,7 +290,8 @@ impl Models {
             Err(none) => Err(none),
         };
         let is_accepted = is_accepted.map_err(said)?;
-        let point = identification.point(None, surge_speed_m_s, is_accepted);
+        let stated = identification.check(None, is_accepted).map_err(said)?;
+        let point = identification.point(None, surge_speed_m_s, &stated);
         let point = point.map_err(said)?;
         if let Some(verdict) = verdict.filter(|_| !is_accepted) {
             self.rejected.push(verdict.refusal().into());
@@ -323,7 +326,8 @@ impl StoredRun {
                     .into(),
             ));
         }
-        identification.point(self.thrust, self.surge_speed_m_s, is_by_itself)
+        let stated = identification.check(self.surge_speed_m_s, is_by_itself)?;
+        identification.point(self.thrust, self.surge_speed_m_s, &stated)
     }
 }
 
@@ -336,7 +340,7 @@ impl StoredIdentification {
     }
 
     /// Holds what is stated of the model against itself; `is_accepted` by a verdict and by no operator.
-    fn check(&self, is_accepted: bool) -> Result<Stated, NoModel> {
+    fn check(&self, surge_speed_m_s: Option<f64>, is_accepted: bool) -> Result<Stated, NoModel> {
         let refined = self.refined.as_ref();
         let online = self.online.as_ref();
         let timing = self.loop_timing;
@@ -350,6 +354,10 @@ impl StoredIdentification {
                 None => online.and_then(|online| online.delta0_rad),
             },
             valid_range: self.valid_range,
+            surge_speed_m_s,
+            training_s: self
+                .training
+                .map(|training| training.to_s - training.from_s),
             amounts: vec![
                 (
                     "heading_noise_rad",
@@ -374,17 +382,16 @@ impl StoredIdentification {
         }
     }
 
-    /// The model, checked. Of an online estimate P is no covariance.
+    /// The model, by what was [checked](Self::check). Of an online estimate P is no covariance.
     fn point(
         &self,
         thrust: Option<f64>,
         surge_speed_m_s: Option<f64>,
-        is_accepted: bool,
+        stated: &Stated,
     ) -> Result<ModelPoint, NoModel> {
         let refined = self.refined.as_ref();
         let model = self.model()?;
         let seen_at_m_s = || self.valid_range.as_ref()?.usual_speed_m_s();
-        let stated = self.check(is_accepted)?;
         let [damping, ..] = stated.intervals;
         Ok(ModelPoint {
             point: SchedulePoint {

@@ -7,9 +7,8 @@ use serde::Deserialize;
 
 /// Relative; what numbers lose in a file.
 const ROUNDING: f64 = 1e-6;
+/// No interval of 95 % ends more than 3.2 times 1.96 deviations from its mean, whatever the distribution (Cantelli's inequality), and
 /// 1.96 deviations of an estimate are at most so many half widths of its interval.
-const ALIKE: f64 = 10.0;
-/// No interval of 95 % ends more than 3.2 times 1.96 deviations from its mean, whatever the distribution (Cantelli's inequality).
 const FARTHEST: f64 = 4.0;
 /// No model is accepted whose interval of a22 or b2 has a half width beyond its value: the verdict's own bounds are narrower.
 const WIDEST: f64 = 1.0;
@@ -29,6 +28,10 @@ pub(super) struct Stated {
     pub delta0_rad: Option<f64>,
     /// Over what it was seen.
     pub valid_range: Option<ValidRange>,
+    /// At what speed it is said to be, m/s.
+    pub surge_speed_m_s: Option<f64>,
+    /// Duration of its training, s, which no delay exceeds.
+    pub training_s: Option<f64>,
     /// What cannot be negative, by name: noise, delays, lags.
     pub amounts: Vec<(&'static str, Option<f64>)>,
     /// Does the verdict, and no operator, accept it?
@@ -73,7 +76,8 @@ impl Stated {
         let variances = [covariance[0][0], covariance[1][1], covariance[2][2]];
         let is_correlated = |i: usize, j: usize| {
             let most = (variances[i] * variances[j]).sqrt() * (1.0 + ROUNDING);
-            covariance[i][j].abs() <= most && covariance[j][i].abs() <= most
+            covariance[i][j].abs() <= most
+                && (covariance[i][j] - covariance[j][i]).abs() <= ROUNDING * most
         };
         let is_one = is_finite
             && variances.iter().all(|variance| *variance >= 0.0)
@@ -82,7 +86,7 @@ impl Stated {
                 .all(|(i, j)| is_correlated(i, j));
         if !is_one {
             return Some(format!(
-                "covariance of [a22, b2, C0]: expected finite numbers with variances of at least 0 and correlations within 1, found {covariance:?}"
+                "covariance of [a22, b2, C0]: expected finite numbers, the same on both sides of the diagonal, with variances of at least 0 and correlations within 1, found {covariance:?}"
             ));
         }
         let apart = (0..3).find(|i| !self.belong_together(*i, variances[*i].sqrt()))?;
@@ -103,7 +107,7 @@ impl Stated {
         let farthest = FARTHEST * of_deviation + ROUNDING * value.abs();
         let least_damped = if i == 0 { -value } else { 0.0 };
         let is_narrow = value - low <= farthest && high - value <= farthest.max(least_damped);
-        is_narrow && (deviation == 0.0 || of_deviation <= ALIKE * 0.5 * (high - low))
+        is_narrow && (deviation == 0.0 || of_deviation <= FARTHEST * 0.5 * (high - low))
     }
 
     /// What follows from the parameters, where it is stated and does not.
@@ -145,20 +149,34 @@ impl Stated {
             ("band_rad_s", band),
         ];
         let is_none = |[low, high]: [f64; 2]| !(low.is_finite() && high.is_finite() && low <= high);
-        let (name, [low, high]) = ranges
+        let reversed = ranges
             .into_iter()
             .filter_map(|(name, range)| Some((name, range?)))
-            .find(|(_, range)| is_none(*range))?;
-        Some(format!(
-            "valid_range: {name} is [{low}, {high}]: expected the least and the greatest value"
-        ))
+            .find(|(_, range)| is_none(*range));
+        if let Some((name, [low, high])) = reversed {
+            return Some(format!(
+                "valid_range: {name} is [{low}, {high}]: expected the least and the greatest value"
+            ));
+        }
+        let ([low, high], speed) = (range.surge_speed_m_s?, self.surge_speed_m_s?);
+        let is_seen = (1.0 - ROUNDING) * low <= speed && speed <= (1.0 + ROUNDING) * high;
+        (!is_seen).then(|| {
+            format!("surge_speed_m_s is {speed}: expected one of its valid_range, [{low}, {high}]")
+        })
     }
 
     fn wrong_amount(&self) -> Option<String> {
         let amounts = self.amounts.iter();
         let mut amounts = amounts.filter_map(|(name, amount)| Some((name, (*amount)?)));
-        let (name, amount) = amounts.find(|(_, amount)| !(amount.is_finite() && *amount >= 0.0))?;
-        Some(format!("{name} is {amount}: expected at least 0"))
+        let most = |name: &str| match self.training_s {
+            Some(training_s) if name.ends_with("_s") => training_s,
+            _ => f64::MAX,
+        };
+        let (name, amount) =
+            amounts.find(|(name, amount)| !(*amount >= 0.0 && *amount <= most(name)))?;
+        Some(format!(
+            "{name} is {amount}: expected at least 0, and no delay beyond the training"
+        ))
     }
 }
 
@@ -252,6 +270,9 @@ mod tests {
         for a22 in none {
             assert!(of(a22, 0.1).wrong().is_some(), "{a22:?}");
         }
+        let mut other = of([-1.25, -0.75], 0.1);
+        other.covariance.as_mut().unwrap()[0][1] = 0.01;
+        assert!(other.wrong().is_some());
         for variance in [-0.1, nan, inf] {
             assert!(of([-1.25, -0.75], variance).wrong().is_some(), "{variance}");
         }
