@@ -125,9 +125,7 @@ impl Stated {
         ];
         let differs = |(_, stated, follows): &(_, Option<f64>, Option<f64>)| match (stated, follows)
         {
-            (Some(stated), Some(follows)) => {
-                !((stated - follows).abs() <= ROUNDING * follows.abs())
-            }
+            (Some(stated), Some(follows)) => (stated - follows).abs() > ROUNDING * follows.abs(),
             (Some(_), None) => true,
             (None, _) => false,
         };
