@@ -12,10 +12,12 @@ use seatrial::identification::Verdict;
 use seatrial_app::models::{campaign_named, campaign_numbered};
 use seatrial_app::next;
 use seatrial_core::{Axis, Outcome};
-use seatrial_logbook::{CampaignEntry, Damage, Error, Logbook, State, Verification};
+use seatrial_logbook::{CampaignEntry, Error, Logbook, State, Verification};
+use seatrial_logs::DAMAGE_MARK;
 use serde::Serialize;
 
-use crate::output::{Exit, Failure, Output, say};
+use crate::damage;
+use crate::output::{Exit, Failure, Output};
 use crate::screen::{command, labelled, sentence, width};
 use crate::speed_table::{SpeedRow, promise_text, run_row, speed_table};
 use crate::table::decimals;
@@ -61,16 +63,7 @@ enum LogbookAction {
     #[command(
         after_help = "Example:\n  seatrial trial && seatrial logbook export 1 --out samples.csv"
     )]
-    Export {
-        /// Number of the campaign; the last one where it is left out.
-        campaign: Option<i64>,
-        /// Only this run.
-        #[arg(long, value_name = "NUMBER")]
-        run: Option<u32>,
-        /// Write to this file instead of standard output.
-        #[arg(long, value_name = "FILE")]
-        out: Option<PathBuf>,
-    },
+    Export(ExportArgs),
     /// Proves that nothing is damaged or altered; otherwise says what and where, exit 3.
     ///
     /// Found is every value that was changed, added or taken out by itself, in samples, results, reviews and commands,
@@ -80,20 +73,34 @@ enum LogbookAction {
     Verify,
 }
 
+/// What is exported, and where.
+#[derive(clap::Args)]
+struct ExportArgs {
+    /// Number of the campaign; the last one where it is left out.
+    campaign: Option<i64>,
+    /// Only this run.
+    #[arg(long, value_name = "NUMBER")]
+    run: Option<u32>,
+    /// Write to this file instead of standard output.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Export a campaign that is damaged all the same; what is written says so.
+    #[arg(long)]
+    accept: bool,
+}
+
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let logbook = Logbook::open_read_only(&args.logbook)?;
     let is_asked = matches!(args.action, LogbookAction::Verify);
-    if let Some(missing) = logbook.missing().filter(|_| !is_asked) {
-        say(format!("warning: {missing}"));
+    if !is_asked {
+        damage::warn_of_missing(&logbook);
     }
     match &args.action {
         LogbookAction::List => list(&logbook, output),
         LogbookAction::Show { campaign } => show(&logbook, *campaign, output),
         LogbookAction::Diff { a, b } => diff(&logbook, a, b, output),
-        LogbookAction::Export { campaign, run, out } => {
-            export(&logbook, *campaign, *run, out.as_ref(), output)
-        }
+        LogbookAction::Export(asked) => export(&logbook, asked, output),
         LogbookAction::Verify => verify(&logbook, output),
     }
 }
@@ -126,11 +133,9 @@ fn list(logbook: &Logbook, output: &Output) -> Result<Exit, Failure> {
         let mut text = String::from(
             "campaign  started (UTC)         accepted  state          vehicle, configuration\n",
         );
-        let mut damaged = String::new();
+        let mut damaged: Vec<String> = Vec::new();
         for entry in &list.campaigns {
-            if let Some(damage) = &entry.damage {
-                damaged.push_str(&damage_text(entry, damage));
-            }
+            damaged.extend(entry.damage.as_ref().map(damage::text));
             let _ = writeln!(
                 text,
                 "{:>8}  {}  {:>3} of {:<2} {:<14} {}, {}{}",
@@ -144,27 +149,11 @@ fn list(logbook: &Logbook, output: &Output) -> Result<Exit, Failure> {
                 axis_text(entry),
             );
         }
-        text + &damaged
+        // What concerns the whole file is told once.
+        damaged.dedup();
+        text + &damaged.concat()
     })?;
     Ok(Exit::Done)
-}
-
-fn damage_text(entry: &CampaignEntry, damage: &Damage) -> String {
-    let found = format!(
-        "campaign {}: DAMAGED, none of its models is to be used: {}: {}",
-        entry.id.0, damage.place, damage.found
-    );
-    labelled("", &found, width())
-}
-
-/// Says of a campaign that is shown or exported that it is damaged.
-fn warn_of_damage(entry: &CampaignEntry) {
-    if let Some(damage) = &entry.damage {
-        say(format!(
-            "warning: {}",
-            damage_text(entry, damage).trim_end()
-        ));
-    }
 }
 
 #[derive(Serialize)]
@@ -175,8 +164,7 @@ struct Results<'a> {
 }
 
 fn show(logbook: &Logbook, number: Option<i64>, output: &Output) -> Result<Exit, Failure> {
-    let entry = campaign_numbered(logbook, number)?;
-    warn_of_damage(&entry);
+    let entry = damage::warn(logbook, campaign_numbered(logbook, number)?.id)?;
     let mut campaign = logbook.campaign(entry.id)?;
     for identification in campaign
         .runs
@@ -321,8 +309,8 @@ struct Diff<'a> {
 }
 
 fn diff(logbook: &Logbook, a: &str, b: &str, output: &Output) -> Result<Exit, Failure> {
-    let (a, b) = (campaign_named(logbook, a)?, campaign_named(logbook, b)?);
-    [&a, &b].into_iter().for_each(warn_of_damage);
+    let [a, b] = [campaign_named(logbook, a)?, campaign_named(logbook, b)?];
+    let (a, b) = (damage::warn(logbook, a.id)?, damage::warn(logbook, b.id)?);
     let campaigns: [Campaign; 2] = [logbook.campaign(a.id)?, logbook.campaign(b.id)?];
     let diff = Diff {
         schema: "seatrial.logbook_diff.v1",
@@ -388,14 +376,9 @@ fn write_difference(text: &mut String, at: &ThrustDifference) {
     }
 }
 
-fn export(
-    logbook: &Logbook,
-    number: Option<i64>,
-    run: Option<u32>,
-    out: Option<&PathBuf>,
-    output: &Output,
-) -> Result<Exit, Failure> {
-    let entry = campaign_numbered(logbook, number)?;
+fn export(logbook: &Logbook, asked: &ExportArgs, output: &Output) -> Result<Exit, Failure> {
+    let (run, out) = (asked.run, asked.out.as_ref());
+    let entry = campaign_numbered(logbook, asked.campaign)?;
     let runs = logbook.runs(entry.id)?;
     if let Some(run) = run
         && runs.iter().all(|entry| entry.number != run)
@@ -407,7 +390,14 @@ fn export(
             runs.len()
         )));
     }
-    warn_of_damage(&entry);
+    let entry = damage::warn(logbook, entry.id)?;
+    if entry.damage.is_some() && !asked.accept {
+        return Err(Failure::input(format!(
+            "{}: campaign {} is damaged, and is not exported; --accept exports it all the same",
+            logbook.path().display(),
+            entry.id.0
+        )));
+    }
     let mut runs = logbook.campaign(entry.id)?.runs;
     runs.retain(|found| run.is_none_or(|run| found.number == run));
     let results = Results {
@@ -416,7 +406,11 @@ fn export(
         runs: &runs,
     };
     let columns = Step::columns(entry.axis()).join(",");
-    let mut csv = format!("run,stage,{columns},action_outcome\n");
+    let mark = entry
+        .damage
+        .as_ref()
+        .map(|damage| format!("{DAMAGE_MARK}{}: {}\n", damage.place, damage.found));
+    let mut csv = mark.unwrap_or_default() + &format!("run,stage,{columns},action_outcome\n");
     for (number, step) in logbook.steps(entry.id)? {
         if run.is_none() || number == run {
             write_csv_row(&mut csv, number, &step);
@@ -479,14 +473,16 @@ fn verify(logbook: &Logbook, output: &Output) -> Result<Exit, Failure> {
         };
         let mut text = labelled("", &format!("{}: {state}", logbook.path().display()), width);
         for damage in &found.damage {
-            text += &labelled("  ", &format!("{}: {}", damage.place, damage.found), width);
+            let finding = format!("{}: {}", damage.place, damage.found);
+            text += &labelled("  ", &finding, width);
         }
         text += &labelled("Holds  ", &holdings(found), width);
         if let Some(missing) = &found.missing {
             text += &labelled("Lacks  ", missing, width);
         }
         if !found.damage.is_empty() {
-            let copy = "Use a copy of the logbook from before the damage; nothing of this one is taken for gains.";
+            text += &labelled("Whole  ", &damage::whole_campaigns(logbook), width);
+            let copy = "Keep this file, and use a copy from before the damage: no gains are made of this one. What is whole of it can be shown and exported.";
             text += &labelled("Do     ", copy, width);
         }
         text

@@ -8,6 +8,7 @@ mod commission;
 mod commission_study;
 mod compare;
 mod completions;
+mod damage;
 mod demo;
 mod doctor;
 mod export;
@@ -154,8 +155,9 @@ impl Verb {
 
 fn main() -> ExitCode {
     let is_all = help::is_all(std::env::args_os());
-    let matches = help::with_help(Cli::command(), is_all, screen::width()).get_matches();
-    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let matches = help::with_help(Cli::command(), is_all, screen::width()).try_get_matches();
+    let matches = matches.unwrap_or_else(|error| output::leave(&error));
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| output::leave(&error));
     let ran = checked(&Cli::command(), &matches)
         .and_then(|files| cli.verb.run(&Output::new(cli.json, files)));
     let exit = ran.unwrap_or_else(|failure| {

@@ -1,5 +1,6 @@
 //! What a verb hands back: an exit code, a failure in words, text or JSON.
 
+use std::borrow::Cow;
 use std::ffi::OsString;
 use std::fmt;
 use std::io::Write;
@@ -11,7 +12,7 @@ use std::time::Duration;
 
 use clap::{ArgMatches, Command};
 use seatrial::identification::Verdict;
-use seatrial::plain_text::plain;
+use seatrial::plain_text::{plain, shortened};
 use seatrial_app::outputs::{OutputError, Outputs, Planned};
 use seatrial_app::trial_run::{NotBegun, VehicleError};
 use serde::Serialize;
@@ -159,7 +160,7 @@ impl fmt::Display for Failure {
 
 /// Says something on standard error. One that cannot be written to, as on a full disk, is no reason to stop.
 pub fn say(message: impl fmt::Display) {
-    let message = format!("seatrial: {}", plain(&message.to_string()));
+    let message = format!("seatrial: {}", plain(&shortened(&message.to_string())));
     let shown = match width_of_stderr() {
         Some(width) => wrapped(&message, width),
         None => message + "\n",
@@ -167,6 +168,18 @@ pub fn say(message: impl fmt::Display) {
     standard_error::write(move || {
         let _ = write!(std::io::stderr(), "{shown}");
     });
+}
+
+/// Ends with what is wrong with the command line, or with the help that was asked for.
+pub fn leave(error: &clap::Error) -> ! {
+    let text = error.to_string();
+    match shortened(&text) {
+        Cow::Owned(text) if error.use_stderr() => {
+            eprintln!("{text}");
+            std::process::exit(error.exit_code())
+        }
+        _ => error.exit(),
+    }
 }
 
 /// Says lines that are laid out already on standard error.

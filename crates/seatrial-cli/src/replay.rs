@@ -8,6 +8,7 @@ use seatrial_app::replay::Replay;
 use seatrial_logbook::{CampaignEntry, Logbook};
 use serde::Serialize;
 
+use crate::damage;
 use crate::output::{Exit, Failure, Output, say};
 use crate::screen::{width, wrapped};
 
@@ -43,7 +44,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let logbook = Logbook::open_read_only(&args.logbook)?;
     let chosen = chosen_campaign(&logbook, args.campaign.as_deref(), Purpose::Record)?;
     chosen.passed_over.iter().for_each(say);
-    let entry = chosen.entry;
+    damage::warn_of_missing(&logbook);
+    let entry = damage::warn(&logbook, chosen.entry.id)?;
     let recording = logbook.recording(entry.id)?;
     if recording.steps.is_empty() {
         return Err(refusal(&logbook, &entry, "it holds no sample to replay"));

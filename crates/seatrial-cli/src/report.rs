@@ -10,6 +10,7 @@ use seatrial_logbook::Logbook;
 use serde::Serialize;
 
 use crate::axis::AxisOption;
+use crate::damage;
 use crate::identify::EstimatorArgs;
 use crate::log::{ChannelArgs, LogArgs};
 use crate::output::{Exit, Failure, Output, OutputPath, say as say_on_stderr};
@@ -107,7 +108,8 @@ fn of_logbook(path: &Path, args: &Args) -> Result<String, Failure> {
     let logbook = Logbook::open_read_only(path)?;
     let chosen = chosen_campaign(&logbook, args.campaign.as_deref(), Purpose::Record)?;
     chosen.passed_over.iter().for_each(say_on_stderr);
-    let entry = chosen.entry;
+    damage::warn_of_missing(&logbook);
+    let entry = damage::warn(&logbook, chosen.entry.id)?;
     Ok(campaign_page(&logbook, &entry)?)
 }
 

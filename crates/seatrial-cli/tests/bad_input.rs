@@ -16,6 +16,28 @@ fn inspect(content: &[u8], arguments: &[&str]) -> (i32, String, String) {
     )
 }
 
+/// What an error says of a file, or of an option, has an end.
+#[test]
+fn cli_an_error_does_not_repeat_a_whole_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let thrusts = vec!["0.5"; 1_000_000].join(", ");
+    std::fs::write(
+        folder.path().join("p.toml"),
+        format!("thrusts = [{thrusts}]"),
+    )
+    .unwrap();
+    let many = format!("0.5{}", ",0.5".repeat(20_000));
+    for line in [
+        &["plan", "--plan", "p.toml"][..],
+        &["trial", "--plan", "p.toml"],
+        &["plan", "--thrust", &many],
+    ] {
+        let (code, _, told) = run_to_text(folder.path(), line);
+        assert!([2, 3].contains(&code), "{line:.60?}: {code}");
+        assert!(told.len() < 20_000, "{line:.60?}: {}", told.len());
+    }
+}
+
 /// The exit code of `identify` on the same log, which is that of `inspect`.
 fn identify(content: &[u8], arguments: &[&str]) -> i32 {
     let folder = tempfile::tempdir().unwrap();

@@ -151,12 +151,68 @@ fn cli_a_document_whose_interval_does_not_hold_its_value_is_refused() {
         }
     }
     // One that reaches 0 is an interval, and there is no gain.
-    let model = with("interval_95/a22_per_s", serde_json::json!([-1.9, 0.0]));
+    let model = with("interval_95/a22_per_s/1", serde_json::json!(0.0));
     let (none, code) = json(&["gains", "--model", &model]);
     assert_eq!(
         (none.pointer("/points/0/proportional_gain"), code),
         (Some(&Value::Null), Some(4))
     );
+}
+
+/// Each figure that follows from others of the document, and each that no seatrial writes.
+#[test]
+fn cli_a_document_that_contradicts_itself_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("l.csv").display().to_string();
+    run(&[
+        "sim", "log", "--seed", "1", "--thrust", "0.8", "--out", &log,
+    ]);
+    let (sound, _) = json(&["identify", &log]);
+    let refused = |path: &str, value: &str| {
+        let mut changed = sound.clone();
+        *changed.pointer_mut(path).unwrap() = serde_json::from_str(value).unwrap();
+        let model = write(folder.path(), "m.json", &changed.to_string());
+        for line in [
+            vec!["gains", "--model", &model],
+            vec!["turn", "--model", &model],
+            vec!["export", "--to", "vehicle", "--model", &model],
+            vec!["validate", &log, "--model", &model],
+            vec!["health", &model, &log],
+        ] {
+            let refused = run(&line);
+            let told = text(&refused.stderr);
+            assert_eq!(refused.status.code(), Some(2), "{line:?} {path}: {told}");
+            assert!(told.contains("m.json"), "{told}");
+        }
+    };
+    for of in ["", "/models/0/identification"] {
+        refused(&format!("{of}/refined/interval_95/b2_per_s2"), "[-1, 1.5]");
+        refused(
+            &format!("{of}/refined/interval_95/a22_per_s"),
+            "[-1e300, 1e300]",
+        );
+        refused(&format!("{of}/refined/heading_noise_rad"), "-5");
+        refused(&format!("{of}/refined/delta0_rad"), "0.2");
+        refused(&format!("{of}/nomoto/t_s"), "2.5");
+        refused(&format!("{of}/nomoto/k_per_s"), "-1");
+        refused(&format!("{of}/valid_range/rudder"), "[0.26, -0.26]");
+        refused(&format!("{of}/valid_range/band_rad_s"), "[6, 0.5]");
+        refused(&format!("{of}/verdict/accepted"), "false");
+        refused(&format!("{of}/verdict/reasons/0/code"), "\"low_r2\"");
+        refused(&format!("{of}/verdict/outcome"), "\"do_not_use\"");
+    }
+    refused("/refined/b2_per_s2", "1.01");
+    refused("/models/0/surge_speed_m_s", "16");
+    refused("/models/0/identification/loop_timing/delay_s", "1e300");
+    refused("/models/0/identification/refined/covariance/0/1", "0");
+    // What refuses the models as a whole refuses each of them.
+    let mut whole = sound.clone();
+    whole["verdict"] = serde_json::json!({"accepted": false, "outcome": "do_not_use",
+        "reasons": [{"code": "damping_changed", "text": "another vehicle"}]});
+    let model = write(folder.path(), "m.json", &whole.to_string());
+    let gains = run(&["gains", "--model", &model]);
+    assert_eq!(gains.status.code(), Some(4));
+    assert!(text(&gains.stdout).contains("DO NOT USE: another vehicle"));
 }
 
 #[test]

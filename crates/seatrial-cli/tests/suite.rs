@@ -5,6 +5,7 @@ mod ardupilot_json;
 mod bad_input;
 mod channels;
 mod commission;
+mod damaged_logbook;
 mod damaged_text;
 mod dashboard;
 mod export;

@@ -412,9 +412,16 @@ pub enum Format {
     Mcap,
 }
 
-/// The samples of a campaign.
+/// The samples of a campaign. Of one that is damaged none are given: away from their logbook nothing would say so.
 pub fn samples(logbook: &Logbook, id: i64, format: Format) -> Result<Vec<u8>, Refusal> {
     let entry = logbook.entry(CampaignId(id))?;
+    if let Some(damage) = &entry.damage {
+        let refused = format!(
+            "campaign {id} is damaged, and its samples are not given: {}: {}",
+            damage.place, damage.found
+        );
+        return Err(Refusal::unprocessable("damaged", refused));
+    }
     let steps = logbook.steps(entry.id)?;
     let rows: Vec<Row> = steps
         .into_iter()

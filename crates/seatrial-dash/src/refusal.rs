@@ -4,7 +4,7 @@ use axum::Json;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use seatrial::identification::Reader;
-use seatrial::plain_text::plain;
+use seatrial::plain_text::{plain, shortened};
 use seatrial_app::advice::addressed;
 
 use crate::api::ErrorBody;
@@ -23,7 +23,7 @@ impl Refusal {
         Self {
             status,
             code,
-            message: addressed(&plain(&message.to_string()), Reader::Dashboard),
+            message: addressed(&plain(&shortened(&message.to_string())), Reader::Dashboard),
         }
     }
 

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use rusqlite::ErrorCode;
 
+use super::damage::unreadable;
+
 /// Why a logbook could not be used.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -45,7 +47,7 @@ pub enum Error {
         cause: String,
     },
     /// The file holds something that no seatrial writes.
-    #[error("{path}: the logbook is damaged: {place}: {found}; `seatrial logbook verify` lists what can still be trusted", path = .path.display())]
+    #[error("{path}: the logbook is damaged: {place}: {found}; `seatrial logbook verify` lists what is whole", path = .path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
@@ -88,17 +90,28 @@ impl Error {
         matches!(self, Self::NotSaved { .. } | Self::Inexact { .. })
     }
 
+    /// Why it cannot be opened. Then nothing lists what of it is whole.
+    pub(super) fn opening(path: &Path, error: &rusqlite::Error) -> Self {
+        match Self::reading(path, error) {
+            Self::Damaged { path, found, .. } => Self::Unreadable {
+                path,
+                cause: format!("{found}; take a copy from before the damage"),
+            },
+            other => other,
+        }
+    }
+
     pub(super) fn reading(path: &Path, error: &rusqlite::Error) -> Self {
         let path = path.to_path_buf();
         match error.sqlite_error_code() {
             Some(ErrorCode::NotADatabase) => Self::NotALogbook {
                 path,
-                found: "a file that SQLite does not know".into(),
+                found: "something else, or a logbook whose beginning was overwritten".into(),
             },
             Some(ErrorCode::DatabaseCorrupt) => Self::Damaged {
                 path,
-                place: "file structure".into(),
-                found: error.to_string(),
+                place: "the file".into(),
+                found: unreadable(error),
             },
             Some(ErrorCode::CannotOpen | ErrorCode::PermissionDenied) => Self::Unreadable {
                 path,
@@ -114,12 +127,12 @@ impl Error {
             },
             Some(_) => Self::Unreadable {
                 path,
-                cause: error.to_string(),
+                cause: unreadable(error),
             },
             None => Self::Damaged {
                 path,
-                place: "contents".into(),
-                found: error.to_string(),
+                place: "the file".into(),
+                found: unreadable(error),
             },
         }
     }

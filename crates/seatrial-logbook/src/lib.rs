@@ -144,7 +144,7 @@ impl Logbook {
         reject_log_of_another(&path)?;
         let (open, _) = OpenHere::after(|| ());
         let access = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_CREATE;
-        let connection = connect(&path, access).map_err(|error| Error::reading(&path, &error))?;
+        let connection = connect(&path, access).map_err(|error| Error::opening(&path, &error))?;
         let connected = Connected {
             connection,
             copy: None,
@@ -201,13 +201,13 @@ impl Logbook {
         let lacks_log = connect::lacks_log(&path);
         let (open, log_damage) = OpenHere::after(|| write_ahead::damage(&path));
         let connected =
-            connect_for_reading(&path).map_err(|error| Error::reading(&path, &error))?;
+            connect_for_reading(&path).map_err(|error| Error::opening(&path, &error))?;
         let mut logbook = Self::of(connected, path, open);
         let found = logbook.identify()?;
         logbook.was_empty = found == Identity::Empty;
         if found != Identity::Logbook(MIGRATIONS.len()) {
             logbook.connection = migrated_copy(&logbook.connection)
-                .map_err(|error| Error::reading(&logbook.path, &error))?;
+                .map_err(|error| Error::opening(&logbook.path, &error))?;
         }
         if let Some(damage) = log_damage.flatten() {
             logbook.missing = Some(format!(
@@ -274,7 +274,8 @@ impl Logbook {
 
     fn identify(&self) -> Result<Identity, Error> {
         let path = self.path.clone();
-        let found = self.reading(identity(&self.connection))?;
+        let opening = |error| Error::opening(&self.path, &error);
+        let found = identity(&self.connection).map_err(opening)?;
         match found {
             Identity::Foreign => Err(Error::NotALogbook {
                 path,
@@ -285,10 +286,12 @@ impl Logbook {
                 found,
                 known: MIGRATIONS.len(),
             }),
-            Identity::Logbook(version) => match self.reading(altered(&self.connection, version))? {
-                Some(found) => Err(Error::Altered { path, found }),
-                None => Ok(found),
-            },
+            Identity::Logbook(version) => {
+                match altered(&self.connection, version).map_err(opening)? {
+                    Some(found) => Err(Error::Altered { path, found }),
+                    None => Ok(found),
+                }
+            }
             Identity::Empty => Ok(found),
         }
     }

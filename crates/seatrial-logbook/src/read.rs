@@ -32,9 +32,7 @@ impl Logbook {
         self.viewing(|| {
             let of_file = self.damage_of_file();
             let entries = self.entries()?.into_iter();
-            Ok(entries
-                .map(|entry| self.checked(entry, of_file.as_ref()))
-                .collect())
+            Ok(entries.map(|entry| self.checked(entry, &of_file)).collect())
         })
     }
 
@@ -47,7 +45,7 @@ impl Logbook {
     pub fn entry(&self, campaign: CampaignId) -> Result<CampaignEntry, Error> {
         self.viewing(|| {
             let of_file = self.damage_of_file();
-            Ok(self.checked(self.entry_as_found(campaign)?, of_file.as_ref()))
+            Ok(self.checked(self.entry_as_found(campaign)?, &of_file))
         })
     }
 
@@ -57,8 +55,17 @@ impl Logbook {
             let is_asked =
                 |entry: &CampaignEntry| campaigns.is_empty() || campaigns.contains(&entry.id);
             let asked: Vec<CampaignEntry> = self.entries()?.into_iter().filter(is_asked).collect();
+            let of_file = self.damage_of_file();
             let damage = asked.iter().find_map(|entry| self.damage_of(entry));
-            Ok(damage.or_else(|| self.damage_of_file()))
+            let of_asked = |id: &Option<i64>| match id {
+                Some(id) => asked.iter().any(|entry| entry.id.0 == *id),
+                None => true,
+            };
+            Ok(damage.or_else(|| {
+                of_file
+                    .into_iter()
+                    .find(|found| of_asked(&found.campaign()))
+            }))
         })
     }
 
@@ -79,8 +86,12 @@ impl Logbook {
             })
     }
 
-    fn checked(&self, mut entry: CampaignEntry, of_file: Option<&Damage>) -> CampaignEntry {
-        entry.damage = self.damage_of(&entry).or_else(|| of_file.cloned());
+    /// What is damaged of another campaign alone is not its damage.
+    fn checked(&self, mut entry: CampaignEntry, of_file: &[Damage]) -> CampaignEntry {
+        let of_entry = |damage: &&Damage| damage.campaign().is_none_or(|id| id == entry.id.0);
+        entry.damage = self
+            .damage_of(&entry)
+            .or_else(|| of_file.iter().find(of_entry).cloned());
         if entry.damage.is_some() {
             entry.runs_accepted = 0;
         }

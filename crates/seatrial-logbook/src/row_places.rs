@@ -3,6 +3,7 @@
 use rusqlite::Connection;
 use seatrial_core::Outcome;
 
+use super::damage::unreadable;
 use super::row::{from_json, to_json};
 
 /// A query that gives a row for each place where something is wrong: the place, and what is wrong there.
@@ -12,32 +13,32 @@ struct Check {
 }
 
 const NUMBERS: &str =
-    "its rows are not numbered one after the other: one was taken out, put in or moved";
-const UNFINISHED: &str = "has rows of a result, but no result";
+    "they are not numbered one after the other: one was taken out, put in or moved";
+const UNFINISHED: &str = "parts of a result are there, and no result";
 
 const CHECKS: [Check; 17] = [
     Check {
-        sql: "SELECT 'table review' FROM review
+        sql: "SELECT 'the list of reviews' FROM review
               GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
         found: NUMBERS,
     },
     Check {
-        sql: "SELECT 'table command' FROM command
+        sql: "SELECT 'the list of commands' FROM command
               GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
         found: NUMBERS,
     },
     Check {
-        sql: "SELECT 'table run' FROM run
+        sql: "SELECT 'the list of runs' FROM run
               GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
         found: NUMBERS,
     },
     Check {
-        sql: "SELECT 'table configuration' FROM configuration
+        sql: "SELECT 'the list of configurations' FROM configuration
               GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
         found: NUMBERS,
     },
     Check {
-        sql: "SELECT 'table pitch_trial' FROM pitch_trial
+        sql: "SELECT 'the list of pitch trials' FROM pitch_trial
               GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
         found: NUMBERS,
     },
@@ -52,7 +53,7 @@ const CHECKS: [Check; 17] = [
         found: "fewer than operators entered: one was taken out",
     },
     Check {
-        sql: "SELECT 'table campaign' FROM campaign
+        sql: "SELECT 'the list of campaigns' FROM campaign
               GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
         found: NUMBERS,
     },
@@ -67,13 +68,13 @@ const CHECKS: [Check; 17] = [
         found: NUMBERS,
     },
     Check {
-        sql: "SELECT 'run ' || run || ', stages' FROM stage
-              GROUP BY run HAVING min(number) <> 0 OR max(number) <> count(*) - 1",
+        sql: "SELECT 'campaign ' || run.campaign || ', run ' || run.number || ', stages' FROM stage JOIN run ON run.id = stage.run
+              GROUP BY stage.run HAVING min(stage.number) <> 0 OR max(stage.number) <> count(*) - 1",
         found: NUMBERS,
     },
     Check {
-        sql: "SELECT 'run ' || run || ', trace' FROM trace
-              GROUP BY run HAVING min(number) <> 0 OR max(number) <> count(*) - 1",
+        sql: "SELECT 'campaign ' || run.campaign || ', run ' || run.number || ', trace' FROM trace JOIN run ON run.id = trace.run
+              GROUP BY trace.run HAVING min(trace.number) <> 0 OR max(trace.number) <> count(*) - 1",
         found: NUMBERS,
     },
     Check {
@@ -82,8 +83,8 @@ const CHECKS: [Check; 17] = [
         found: "a sample belongs to a run of another campaign",
     },
     Check {
-        sql: "SELECT 'run ' || run || ', samples' FROM sample WHERE run IS NOT NULL
-              GROUP BY run HAVING max(number) - min(number) + 1 <> count(*)",
+        sql: "SELECT 'campaign ' || run.campaign || ', run ' || run.number || ', samples' FROM sample JOIN run ON run.id = sample.run
+              GROUP BY sample.run HAVING max(sample.number) - min(sample.number) + 1 <> count(*)",
         found: "its samples do not follow each other: one of another run is among them",
     },
     Check {
@@ -112,16 +113,16 @@ pub(super) fn misplaced(connection: &Connection) -> Vec<(String, String)> {
     for check in &CHECKS {
         match column(connection, check.sql) {
             Ok(places) => found.extend(places.into_iter().map(|place| (place, check.found.into()))),
-            Err(error) => found.push(("rows".into(), error.to_string())),
+            Err(error) => found.push(("the file".into(), unreadable(&error))),
         }
     }
     match column(connection, OUTCOMES) {
         Ok(texts) => {
             let other = texts.iter().filter(|text| !is_as_written(text));
-            let finding = |text| format!("{text:?} is not as seatrial writes it");
-            found.extend(other.map(|text| ("outcomes".into(), finding(text))));
+            let finding = "how a campaign or a run ended is not written as seatrial writes it";
+            found.extend(other.map(|_| ("outcomes".into(), finding.into())));
         }
-        Err(error) => found.push(("outcomes".into(), error.to_string())),
+        Err(error) => found.push(("outcomes".into(), unreadable(&error))),
     }
     found
 }

@@ -4,11 +4,13 @@ use rusqlite::Connection;
 use serde::Serialize;
 
 use super::chain::{campaign_link, outcome_link, pitch_link, run_link, sha256};
-use super::damage::Damage;
+use super::damage::{Damage, unreadable};
 use super::row::to_json;
 use super::stored::{CampaignEntry, State, campaign_entries, collect, steps_outside, stored_run};
 use super::trail::Trail;
 use super::{CampaignId, Error, Logbook, row_places};
+
+const OVERWRITTEN: &str = "a part of it was overwritten, cut off or lost";
 
 /// What was checked and what was found wrong.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
@@ -61,7 +63,7 @@ impl Logbook {
                     self.verify_campaign(campaign, &mut found);
                 }
             }
-            Err(error) => found.add("campaigns", error),
+            Err(error) => found.add("the list of campaigns", unreadable(&error)),
         }
         found
     }
@@ -73,11 +75,11 @@ impl Logbook {
         found.damage.into_iter().next()
     }
 
-    /// What is damaged for every campaign: the file's structure, a row in no place, what operators commanded and decided.
-    pub(super) fn damage_of_file(&self) -> Option<Damage> {
+    /// What is damaged beside what each campaign holds: the file's structure, a row in no place, what operators commanded and decided.
+    pub(super) fn damage_of_file(&self) -> Vec<Damage> {
         let mut found = Verification::default();
         self.verify_file(&mut found);
-        found.damage.into_iter().next()
+        found.damage
     }
 
     fn verify_file(&self, found: &mut Verification) {
@@ -99,13 +101,13 @@ impl Logbook {
         );
         let trials: Vec<(i64, String)> = match trials {
             Ok(trials) => trials,
-            Err(error) => return found.add("pitch trials", error),
+            Err(error) => return found.add("pitch trials", unreadable(&error)),
         };
         for (id, seal) in trials {
             match pitch_link(&self.connection, id) {
                 Ok(link) if link == seal => {}
                 Ok(_) => found.add(&format!("pitch trial {id}"), "it was put in or changed"),
-                Err(error) => found.add(&format!("pitch trial {id}"), error),
+                Err(error) => found.add(&format!("pitch trial {id}"), unreadable(&error)),
             }
         }
     }
@@ -124,7 +126,7 @@ impl Logbook {
         match kept.and_then(|kept| Ok(kept == recomputed?)) {
             Ok(true) => {}
             Ok(false) => found.add(trail.name(), "one was put in, changed or taken out"),
-            Err(error) => found.add(trail.name(), error),
+            Err(error) => found.add(trail.name(), unreadable(&error)),
         }
     }
 
@@ -138,11 +140,9 @@ impl Logbook {
                     .collect::<Result<Vec<_>, _>>()
             });
         match complaints {
-            Ok(complaints) => complaints
-                .into_iter()
-                .filter(|complaint| complaint != "ok")
-                .for_each(|complaint| found.add("file structure", complaint)),
-            Err(error) => found.add("file structure", error),
+            Ok(complaints) if complaints.iter().all(|complaint| complaint == "ok") => {}
+            Ok(_) => found.add("the file", OVERWRITTEN),
+            Err(error) => found.add("the file", unreadable(&error)),
         }
         let orphans = self
             .connection
@@ -154,12 +154,13 @@ impl Logbook {
             });
         match orphans {
             Ok(orphans) => orphans.into_iter().for_each(|(table, parent)| {
+                let [table, parent] = [table, parent].map(|name| name.replace('_', " "));
                 found.add(
-                    &format!("table {table}"),
-                    format!("a row whose {parent} is missing"),
+                    &format!("entries of the kind {table}"),
+                    format!("the {parent} that one belongs to is missing"),
                 );
             }),
-            Err(error) => found.add("references", error),
+            Err(error) => found.add("the file", unreadable(&error)),
         }
     }
 
@@ -167,7 +168,7 @@ impl Logbook {
         let place = format!("campaign {}", campaign.id.0);
         found.campaigns += 1;
         if sha256(&campaign.plan) != campaign.plan_sha256 {
-            found.add(&place, "the plan is not the one that its hash was made of");
+            found.add(&place, "the plan was changed since it began");
         }
         if campaign_link(campaign) != campaign.sha256 {
             found.add(&place, "what it ran on was changed since it began");
@@ -183,11 +184,11 @@ impl Logbook {
                     }
                 }
             }
-            Err(error) => found.add(&place, error),
+            Err(error) => found.add(&place, unreadable(&error)),
         }
         let outside = match steps_outside(&self.connection, campaign.id.0) {
             Ok(outside) => outside,
-            Err(error) => return found.add(&place, error),
+            Err(error) => return found.add(&place, unreadable(&error)),
         };
         found.samples += outside.len();
         match campaign.state {
@@ -197,7 +198,7 @@ impl Logbook {
                 });
                 match link {
                     Ok(link) => head = link,
-                    Err(error) => found.add(&place, error),
+                    Err(error) => found.add(&place, unreadable(&error)),
                 }
             }
             State::Unfinished | State::Interrupted => found.campaigns_unfinished += 1,
@@ -218,23 +219,26 @@ impl Logbook {
         }
         let stored = match stored_run(&self.connection, run.id) {
             Ok(stored) => stored,
-            Err(error) => return found.add(&place, error),
+            Err(error) => return found.add(&place, unreadable(&error)),
         };
         let samples = stored.steps.len();
         found.samples += samples;
         let Some(seal) = &run.sha256 else { return };
         match run.sample_count {
             Some(count) if count as usize == samples => {}
-            Some(count) => found.add(&place, format!("{samples} samples, {count} were sealed")),
-            None => found.add(&place, "sealed without its number of samples"),
+            Some(count) => found.add(
+                &place,
+                format!("it has {samples} samples, and had {count} when it was kept"),
+            ),
+            None => found.add(&place, "how many samples it had is missing"),
         }
         match run_link(head, &stored) {
             Ok(link) if link == *seal => {}
             Ok(_) => found.add(
                 &place,
-                "a sample, an action, an estimate or the result was changed since it was sealed",
+                "a sample, an action, an estimate or the result was changed since it was kept",
             ),
-            Err(error) => found.add(&place, error),
+            Err(error) => found.add(&place, unreadable(&error)),
         }
     }
 }

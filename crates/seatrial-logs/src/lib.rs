@@ -76,6 +76,7 @@ mod write;
 
 pub use choice::{ChannelChoice, Correction};
 pub use content::{columns, columns_held, is_log};
+pub use csv::DAMAGE_MARK;
 pub use description::{Channel, Counts, Format, LogDescription, UnitSource};
 pub use error::{Fault, Place, ReadError};
 pub use input::{Held, Source};

@@ -201,6 +201,7 @@ impl Runs {
                 columns: self.columns.clone(),
                 rows,
                 selected: Vec::new(),
+                is_damaged: self.table.is_damaged(),
             })
         };
         Ok(Some(Run {
@@ -238,6 +239,8 @@ struct Gathered {
     columns: Vec<String>,
     rows: VecDeque<Result<(Place, Vec<Cell>), Fault>>,
     selected: Vec<usize>,
+    /// Is the file that it is of?
+    is_damaged: bool,
 }
 
 impl Table for Gathered {
@@ -278,5 +281,9 @@ impl Table for Gathered {
 
     fn warnings(&self) -> Vec<String> {
         Vec::new()
+    }
+
+    fn is_damaged(&self) -> bool {
+        self.is_damaged
     }
 }

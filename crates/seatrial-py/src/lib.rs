@@ -14,6 +14,7 @@ mod simulate;
 
 use pyo3::prelude::*;
 use seatrial::identification::Reader;
+use seatrial::plain_text::shortened;
 use seatrial_app::advice::{self, addressed};
 
 /// An exception of the Python part, by its name; it carries the exit code of the command.
@@ -21,7 +22,9 @@ fn error(py: Python<'_>, class: &str, message: impl ToString) -> PyErr {
     let raised = py
         .import("seatrial._errors")
         .and_then(|errors| errors.getattr(class))
-        .and_then(|class| class.call1((addressed(&message.to_string(), Reader::Python),)));
+        .and_then(|class| {
+            class.call1((addressed(&shortened(&message.to_string()), Reader::Python),))
+        });
     match raised {
         Ok(error) => PyErr::from_value(error),
         Err(error) => error,

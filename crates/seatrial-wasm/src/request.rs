@@ -4,6 +4,7 @@ use std::path::Path;
 
 use seatrial::export::VehicleType;
 use seatrial::identification::{Reader, Reason, Verdict};
+use seatrial::plain_text::shortened;
 use seatrial_app::advice::{self, addressed};
 use seatrial_app::gains::Wanted;
 use seatrial_app::gains_export::{Format, GainsFile};
@@ -157,7 +158,7 @@ fn words(error: &Error) -> String {
         "it is neither beside it nor in a folder `cac` or `cache` there: copy it from the vehicle",
         "choose it together with the log",
     );
-    addressed(&text, Reader::Dashboard)
+    addressed(&shortened(&text), Reader::Dashboard)
 }
 
 impl Request {

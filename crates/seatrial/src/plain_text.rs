@@ -21,6 +21,40 @@ pub fn plain(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
+/// The longest line of a message, characters, and the most lines.
+const LONGEST_LINE: usize = 2000;
+const MOST_LINES: usize = 200;
+
+/// A message with the middle of its long lines left out, and the lines after the first two hundred: a message says what was found in a file
+/// or an option, and does not repeat all of it.
+pub fn shortened(text: &str) -> Cow<'_, str> {
+    let is_short = text.len() <= LONGEST_LINE
+        || (text.lines().nth(MOST_LINES).is_none()
+            && text.lines().all(|line| line.len() <= LONGEST_LINE));
+    if is_short {
+        return Cow::Borrowed(text);
+    }
+    let mut shown: Vec<Cow<str>> = text.lines().take(MOST_LINES).map(short_line).collect();
+    let left = text.lines().count() - shown.len();
+    if left > 0 {
+        shown.push(format!("({left} more lines)").into());
+    }
+    Cow::Owned(shown.join("\n"))
+}
+
+/// The beginning and the end of a long line.
+fn short_line(line: &str) -> Cow<'_, str> {
+    let characters = line.chars().count();
+    if characters <= LONGEST_LINE {
+        return Cow::Borrowed(line);
+    }
+    let half = LONGEST_LINE / 2;
+    let at = |n: usize| line.char_indices().nth(n).map_or(line.len(), |(at, _)| at);
+    let (first, last) = (&line[..at(half)], &line[at(characters - half)..]);
+    let left = characters - 2 * half;
+    format!("{first} ({left} more characters) {last}").into()
+}
+
 /// Would it command a terminal or turn the direction of writing?
 fn is_command(c: char) -> bool {
     let turns = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
@@ -30,6 +64,18 @@ fn is_command(c: char) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn exact_a_message_has_an_end() {
+        let said = "seatrial: no plan\nfound: 20 °";
+        assert!(matches!(shortened(said), Cow::Borrowed(_)));
+        let long = format!("thrusts {}: expected one", "船,".repeat(1_000_000));
+        let shown = shortened(&long);
+        assert!(shown.chars().count() < LONGEST_LINE + 50);
+        assert!(shown.starts_with("thrusts 船,") && shown.ends_with("船,: expected one"));
+        let shown = shortened(&"0.5\n".repeat(1_000_000)).into_owned();
+        assert!(shown.len() < 1000 && shown.ends_with("(999800 more lines)"));
+    }
 
     #[test]
     fn exact_no_command_reaches_a_terminal() {

@@ -4,13 +4,14 @@ use std::path::Path;
 
 use seatrial::identification::{EstimateMethod, ReasonCode, ValidRange};
 use seatrial::propagation::covariance_of_intervals;
+use seatrial::record::Window;
 use seatrial::{FullRudder, GainAllowance};
 use seatrial_core::heading_loop::LoopTiming;
-use seatrial_core::{RudderUnit, SchedulePoint, YawModel};
+use seatrial_core::{Nomoto, RudderUnit, SchedulePoint, YawModel};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-use super::stated::Stated;
+use super::stated::{Stated, StatedVerdict};
 use super::{ModelPoint, Models, TrialOrigin, given, limit_or_default, place, read_text};
 use crate::{Error, IdentifiedLog};
 
@@ -30,6 +31,9 @@ struct StoredDocument {
     runs: Option<Vec<StoredRun>>,
     models: Option<Vec<StoredRun>>,
     identification: Option<StoredIdentification>,
+    /// Of a log: its model, or the surest one of its speeds; of all, the verdict on the whole.
+    #[serde(flatten)]
+    head: StoredIdentification,
 }
 
 #[derive(Deserialize)]
@@ -51,29 +55,26 @@ struct StoredRun {
     thrust: Option<f64>,
     surge_speed_m_s: Option<f64>,
     identification: Option<StoredIdentification>,
-    verdict: Option<StoredVerdict>,
-}
-
-#[derive(Deserialize)]
-struct StoredVerdict {
-    accepted: bool,
-    #[serde(default)]
-    reasons: Vec<StoredReason>,
-}
-
-#[derive(Deserialize)]
-struct StoredReason {
-    code: String,
+    verdict: Option<StatedVerdict>,
 }
 
 #[derive(Deserialize)]
 struct StoredIdentification {
-    online: Option<YawModel<f64>>,
+    online: Option<StoredOnline>,
     refined: Option<StoredRefined>,
+    nomoto: Option<Nomoto<f64>>,
     higher_order: Option<StoredHigherOrder>,
     loop_timing: Option<LoopTiming<f64>>,
+    training: Option<Window>,
     valid_range: Option<ValidRange>,
-    verdict: Option<StoredVerdict>,
+    verdict: Option<StatedVerdict>,
+}
+
+#[derive(Deserialize)]
+struct StoredOnline {
+    #[serde(flatten)]
+    model: YawModel<f64>,
+    delta0_rad: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -92,6 +93,7 @@ struct StoredRefined {
     method: Option<EstimateMethod>,
     #[serde(flatten)]
     model: YawModel<f64>,
+    delta0_rad: Option<f64>,
     covariance: Option<[[f64; 3]; 3]>,
     interval_95: Option<StoredIntervals>,
     heading_noise_rad: Option<f64>,
@@ -168,12 +170,12 @@ pub fn of_document_text(
         rejected: Vec::new(),
     };
     match runs {
-        Some(runs) => models.take_runs(&runs)?,
+        Some(runs) => {
+            models.take_runs(&runs)?;
+            models.take_head(&document.head, &runs)?;
+        }
         None => {
-            let single = match document.identification {
-                Some(identification) => identification,
-                None => read(&models.origin, text)?,
-            };
+            let single = document.identification.unwrap_or(document.head);
             models.take_single(&single, surge_speed_m_s)?;
         }
     }
@@ -226,15 +228,11 @@ impl Models {
         let mut refused = Vec::new();
         for (run, number) in runs.iter().zip(1..) {
             let said = |why: NoModel| why.at(&format!("{}: run {number}", self.origin));
-            let verdict = run.verdict.as_ref();
-            if !verdict.ok_or(NoModel::NoVerdict).map_err(said)?.accepted {
+            if !accepts(run.verdict.as_ref()).map_err(said)? {
                 refused.push(run);
                 continue;
             }
-            let identification = run.identification.as_ref();
-            let identification = identification.ok_or(NoModel::NoEstimate).map_err(said)?;
-            let point = identification.point(run.thrust, run.surge_speed_m_s);
-            let point = point.map_err(said)?;
+            let point = run.point().map_err(said)?;
             self.points
                 .retain(|p| run.thrust.is_none() || p.point.thrust != run.thrust);
             self.points.push(point);
@@ -257,42 +255,144 @@ impl Models {
         Ok(())
     }
 
+    /// What a document says above its runs, or above the models of its speeds, does not contradict them.
+    fn take_head(&mut self, head: &StoredIdentification, runs: &[StoredRun]) -> Result<(), Error> {
+        let said = |why: NoModel| why.at(&self.origin);
+        let Some(verdict) = &head.verdict else {
+            return Ok(());
+        };
+        let is_accepted = accepts(Some(verdict)).map_err(said)?;
+        if let Ok(model) = head.model() {
+            head.check(None, is_accepted).map_err(said)?;
+            let models = runs.iter().filter_map(|run| run.identification.as_ref());
+            if !models
+                .filter_map(|of| of.model().ok())
+                .any(|of| of == model)
+            {
+                let wrong = "the model above the others is none of them: take the document as seatrial wrote it";
+                return Err(said(NoModel::Wrong(wrong.into())));
+            }
+        }
+        if !is_accepted {
+            self.rejected.push(verdict.refusal().into());
+        }
+        Ok(())
+    }
+
     fn take_single(
         &mut self,
         identification: &StoredIdentification,
         surge_speed_m_s: Option<f64>,
     ) -> Result<(), Error> {
         let said = |why: NoModel| why.at(&self.origin);
-        let point = identification.point(None, surge_speed_m_s).map_err(said)?;
         let verdict = identification.verdict.as_ref();
-        if !verdict.ok_or(NoModel::NoVerdict).map_err(said)?.accepted {
-            let reason = "the verdict on this model is not `accepted`: see the reasons there";
-            self.rejected.push(reason.into());
+        let is_accepted = match identification.model() {
+            Ok(_) => accepts(verdict),
+            Err(none) => Err(none),
+        };
+        let is_accepted = is_accepted.map_err(said)?;
+        let stated = identification.check(None, is_accepted).map_err(said)?;
+        let point = identification.point(None, surge_speed_m_s, &stated);
+        let point = point.map_err(said)?;
+        if let Some(verdict) = verdict.filter(|_| !is_accepted) {
+            self.rejected.push(verdict.refusal().into());
         }
         self.points.push(point);
         Ok(())
     }
 }
 
+/// Does a verdict accept a model?
+fn accepts(verdict: Option<&StatedVerdict>) -> Result<bool, NoModel> {
+    let verdict = verdict.ok_or(NoModel::NoVerdict)?;
+    match verdict.wrong() {
+        Some(wrong) => Err(NoModel::Wrong(wrong)),
+        None => Ok(verdict.accepted),
+    }
+}
+
+impl StoredRun {
+    /// The model of a run that is accepted, by its own verdict or by an operator.
+    fn point(&self) -> Result<ModelPoint, NoModel> {
+        let identification = self.identification.as_ref().ok_or(NoModel::NoEstimate)?;
+        let by_operator = ReasonCode::AcceptedByOperator;
+        let verdict = self.verdict.as_ref();
+        let is_by_itself = !verdict.is_some_and(|verdict| verdict.has(&by_operator));
+        if let Some(own) = &identification.verdict
+            && !accepts(Some(own))?
+            && is_by_itself
+        {
+            return Err(NoModel::Wrong(
+                "the run is accepted, and its model is not: take the document as seatrial wrote it"
+                    .into(),
+            ));
+        }
+        let stated = identification.check(self.surge_speed_m_s, is_by_itself)?;
+        identification.point(self.thrust, self.surge_speed_m_s, &stated)
+    }
+}
+
 impl StoredIdentification {
-    /// The refined estimate where there is one, else the online one, whose P is no covariance.
+    /// The refined estimate where there is one, else the online one.
+    fn model(&self) -> Result<YawModel<f64>, NoModel> {
+        let refined = self.refined.as_ref().map(|refined| refined.model);
+        let online = || self.online.as_ref().map(|online| online.model);
+        refined.or_else(online).ok_or(NoModel::NoEstimate)
+    }
+
+    /// Holds what is stated of the model against itself; `is_accepted` by a verdict and by no operator.
+    fn check(&self, surge_speed_m_s: Option<f64>, is_accepted: bool) -> Result<Stated, NoModel> {
+        let refined = self.refined.as_ref();
+        let online = self.online.as_ref();
+        let timing = self.loop_timing;
+        let stated = Stated {
+            theta: self.model()?.theta(),
+            intervals: refined.map_or_else(Default::default, StoredRefined::intervals),
+            covariance: refined.and_then(StoredRefined::covariance),
+            nomoto: self.nomoto,
+            delta0_rad: match refined {
+                Some(refined) => refined.delta0_rad,
+                None => online.and_then(|online| online.delta0_rad),
+            },
+            valid_range: self.valid_range,
+            surge_speed_m_s,
+            training_s: self
+                .training
+                .map(|training| training.to_s - training.from_s),
+            amounts: vec![
+                (
+                    "heading_noise_rad",
+                    refined.and_then(|r| r.heading_noise_rad),
+                ),
+                (
+                    "disturbance_rad_s2",
+                    refined.and_then(|r| r.disturbance_rad_s2),
+                ),
+                ("delay_s", timing.map(|timing| timing.delay_s)),
+                (
+                    "sample_interval_s",
+                    timing.and_then(|t| t.sample_interval_s),
+                ),
+                ("rudder_lag_s", Some(self.rudder_lag_s())),
+            ],
+            is_accepted,
+        };
+        match stated.wrong() {
+            Some(wrong) => Err(NoModel::Wrong(wrong)),
+            None => Ok(stated),
+        }
+    }
+
+    /// The model, by what was [checked](Self::check). Of an online estimate P is no covariance.
     fn point(
         &self,
         thrust: Option<f64>,
         surge_speed_m_s: Option<f64>,
+        stated: &Stated,
     ) -> Result<ModelPoint, NoModel> {
         let refined = self.refined.as_ref();
-        let model = refined.map(|refined| refined.model).or(self.online);
-        let model = model.ok_or(NoModel::NoEstimate)?;
+        let model = self.model()?;
         let seen_at_m_s = || self.valid_range.as_ref()?.usual_speed_m_s();
-        let stated = Stated {
-            model,
-            intervals: refined.map_or_else(Default::default, StoredRefined::intervals),
-            covariance: refined.and_then(StoredRefined::covariance),
-        };
-        if let Some(wrong) = stated.wrong() {
-            return Err(NoModel::Wrong(wrong));
-        }
         let [damping, ..] = stated.intervals;
         Ok(ModelPoint {
             point: SchedulePoint {
@@ -321,10 +421,7 @@ impl StoredIdentification {
     /// Does the verdict say that no gain may hold?
     fn may_be_unstable(&self) -> bool {
         let verdict = self.verdict.as_ref();
-        verdict.is_some_and(|verdict| {
-            let code = ReasonCode::Unstable.to_string();
-            verdict.reasons.iter().any(|reason| reason.code == code)
-        })
+        verdict.is_some_and(|verdict| verdict.has(&ReasonCode::Unstable))
     }
 
     /// Mean and variance of ln |K| of the hypotheses' steady turns, where the model is not made of them.

@@ -91,9 +91,14 @@ impl ScheduleFilePoint {
 
     fn stated(&self) -> Stated {
         Stated {
-            model: self.model(),
+            theta: self.model().theta(),
             intervals: [self.a22_interval_95_per_s, None, None],
             covariance: self.covariance,
+            amounts: vec![
+                ("delay_s", self.delay_s),
+                ("sample_interval_s", self.sample_interval_s),
+            ],
+            ..Stated::default()
         }
     }
 

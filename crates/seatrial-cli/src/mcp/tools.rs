@@ -1,5 +1,6 @@
 //! The tools: what each is for, what it takes, and who answers.
 
+use seatrial::plain_text::shortened;
 use seatrial_app::assist::without_lines_of_files;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
@@ -163,7 +164,7 @@ fn shown(answer: Answer) -> Value {
             "isError": false,
         }),
         Err(message) => {
-            let message = without_lines_of_files(&message);
+            let message = without_lines_of_files(&shortened(&message));
             json!({"content": [text_of(&message)], "isError": true})
         }
     }

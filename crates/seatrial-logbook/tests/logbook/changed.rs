@@ -312,6 +312,25 @@ fn io_a_damaged_campaign_is_shown_with_its_damage_and_without_a_model() {
     assert!(runs.iter().any(|run| run.verdict.accepted));
 }
 
+/// Rows out of their places, which no hash covers, are told of their own campaign alone.
+#[test]
+fn io_what_is_damaged_of_one_campaign_is_not_told_of_another() {
+    for change in [
+        "UPDATE stage SET number = number + 5 WHERE run = 1",
+        "UPDATE trace SET number = number + 5 WHERE run = 1",
+        "UPDATE campaign SET interrupted = 1 WHERE id = 1",
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let logbook = Logbook::open_read_only(altered(folder.path(), change)).unwrap();
+        let entries = logbook.campaigns().unwrap();
+        let damage = entries[0].damage.as_ref().unwrap();
+        assert_eq!(damage.campaign(), Some(1), "{change}: {damage:?}");
+        assert_eq!(entries[1].damage, None, "{change}");
+        let ids = [entries[1].id];
+        assert_eq!(logbook.damage_among(&ids).unwrap(), None, "{change}");
+    }
+}
+
 /// A row that belongs to nothing, and pages that two tables share: no campaign of such a file is shown as sound.
 #[test]
 fn io_a_damaged_file_is_told_with_every_campaign_of_it() {

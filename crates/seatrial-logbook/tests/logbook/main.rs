@@ -192,7 +192,7 @@ fn io_verify_names_what_was_changed_and_where() {
         ),
         (
             "PRAGMA foreign_keys = OFF; DELETE FROM run WHERE number = 2",
-            "table sample",
+            "entries of the kind sample",
         ),
         (
             "DELETE FROM sample; DELETE FROM stage; DELETE FROM trace;
@@ -466,7 +466,7 @@ fn io_files_that_are_no_logbook_are_named_for_what_they_are() {
     for open in [Logbook::open, Logbook::open_read_only] {
         let fails = |path: &Path| open(path.to_path_buf()).unwrap_err();
         for (path, found) in [
-            (file("text"), "a file that SQLite does not know"),
+            (file("text"), "whose beginning was overwritten"),
             (file("foreign"), "an SQLite database of something else"),
             (folder.path().to_path_buf(), "a directory"),
         ] {

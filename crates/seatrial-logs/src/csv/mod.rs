@@ -45,6 +45,10 @@ const LEAST_LINES: usize = 3;
 /// The most columns.
 const MOST_COLUMNS: usize = 4096;
 
+/// How a line begins that says of the text what is damaged of what it was made of. A program that exports samples of something damaged
+/// writes one above the names of columns.
+pub const DAMAGE_MARK: &str = "# damaged: ";
+
 /// A text log, read record by record.
 pub(crate) struct Text<R> {
     input: R,
@@ -60,6 +64,8 @@ pub(crate) struct Text<R> {
     selected: Vec<usize>,
     at_end: bool,
     incomplete_line: Option<u64>,
+    /// What the text says is damaged of what it was made of.
+    damage: Option<String>,
     /// Cells that hold what instruments write for no value.
     no_values: Count<u64>,
     /// The last number of each selected column.
@@ -130,6 +136,7 @@ impl<R: Read> Text<R> {
             selected: Vec::new(),
             at_end: false,
             incomplete_line: None,
+            damage: None,
             no_values: Count::new(0),
             last: Vec::new(),
         };
@@ -140,6 +147,7 @@ impl<R: Read> Text<R> {
         blank_garbage(start);
         check_is_text(start)?;
         let header = Header::find(start).ok_or(Fault::Empty)?;
+        text.damage = stated_damage(start);
         text.dialect = header.dialect;
         text.parser = ReaderBuilder::new()
             .delimiter(text.dialect.delimiter)
@@ -356,8 +364,22 @@ impl<R: Read + Send> Table for Text<R> {
         let none = (no_values > 0).then(|| {
             format!("-999 or -9999 was taken for a value that is missing, {no_values} times")
         });
-        cut_off.into_iter().chain(none).collect()
+        let damage = self.damage.as_ref();
+        let damage = damage.map(|damage| format!("it was exported from what is damaged: {damage}"));
+        damage.into_iter().chain(cut_off).chain(none).collect()
     }
+
+    fn is_damaged(&self) -> bool {
+        self.damage.is_some()
+    }
+}
+
+/// What a line of the comment above the names of columns says is damaged.
+fn stated_damage(start: &[u8]) -> Option<String> {
+    let lines = start.split(|&byte| byte == b'\n');
+    let mut comments = lines.take_while(|line| line.starts_with(b"#"));
+    let damage = comments.find_map(|line| line.strip_prefix(DAMAGE_MARK.as_bytes()))?;
+    Some(clipped(decoded(damage.trim_ascii()).as_ref()))
 }
 
 impl<R: Read> Text<R> {
