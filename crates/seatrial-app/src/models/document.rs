@@ -374,6 +374,10 @@ impl StoredIdentification {
                     timing.and_then(|t| t.sample_interval_s),
                 ),
                 ("rudder_lag_s", Some(self.rudder_lag_s())),
+                (
+                    "the variance of steady_log_gain",
+                    self.steady_log_gain().map(|[_, variance]| variance),
+                ),
             ],
             is_accepted,
         };
