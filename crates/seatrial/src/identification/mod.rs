@@ -148,23 +148,6 @@ pub struct HigherOrder {
     pub validation: Option<Validation>,
 }
 
-impl HigherOrder {
-    /// What the hypotheses leave uncertain of the steady turn of a first-order model that is not made of them, put down to a22:
-    ///
-    /// ```text
-    /// var a22 = a22^2 ((ln |K| - E ln |K_h|)^2 + var ln |K_h|),   K = -b2/a22
-    /// ```
-    ///
-    /// with K_h the gain of the hypotheses' own steady turns, 1/s. In 1/s^2; 0 where they have none.
-    pub fn steady_turn_variance_per_s2(&self, model: &YawModel<f64>) -> f64 {
-        let [a22, b2, _] = model.theta();
-        self.steady_log_gain.map_or(0.0, |[mean, variance]| {
-            let away = libm::log((b2 / a22).abs()) - mean;
-            a22 * a22 * (away * away + variance)
-        })
-    }
-}
-
 /// The model if the rudder lagged behind what the log says.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LagEffect {

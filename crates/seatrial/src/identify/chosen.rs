@@ -70,7 +70,6 @@ impl Chosen {
             };
         };
         let alone = intervals::widened(&estimate, &prepared.edge_covariance());
-        let alone = with_steady_turn(alone, &origin, explained);
         let (refined, joined) = match joined::join(prepared.training, &alone, others) {
             Some((together, joined)) => (together, Some(joined)),
             None => (alone, None),
@@ -104,26 +103,6 @@ impl Chosen {
             ModelSource::BehindLag(model) | ModelSource::Beyond(model) => Some(model),
             _ => None,
         }
-    }
-}
-
-/// The estimate whose a22 holds the steady turns of the hypotheses, where a heading gain is made for it and it is not made of them.
-fn with_steady_turn(estimate: Refined, origin: &Origin, explained: &Explained) -> Refined {
-    match (explained, origin) {
-        (_, Origin::Beyond(_)) => estimate,
-        (
-            Explained::HigherOrder {
-                beyond: Some(beyond),
-                most_gain: Some(_),
-                ..
-            },
-            _,
-        ) => {
-            let mut more = Matrix3::zeros();
-            more[(0, 0)] = beyond.steady_turn_variance_per_s2(&estimate.model);
-            intervals::widened(&estimate, &more)
-        }
-        _ => estimate,
     }
 }
 
