@@ -2,10 +2,11 @@
 
 use seatrial_core::{Real, Sample};
 
+use super::clock::counts;
 use super::derived::is_derived;
 use super::doubt::Doubt;
 use super::mismatch::RateMismatch;
-use super::units::counts;
+
 use crate::record::Record;
 use crate::stated_units::Origin;
 

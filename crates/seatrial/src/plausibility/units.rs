@@ -2,6 +2,7 @@
 
 use seatrial_core::Real;
 
+use super::clock::counts_by;
 use super::doubt::Doubt;
 use super::turn;
 use crate::record::Record;
@@ -313,17 +314,4 @@ fn counts_rows(record: &Record) -> bool {
     let first = record.samples.first();
     first.is_some_and(|first| [0.0, 1.0].contains(&(first.time_s * unit.per_si)))
         && counts_by(record, unit.per_si.recip())
-}
-
-/// Does the time go up by exactly 1 with every row?
-pub(super) fn counts(record: &Record) -> bool {
-    counts_by(record, 1.0)
-}
-
-/// Does the time go up by this interval with every row, but for rounding?
-fn counts_by(record: &Record, interval_s: f64) -> bool {
-    record.samples.windows(2).all(|pair| {
-        let step_s = pair[1].time_s - pair[0].time_s;
-        (step_s - interval_s).abs() <= 1e-6 * interval_s
-    })
 }
