@@ -51,6 +51,10 @@ const LEAST_WRAPS: usize = 3;
 /// The unit of the yaw rate settles that of the heading where it agrees by this factor.
 const AGREES: f64 = 1.1;
 
+/// Spans over which positions are compared with the speed, and the factor by which they may part: a current, and the chord of a turn.
+const SPEED_SPANS: usize = 20;
+const SPEED_AGREES: f64 = 1.25;
+
 /// A heading in degrees that is not wrapped reaches no more: twenty turns in the first rows.
 const LARGEST_HEADING_DEG: f64 = 7200.0;
 /// Rows at least over which a change of heading is compared with a yaw rate.
@@ -132,15 +136,8 @@ impl FirstRows {
                 Quantity::YawRate => self.yaw_rate_unit(heading),
                 Quantity::Thrust => self.thrust_unit(&mut inferred.warnings),
                 Quantity::Speed => {
-                    if columns
-                        .get(&quantity)
-                        .is_some_and(|name| is_usually_in_knots(name))
-                    {
-                        inferred.warnings.push(
-                            "speed has no unit and is taken as m/s, but speeds of this name are usually in knots; say which with --unit speed=kn or --unit speed=m/s".into(),
-                        );
-                    }
-                    (Unit::MetrePerSecond, "nothing else is said".into())
+                    let name = columns.get(&quantity).map_or("", String::as_str);
+                    self.speed_unit(name, &mut inferred.warnings)
                 }
                 _ => (Unit::Metre, "nothing else is said".into()),
             };
@@ -301,6 +298,60 @@ impl FirstRows {
             .unwrap_or_default()
             .windows(2)
             .any(|pair| (WRAP * turn..=1.0001 * turn).contains(&(pair[1] - pair[0]).abs()))
+    }
+
+    /// The unit of the speed at which the positions go on; m/s where there are none, which is said.
+    fn speed_unit(&self, name: &str, warnings: &mut Vec<String>) -> (Unit, String) {
+        let units = [Unit::MetrePerSecond, Unit::Knot, Unit::KilometrePerHour];
+        let of_positions = self.speed_of_positions().and_then(|m_s_per_number| {
+            let is_it = |unit: &Unit| {
+                let share = m_s_per_number / unit.factor();
+                (1.0 / SPEED_AGREES..SPEED_AGREES).contains(&share)
+            };
+            units.into_iter().find(is_it)
+        });
+        if let Some(unit) = of_positions {
+            warnings.push(format!(
+                "speed has no unit and is taken as {unit}, at which the positions go on; say which with --unit speed=UNIT"
+            ));
+            return (unit, "the positions go on at it".into());
+        }
+        let doubt = match is_usually_in_knots(name) {
+            true => ", but speeds of this name are usually in knots",
+            false => "",
+        };
+        warnings.push(format!(
+            "speed has no unit and is taken as m/s{doubt}; say which with --unit speed=kn or --unit speed=m/s"
+        ));
+        (Unit::MetrePerSecond, "nothing else is said".into())
+    }
+
+    /// Metres that the positions go on in a second, for each number of the speed: the median over spans of rows.
+    fn speed_of_positions(&self) -> Option<f64> {
+        let [north, east, speed] = [Quantity::North, Quantity::East, Quantity::Speed]
+            .map(|quantity| self.of(quantity).unwrap_or_default());
+        let rows = self
+            .time_s
+            .len()
+            .min(north.len())
+            .min(east.len())
+            .min(speed.len());
+        let span = (rows / SPEED_SPANS).max(1);
+        let mut found: Vec<f64> = (0..rows.saturating_sub(span))
+            .step_by(span)
+            .map(|from| {
+                let to = from + span;
+                let way_m = libm::hypot(north[to] - north[from], east[to] - east[from]);
+                let mean = speed[from..to].iter().sum::<f64>() / span as f64;
+                way_m / (mean * (self.time_s[to] - self.time_s[from]))
+            })
+            .filter(|share| share.is_finite() && *share > 0.0)
+            .collect();
+        if found.len() < SPEED_SPANS / 2 {
+            return None;
+        }
+        let middle = found.len() / 2;
+        Some(*found.select_nth_unstable_by(middle, f64::total_cmp).1)
     }
 
     fn thrust_unit(&self, warnings: &mut Vec<String>) -> (Unit, String) {

@@ -77,6 +77,38 @@ fn io_a_speed_over_ground_without_a_unit_is_doubted() {
     assert!(warnings[0].starts_with("speed has no unit"), "{warnings:?}");
 }
 
+/// Positions tell the unit of a speed; what is assumed without them is said.
+#[test]
+fn io_positions_tell_the_unit_of_a_speed() {
+    let log = |m_s_per_number: f64, has_positions: bool| {
+        let mut text = String::from("time_s,heading_deg,rudder_deg,speed,north_m,east_m\n");
+        for k in 0..200 {
+            let way_m = 6.0 * m_s_per_number * 0.1 * f64::from(k);
+            let [north, east] = match has_positions {
+                true => [0.6 * way_m, 0.8 * way_m].map(|m| format!("{m:.3}")),
+                false => Default::default(),
+            };
+            let row = [0.1 * f64::from(k), 0.2 * f64::from(k)];
+            text += &format!("{:.1},{:.1},{},6.0,{north},{east}\n", row[0], row[1], k % 7);
+        }
+        let (reader, samples) = read(&text).unwrap();
+        let warnings = reader.description().warnings.join("\n");
+        (samples[0].surge_speed_m_s.unwrap(), warnings)
+    };
+    for (m_s, said) in [
+        (1.0, "taken as m/s, at which"),
+        (1852.0 / 3600.0, "taken as kn, at which"),
+        (1.0 / 3.6, "taken as km/h, at which"),
+    ] {
+        let (speed_m_s, warnings) = log(m_s, true);
+        assert!((speed_m_s - 6.0 * m_s).abs() < 1e-9, "{speed_m_s}");
+        assert!(warnings.contains(said), "{warnings}");
+    }
+    let (speed_m_s, warnings) = log(0.5, false);
+    assert_eq!(speed_m_s, 6.0);
+    assert!(warnings.contains("--unit speed=kn"), "{warnings}");
+}
+
 /// A compass and a satellite compass in sentences of their own, and two rudders: what is taken is said.
 #[test]
 fn io_rivals_in_other_sentences_are_told() {

@@ -1,16 +1,13 @@
 //! Splits one long manoeuvre at the boundary of two legs: the first part to learn from, the rest to validate on.
 //!
 //! A zig-zag, a spiral and a random test are one manoeuvre each, and a model that was fitted to all of it was never
-//! validated. A leg is the time that the rudder is deflected to one side. Each part holds legs to both sides, because
+//! validated. A leg is the time that the rudder is deflected to one side; after a rest that is longer than any, another begins. Each part holds legs to both sides, because
 //! damping, rudder effect and offset cannot be told apart from one side alone.
 
 use seatrial_core::Sample;
 
-use crate::manoeuvre::Manoeuvre;
+use crate::manoeuvre::{Manoeuvre, Stroke};
 use crate::record::Window;
-
-/// Legs that each part needs: one to either side.
-const LEAST_LEGS: usize = 2;
 
 /// The share of the manoeuvre that the training part comes nearest to.
 const TRAINING_SHARE: f64 = 0.6;
@@ -34,21 +31,33 @@ pub struct LegSplit {
 pub fn split_by_legs(samples: &[Sample<f64>]) -> Option<LegSplit> {
     let (from_s, last_s) = (samples.first()?.time_s, samples.last()?.time_s);
     let strokes = Manoeuvre::find(samples)?.strokes;
-    let mut leg_starts_s: Vec<f64> = Vec::new();
-    let mut side = None;
+    let longest_s = strokes.iter().map(Stroke::duration_s).fold(0.0, f64::max);
+    let mut legs: Vec<&Stroke> = Vec::new();
+    let mut before: Option<&Stroke> = None;
     for stroke in &strokes {
-        if side != Some(stroke.positive) {
-            leg_starts_s.push(stroke.window.from_s);
-            side = Some(stroke.positive);
+        let goes_on = before.is_some_and(|before| {
+            let rest_s = stroke.window.from_s - before.window.to_s;
+            before.positive == stroke.positive && rest_s <= longest_s
+        });
+        if !goes_on {
+            legs.push(stroke);
         }
+        before = Some(stroke);
     }
-    let legs = leg_starts_s.len();
+    let are_of_both_sides = |legs: &[&Stroke]| {
+        let is_positive = |leg: &&Stroke| leg.positive;
+        legs.iter().any(is_positive) && !legs.iter().all(is_positive)
+    };
+    let leg_starts_s: Vec<f64> = legs.iter().map(|leg| leg.window.from_s).collect();
     let wanted_s = from_s + TRAINING_SHARE * (last_s - from_s);
-    let boundary = (LEAST_LEGS..(legs + 1).saturating_sub(LEAST_LEGS)).min_by(|a, b| {
-        (leg_starts_s[*a] - wanted_s)
-            .abs()
-            .total_cmp(&(leg_starts_s[*b] - wanted_s).abs())
-    })?;
+    let boundary = (1..legs.len())
+        .filter(|at| are_of_both_sides(&legs[..*at]) && are_of_both_sides(&legs[*at..]))
+        .min_by(|a, b| {
+            (leg_starts_s[*a] - wanted_s)
+                .abs()
+                .total_cmp(&(leg_starts_s[*b] - wanted_s).abs())
+        })?;
+    let legs = legs.len();
     let boundary_s = leg_starts_s[boundary];
     Some(LegSplit {
         training: Window {
@@ -94,6 +103,18 @@ mod tests {
     fn exact_each_part_has_legs_to_both_sides() {
         let split = split_by_legs(&zig_zag(4)).unwrap();
         assert_eq!((split.training_legs, split.validation_legs), (2, 2));
+    }
+
+    /// Two manoeuvres that end and begin to one side part where the second begins, at which the vehicle does not turn.
+    #[test]
+    fn exact_a_rest_parts_two_legs_to_one_side() {
+        let mut samples = zig_zag(20);
+        for sample in &mut samples[700..1200] {
+            sample.rudder_rad = 0.0;
+        }
+        let split = split_by_legs(&samples).unwrap();
+        assert!((split.training.to_s - 120.0).abs() < 0.15, "{split:?}");
+        assert_eq!((split.training_legs, split.validation_legs), (7, 8));
     }
 
     #[test]

@@ -90,7 +90,10 @@ pub fn identify_opened(
         axis: options.axis,
         models: found.models,
         model: found.model,
-        verdict: naming_another_rudder(found.verdict, &logs.log),
+        verdict: match &logs.log.other_heading {
+            Some(other) => other.before(naming_another_rudder(found.verdict, &logs.log)),
+            None => naming_another_rudder(found.verdict, &logs.log),
+        },
         logs,
     })
 }

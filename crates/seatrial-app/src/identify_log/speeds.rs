@@ -140,10 +140,19 @@ pub(super) fn whole_verdict(models: &[SpeedModel]) -> Verdict {
     }
 }
 
-/// Manoeuvres that differ, in a log that has neither speed nor thrust, may be of several speeds: that comes first.
+/// Manoeuvres that differ, in a log that has neither speed nor thrust, may be of several speeds: that comes first, unless the heading is coarse.
 fn name_unknown_speed(verdict: &mut Verdict, proposal: &Proposal) {
     let is_unknown = proposal.thrust.is_none() && proposal.surge_speed_m_s.is_none();
-    if is_unknown && !verdict.accepted && verdict.has(&ReasonCode::ManoeuvresDiffer) {
+    let differ = is_unknown && !verdict.accepted && verdict.has(&ReasonCode::ManoeuvresDiffer);
+    let coarse = verdict
+        .reasons
+        .iter()
+        .position(|reason| reason.code == ReasonCode::Quantised);
+    if let Some(coarse) = coarse.filter(|_| differ) {
+        // Coarse steps make them differ at any speed.
+        let coarse = verdict.reasons.remove(coarse);
+        verdict.reasons.insert(0, coarse);
+    } else if differ {
         let windows = proposal.training.len() + usize::from(proposal.validation.is_some());
         let reason = Reason::new(
             ReasonCode::SpeedUnknown,

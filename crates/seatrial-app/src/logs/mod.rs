@@ -1,5 +1,6 @@
 //! Logs as every use case reads them: any format, channels mapped, units settled, behind the servo.
 
+mod headings;
 mod mapping;
 mod most_excited;
 mod source;
@@ -15,6 +16,7 @@ use seatrial_core::{Axis, RudderUnit};
 use seatrial_logs::{ChannelChoice, Counts, Held, LogDescription, Quantity};
 
 use crate::Error;
+pub use headings::OtherHeading;
 use mapping::Mapping;
 use most_excited::MostExcited;
 pub use source::Source;
@@ -94,6 +96,8 @@ pub struct OpenedLog {
     pub counts: Counts,
     /// What people should know before they trust the samples.
     pub warnings: Vec<String>,
+    /// A heading that the log has beside the one that was read.
+    pub other_heading: Option<OtherHeading>,
 }
 
 impl OpenedLog {
@@ -189,6 +193,8 @@ pub fn open(
 
     let mut late = reader.warnings();
     late.extend(shortened(&record, samples_inside));
+    let other_heading = OtherHeading::find(path, settings, reader.description(), &record.samples);
+    late.extend(other_heading.as_ref().map(OtherHeading::warning));
     leave_out_unsound(&mut record);
     late.iter().for_each(|text| observer.warned(text));
     warnings.extend(late);
@@ -200,6 +206,7 @@ pub fn open(
         sha256,
         counts: reader.counts(),
         warnings,
+        other_heading,
     })
 }
 

@@ -250,8 +250,8 @@ fn of_model(code: &ReasonCode) -> Option<Words> {
             "Repeat the manoeuvre with more rudder, or several times.",
         ),
         ReasonCode::DoesNotFit => same(
-            "The rudder does not explain how the vehicle turned.",
-            "Repeat the manoeuvre in calmer water, with more rudder and no autopilot.",
+            "The model does not describe its own record.",
+            "Repeat the manoeuvre in calmer water, with more rudder and no autopilot; log the heading unfiltered.",
         ),
         ReasonCode::Unstable => same(
             "The vehicle does not stop turning by itself, or the log does not show it.",

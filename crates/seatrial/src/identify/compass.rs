@@ -13,6 +13,11 @@ const SIGNIFICANCE: f64 = 6.0;
 const TERMS: usize = 4;
 /// The largest shift between heading and yaw rate that is tried, s, and the change of it that ends the search.
 const LARGEST_SHIFT_S: f64 = 0.6;
+/// Where the heading seems to jump: shifts and time constants of a low-pass filter, s, that may explain it.
+const LATE_S: [f64; 9] = [0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0];
+const SMOOTHED_S: [f64; 10] = [0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0];
+/// Of the squared error, what a late or smoothed heading that seemed to jump leaves.
+const LEFT_OF_A_JUMP: f64 = 0.25;
 const LEAST_SHIFT_S: f64 = 1e-4;
 /// Each is linearised about the last: three are enough of a smooth turn.
 const SHIFTS: usize = 12;
@@ -78,24 +83,34 @@ impl CompassError {
             .collect::<Option<_>>()?;
         let path = Path::of(samples, &rates);
         let heading = DVector::from_column_slice(&path.heading_rad);
-        let at_once = Aligned::of(&path, &heading, 0.0)?;
+        let interval_s = (last.time_s - first.time_s) / (samples.len() - 1) as f64;
+        let count = ((MEAN_OVER_S / interval_s).ceil() as usize).max(1);
+        let jump = |aligned: &Aligned| {
+            largest_jump(aligned.error(&heading).as_slice(), count, path.step_rad)
+        };
+        let at_once = Aligned::of(&path, &heading, 0.0)?.shifted(&path, &heading);
+        let explains = |late: &Aligned| jump(late).is_none();
+        let is_sound = at_once.is_in_scale() && at_once.is_settled() && explains(&at_once);
+        let late = match is_sound {
+            true => None,
+            false => at_once.late(&path, &heading).filter(explains),
+        };
+        let aligned = late.unwrap_or(at_once);
+        if !aligned.is_in_scale() {
+            return None;
+        }
+        let largest_jump = jump(&aligned).map(|(at, size_rad)| {
+            let time_s = samples[at].time_s;
+            Jump { size_rad, time_s }
+        });
+        let error = aligned.error(&heading);
         let Aligned {
             shift_s,
+            smoothed_s,
             terms,
             normal,
             found,
-        } = at_once.shifted(&path, &heading);
-        if !(SCALE[0]..=SCALE[1]).contains(&found[2]) {
-            return None;
-        }
-        let error = heading - &terms * &found;
-        let interval_s = (last.time_s - first.time_s) / (samples.len() - 1) as f64;
-        let count = ((MEAN_OVER_S / interval_s).ceil() as usize).max(1);
-        let largest_jump =
-            largest_jump(error.as_slice(), count, path.step_rad).map(|(at, size_rad)| {
-                let time_s = samples[at].time_s;
-                Jump { size_rad, time_s }
-            });
+        } = aligned;
         let variance = error.norm_squared() / samples.len().checked_sub(TERMS)? as f64;
         let walk_rad = noise(&rates) * interval_s;
         let steps = sums_from_here(terms);
@@ -110,7 +125,8 @@ impl CompassError {
         Some(Self {
             largest_jump,
             scale_error: significant(found[2] - 1.0, 2),
-            late_s: significant(found[3] + found[2] * shift_s, 3).map(|early| -early / found[2]),
+            late_s: significant(found[3] + found[2] * (shift_s - smoothed_s), 3)
+                .map(|early| -early / found[2]),
         })
     }
 }
@@ -119,6 +135,8 @@ impl CompassError {
 struct Aligned {
     /// The yaw rate is read so much later, s.
     shift_s: f64,
+    /// It goes through a low-pass filter of this time constant before, s.
+    smoothed_s: f64,
     terms: DMatrix<f64>,
     normal: Cholesky<f64, Dyn>,
     /// alpha, beta, kappa and tau.
@@ -137,26 +155,66 @@ impl Aligned {
         let normal = (terms.transpose() * &terms).cholesky()?;
         Some(Self {
             shift_s,
+            smoothed_s: 0.0,
             found: normal.solve(&(terms.transpose() * heading)),
             terms,
             normal,
         })
     }
 
+    fn error(&self, heading: &DVector<f64>) -> DVector<f64> {
+        heading - &self.terms * &self.found
+    }
+
+    fn is_in_scale(&self) -> bool {
+        (SCALE[0]..=SCALE[1]).contains(&self.found[2])
+    }
+
+    /// Did the search for its shift end?
+    fn is_settled(&self) -> bool {
+        (self.found[3] / self.found[2]).abs() < LEAST_SHIFT_S
+    }
+
+    /// The best of a heading that is later than that, or smoothed; `None` where that explains little more.
+    fn late(&self, path: &Path, heading: &DVector<f64>) -> Option<Self> {
+        let later = LATE_S.iter().filter_map(|late_s| {
+            Some(Self::of(path, heading, -late_s)?.shifted_within(path, heading, *late_s))
+        });
+        let smoothed = SMOOTHED_S.iter().filter_map(|smoothed_s| {
+            let path = path.smoothed(*smoothed_s);
+            Some(Self {
+                smoothed_s: *smoothed_s,
+                ..Self::of(&path, heading, 0.0)?.shifted(&path, heading)
+            })
+        });
+        let left = |aligned: &Self| aligned.error(heading).norm_squared();
+        let best = later
+            .chain(smoothed)
+            .filter(Self::is_in_scale)
+            .min_by(|a, b| left(a).total_cmp(&left(b)))?;
+        (left(&best) < LEFT_OF_A_JUMP * left(self)).then_some(best)
+    }
+
     /// Gauss and Newton's steps to the shift that leaves no tau; as it is where they lead nowhere.
     fn shifted(self, path: &Path, heading: &DVector<f64>) -> Self {
-        let mut shift_s = self.shift_s;
+        self.shifted_within(path, heading, LARGEST_SHIFT_S)
+    }
+
+    /// Those that end within so much of its own shift, s.
+    fn shifted_within(self, path: &Path, heading: &DVector<f64>, most_s: f64) -> Self {
+        let from_s = self.shift_s;
+        let mut shift_s = from_s;
         let mut step_s = self.found[3] / self.found[2];
         for _ in 0..SHIFTS {
             shift_s += step_s;
-            if shift_s.is_nan() || shift_s.abs() > LARGEST_SHIFT_S {
+            if shift_s.is_nan() || (shift_s - from_s).abs() > most_s {
                 break;
             }
             let Some(next) = Self::of(path, heading, shift_s) else {
                 break;
             };
             step_s = next.found[3] / next.found[2];
-            if step_s.abs() < LEAST_SHIFT_S {
+            if next.is_settled() {
                 return next;
             }
         }
@@ -203,6 +261,33 @@ impl Path {
             path.turned_rad.push(turned);
         }
         path
+    }
+
+    /// With the yaw rate behind a low-pass filter of this time constant.
+    fn smoothed(&self, time_constant_s: f64) -> Self {
+        let (mut turned, mut turned_rad) = (0.0, vec![0.0]);
+        for (times_s, to) in self.times_s.windows(2).zip(self.turned_rad.windows(2)) {
+            let interval_s = times_s[1] - times_s[0];
+            let slope = (to[1] - to[0]) / interval_s;
+            let left = libm::exp(-interval_s / time_constant_s);
+            // The filter of a straight line.
+            turned =
+                to[1] - slope * time_constant_s + (turned - to[0] + slope * time_constant_s) * left;
+            turned_rad.push(turned);
+        }
+        let rates_rad_s = self
+            .turned_rad
+            .iter()
+            .zip(&turned_rad)
+            .map(|(to, turned)| (to - turned) / time_constant_s)
+            .collect();
+        Self {
+            times_s: self.times_s.clone(),
+            heading_rad: self.heading_rad.clone(),
+            rates_rad_s,
+            turned_rad,
+            ..*self
+        }
     }
 
     /// The integral of the yaw rate at an instant and the yaw rate, rad and rad/s: the yaw rate is straight between samples, and constant
@@ -350,6 +435,32 @@ mod tests {
         let found = CompassError::of(&samples);
         assert_eq!(found.largest_jump, None);
         assert!((found.late_s.unwrap() + 0.08).abs() < 0.01, "{found:?}");
+    }
+
+    /// Late by more than its search goes from 0, or behind a low-pass filter.
+    #[test]
+    fn exact_a_heading_that_is_late_or_smoothed_did_not_jump() {
+        let turn = |t: f64| {
+            let phase = (t - 4.0).clamp(0.0, 4.0) * core::f64::consts::FRAC_PI_2;
+            0.3 * (1.0 - phase.cos()) / core::f64::consts::FRAC_PI_2
+        };
+        for late_s in [0.8, 1.0, 2.0, 3.0] {
+            let found = CompassError::of(&record(|t, _| turn(t - late_s), |r| r));
+            assert_eq!(found.largest_jump, None);
+            assert!((found.late_s.unwrap() - late_s).abs() < 0.02, "{found:?}");
+        }
+        for time_constant_s in [1.0, 2.0] {
+            let mut smoothed = record(|_, psi| psi, |r| r);
+            let mut state = 0.0;
+            for sample in &mut smoothed {
+                state += 0.05 / time_constant_s * (sample.heading_rad - state);
+                sample.heading_rad = state;
+            }
+            let found = CompassError::of(&smoothed);
+            assert_eq!(found.largest_jump, None);
+            let late_s = found.late_s.unwrap();
+            assert!((late_s - time_constant_s).abs() < 0.1, "{found:?}");
+        }
     }
 
     #[test]

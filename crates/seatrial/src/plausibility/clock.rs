@@ -15,7 +15,7 @@
 use seatrial_core::{Real, Sample};
 
 use super::doubt::Doubt;
-use crate::record::median_interval_s;
+use crate::record::{Record, median_interval_s};
 
 /// A gap is longer than so many usual intervals, and matters to the vehicle: times that are rounded to a second are nothing to a ship.
 const GAP: f64 = 3.0;
@@ -68,6 +68,19 @@ pub(super) fn jump(samples: &[Sample<f64>], time_constant_s: f64) -> Option<Doub
         .filter(|row| samples[row + 1].time_s - samples[*row].time_s > shortest_s)
         .find_map(is_jump)?;
     Some(Doubt::ClockJumped { gap_s })
+}
+
+/// Does the time go up by exactly 1 with every row?
+pub(super) fn counts(record: &Record) -> bool {
+    counts_by(record, 1.0)
+}
+
+/// Does the time go up by this interval with every row, but for rounding?
+pub(super) fn counts_by(record: &Record, interval_s: f64) -> bool {
+    record.samples.windows(2).all(|pair| {
+        let step_s = pair[1].time_s - pair[0].time_s;
+        (step_s - interval_s).abs() <= 1e-6 * interval_s
+    })
 }
 
 /// Standard deviation of a heading's noise from the median of second differences, rad.

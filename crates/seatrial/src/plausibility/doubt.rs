@@ -20,6 +20,8 @@ pub enum Doubt {
         /// Did the user choose the unit?
         is_given: bool,
     },
+    /// The heading begins again at 180 deg.
+    HeadingHalfTurn,
     /// The heading has no unit and is in whole numbers, as counts are.
     HeadingCounts {
         /// The largest number in the column.
@@ -65,6 +67,8 @@ pub enum Doubt {
     TimeAssumed {
         /// The usual interval in that unit, s.
         interval_s: f64,
+        /// Units with the usual intervals of loggers, s, the likeliest first.
+        units: Vec<(&'static str, f64)>,
     },
     /// The yaw rate contradicts heading and time.
     RateMismatch(RateMismatch),
@@ -142,7 +146,7 @@ impl Doubt {
     /// Its name for programs.
     pub fn code(&self) -> ReasonCode {
         match self {
-            Self::HeadingUnit { .. } | Self::HeadingCounts { .. } => {
+            Self::HeadingUnit { .. } | Self::HeadingHalfTurn | Self::HeadingCounts { .. } => {
                 ReasonCode::HeadingUnitDoubtful
             }
             Self::RudderUnit { .. } | Self::RudderAgainstName | Self::RudderBeyondFull { .. } => {
@@ -246,11 +250,12 @@ impl Doubt {
                 "samples are {} s apart by the time column, as if it held milliseconds: say which with --unit time=ms or --unit time=s",
                 three_figures(*interval_s)
             ),
-            Self::TimeAssumed { interval_s } => format!(
-                "the time has no unit, and nothing in the log shows that its samples are {} s apart, as they were taken to be: say its unit with --unit time=ms or another",
-                three_figures(*interval_s)
+            Self::TimeAssumed { interval_s, units } => format!(
+                "the time has no unit, and nothing in the log shows that its samples are {} s apart, as they were taken to be: say {}",
+                three_figures(*interval_s),
+                time_units(units)
             ),
-            Self::HeadingInterpolated { .. } | Self::HeadingJumped(_) | Self::HeadingThroughSouth { .. } | Self::TurnsTooFast { is_of_heading: true, .. } => self.text_of_heading(),
+            Self::HeadingInterpolated { .. } | Self::HeadingJumped(_) | Self::HeadingThroughSouth { .. } | Self::HeadingHalfTurn | Self::TurnsTooFast { is_of_heading: true, .. } => self.text_of_heading(),
             Self::TurnsTooFast { yaw_rate_rad_s, .. } => format!(
                 "by the time column the heading turns by {} deg/s, which no vessel does: say the unit of the time, such as --unit time=s, or name another column with --time",
                 three_figures(yaw_rate_rad_s.to_degrees())
@@ -261,7 +266,7 @@ impl Doubt {
                 "the rudder is said to be a share of full and reaches {} of it: say its unit with --unit rudder=percent or --unit rudder=deg",
                 three_figures(*largest)
             ),
-            Self::TimeIsIndex { is_stated: true } => "the time counts 0, 1, 2 like the number of a row, and there is no yaw rate to show that a row takes the time that its column says: if not, a22 and b2 are as wrong as that; say so with --unit time=s where it does".into(),
+            Self::TimeIsIndex { is_stated: true } => "the time counts 0, 1, 2 and was read in seconds, as its column says; if it is the number of a row, a22 and b2 are as wrong as that: say --unit time=s where a row is a second".into(),
             Self::TimeIsIndex { is_stated: false } => "the time counts 0, 1, 2 like the number of a row, and there is no yaw rate to show that a row takes a second: say so with --unit time=s, or choose another column with --time".into(),
             Self::RateMismatch(mismatch) => mismatch.text(),
             Self::HeadingStood { from_s, for_s } => format!(
@@ -352,8 +357,8 @@ impl Doubt {
                 ..reason
             },
             Self::TimeIsIndex { is_stated: true } => Reason {
-                text: "The time counts rows: nothing shows that a row takes the time that its column says.".into(),
-                action: "Where it does, say so with --unit time=s; else log the time or the yaw rate.".into(),
+                text: "The time counts 0, 1, 2 and was read in seconds, as its column says.".into(),
+                action: "Where a row is a second, say so with --unit time=s; else give the time of a row as scale of the time in a [channels] file.".into(),
                 ..reason
             },
             Self::TimeIsIndex { is_stated: false } => Reason {
@@ -361,12 +366,12 @@ impl Doubt {
                 action: "Name the column of the time with --time. Where a row is one second, say so with --unit time=s; else give the seconds of a row as scale of the time in a [channels] file.".into(),
                 ..reason
             },
-            Self::TimeAssumed { interval_s } => Reason {
+            Self::TimeAssumed { interval_s, units } => Reason {
                 text: format!(
                     "The time has no unit, and nothing shows that samples are {} s apart.",
                     three_figures(*interval_s)
                 ),
-                action: "Say the unit of the time with --unit time=ms, or another.".into(),
+                action: format!("Say {}.", time_units(units)),
                 ..reason
             },
             Self::ScaleAssumed { columns } => Reason {
@@ -392,6 +397,17 @@ impl Doubt {
             _ => self.reason_of_heading(reason),
         }
     }
+}
+
+/// The options that settle the unit of the time, with the interval that each makes of the rows.
+fn time_units(units: &[(&str, f64)]) -> String {
+    let options = units.iter().map(|(unit, interval_s)| {
+        format!(
+            "--unit time={unit} where rows are {} s apart",
+            three_figures(*interval_s)
+        )
+    });
+    options.collect::<Vec<_>>().join(", or ")
 }
 
 /// The columns and what they were taken for.

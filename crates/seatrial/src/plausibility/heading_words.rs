@@ -28,6 +28,7 @@ impl Doubt {
                 "at {} s headings between two beside north are those of the numbers between 0 and 360, through south: the heading was averaged or interpolated as a number; do so with its sine and cosine, or log the heading as the compass gives it",
                 with_decimals(*time_s, 1)
             ),
+            Self::HeadingHalfTurn => "the heading begins again at 180 deg, so that a turn is not told from the one to the other side: log it from 0 to 360 deg".into(),
             _ => String::new(),
         }
     }
@@ -59,7 +60,15 @@ impl Doubt {
                 action: "Average or interpolate its sine and cosine, or log the heading as the compass gives it.".into(),
                 ..reason
             },
-            Self::TurnsTooFast { yaw_rate_rad_s, is_of_heading: true } => Reason {
+            Self::HeadingHalfTurn => Reason {
+                text: "The heading begins again at 180 deg.".into(),
+                action: "Log the heading from 0 to 360 deg.".into(),
+                ..reason
+            },
+            Self::TurnsTooFast {
+                yaw_rate_rad_s,
+                is_of_heading: true,
+            } => Reason {
                 text: format!(
                     "The heading has no unit, and as degrees it turns by {} deg/s, which no vessel does.",
                     three_figures(yaw_rate_rad_s.to_degrees())

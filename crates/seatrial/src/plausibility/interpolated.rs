@@ -23,6 +23,9 @@ use crate::record::Record;
 const LEAST_LINES: usize = 20;
 /// The share of lines that are as long as the others; a value on the line through its neighbours makes one twice as long.
 const EVEN: f64 = 0.9;
+/// Headings so near to north, rad, are beside it, and so many rows beside a sweep are left out and looked at.
+const BESIDE_NORTH_RAD: f64 = 0.5;
+const SWEEP_ROWS: usize = 5;
 /// Relative; what arithmetic leaves of a straight line.
 const ARITHMETIC: f64 = 1e-9;
 /// The most decimals that a rounded number has, and how far it is then from a whole number of the last.
@@ -128,10 +131,41 @@ pub(super) fn through_south(record: &Record) -> Option<Doubt> {
             && way.abs() > WRAP * turn_rad
             && headings[*from..=to].windows(2).all(goes_on)
     };
-    let from = (0..sizes.len()).filter(|row| is_far(*row)).find(passes)?;
+    let from = (0..sizes.len())
+        .filter(|row| is_far(*row))
+        .find(passes)
+        .or_else(|| sweep(&headings, COMES_BACK * usual_rad))?;
     Some(Doubt::HeadingThroughSouth {
         time_s: record.samples[from + 1].time_s,
     })
+}
+
+/// The row before a sweep from one side of north to the other through south, while before and behind it the heading goes the other way:
+/// a mean over many rows. A vehicle that turns through south goes on so.
+fn sweep(headings: &[f64], fast_rad: f64) -> Option<usize> {
+    let turn_rad = std::f64::consts::TAU;
+    let is_north = |heading: &f64| Real::wrapped(*heading).abs() < BESIDE_NORTH_RAD;
+    let change =
+        |from: usize, to: usize| Some(Real::wrapped(headings.get(to)? - headings.get(from)?));
+    let goes_back = |from: usize, to: &usize| {
+        let way = headings[*to] - headings[from];
+        let before = change(from.checked_sub(2 * SWEEP_ROWS)?, from - SWEEP_ROWS)?;
+        let behind = change(to + SWEEP_ROWS, to + 2 * SWEEP_ROWS)?;
+        let rows = (to - from) as f64;
+        Some(
+            way.abs() > WRAP * turn_rad
+                && way.abs() > fast_rad * rows
+                && before * way < 0.0
+                && behind * way < 0.0,
+        )
+    };
+    let leaves = |row: &usize| is_north(&headings[*row]) && !is_north(&headings[row + 1]);
+    (0..headings.len().saturating_sub(1))
+        .filter(leaves)
+        .find(|from| {
+            let to = (from + 1..headings.len()).find(|row| is_north(&headings[*row]));
+            to.is_some_and(|to| goes_back(*from, &to) == Some(true))
+        })
 }
 
 #[cfg(test)]
@@ -226,6 +260,26 @@ mod tests {
         let doubts = super::super::unit_doubts(&record);
         let found = matches!(doubts[..], [Doubt::HeadingInterpolated { every_s }] if (every_s - 5.0 * INTERVAL_S).abs() < 1e-9);
         assert!(found, "{doubts:?}");
+    }
+
+    /// A mean over many rows, and a vehicle that turns through south itself.
+    #[test]
+    fn recover_a_mean_of_many_numbers_about_north() {
+        let headings: Vec<f64> = measured(0.1)
+            .iter()
+            .map(|deg| deg.rem_euclid(360.0))
+            .collect();
+        let mean = |row: usize| headings[row..row + 15].iter().sum::<f64>() / 15.0;
+        let means: Vec<f64> = (0..headings.len() - 15).map(mean).collect();
+        assert!(through_south(&record(&means)).is_some());
+        let circles =
+            |row: usize| 350.0 + 0.05 * row as f64 + 4.0 * (row as f64 - 900.0).clamp(0.0, 100.0);
+        let circling: Vec<f64> = (0..2000)
+            .map(|row| circles(row).rem_euclid(360.0))
+            .collect();
+        assert_eq!(through_south(&record(&circling)), None);
+        let back: Vec<f64> = circling.iter().map(|deg| 360.0 - deg).collect();
+        assert_eq!(through_south(&record(&back)), None);
     }
 
     #[test]

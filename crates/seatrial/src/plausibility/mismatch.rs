@@ -5,6 +5,18 @@ use crate::figures::three_figures;
 /// Ratios this close to a factor between units are that factor: a compass may deviate by 15 % and a gyro's scale by 3 %.
 const CLOSE: f64 = 0.25;
 
+/// Units of time by their counts in a second.
+const TIMES: [(f64, &str); 5] = [
+    (1.0, "the time is in seconds (--unit time=s)"),
+    (
+        1e2,
+        "the time is in hundredths of a second (--unit time=cs)",
+    ),
+    (1e3, "the time is in milliseconds (--unit time=ms)"),
+    (1e6, "the time is in microseconds (--unit time=us)"),
+    (1e9, "the time is in nanoseconds (--unit time=ns)"),
+];
+
 /// How the yaw rate and the heading disagree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RateMismatch {
@@ -14,6 +26,8 @@ pub struct RateMismatch {
     pub interval_s: f64,
     /// Does the time count rows?
     pub is_index: bool,
+    /// Counts of the time in a second, where its unit was assumed.
+    pub time_per_s: Option<f64>,
 }
 
 impl RateMismatch {
@@ -22,6 +36,7 @@ impl RateMismatch {
         ratio: -1.0,
         interval_s: 0.0,
         is_index: false,
+        time_per_s: None,
     };
 
     /// Is the sense of the yaw rate all that is wrong?
@@ -31,6 +46,14 @@ impl RateMismatch {
 
     /// Units that would explain the ratio, each with its option.
     pub(super) fn explanations(&self) -> Vec<&'static str> {
+        // A time whose unit nobody stated is the first to be wrong.
+        let of_time = |(per_s, _): &&(f64, &'static str)| {
+            let is_it = |taken: f64| is_close(self.ratio.abs(), taken / per_s);
+            self.time_per_s.is_some_and(is_it)
+        };
+        if let Some((_, text)) = TIMES.iter().find(of_time) {
+            return vec![text];
+        }
         let degree = std::f64::consts::PI / 180.0;
         let known = [
             (

@@ -14,6 +14,7 @@
 //! | heading that was interpolated | straight lines that end after the same number of rows, and lines from one side of north to the other through south |
 //! | heading that jumped | its step from one row to the next beside the yaw rate, where it stands out from the steps about it |
 //! | heading that stood still | equal headings in a row with the yaw rate, where the heading else changes in every row |
+//! | heading that is late beside another | the shift that leaves least of their difference |
 //! | slow rows, held channels | the interval at which a channel changes with the vehicle's time constant 1/|a22| |
 //!
 //! A unit that the user gave is doubted only where no vehicle could move so: giving it is how a doubt is settled.
@@ -29,6 +30,7 @@ mod mismatch;
 mod refresh;
 mod stood;
 mod turn;
+mod two_headings;
 mod units;
 
 use seatrial_core::Sample;
@@ -37,6 +39,7 @@ use crate::record::Record;
 pub use doubt::Doubt;
 pub use mismatch::RateMismatch;
 pub use stood::heading_stood;
+pub use two_headings::heading_later_s;
 
 /// What is doubtful about the units of a record's columns, whatever model it gives.
 pub fn unit_doubts(record: &Record) -> Vec<Doubt> {

@@ -421,6 +421,38 @@ fn exact_an_assumed_unit_of_time_is_refused_without_a_witness() {
     assert_eq!(codes(&bare), [ReasonCode::TimeUnitDoubtful]);
     assert!(unit_doubts(&bare)[0].refuses());
     assert_eq!(codes(&record(units)), []);
+    // Ten a tenth of a second: hundredths come first.
+    let advice = unit_doubts(&bare)[0].reason().action;
+    let first = advice.find("--unit time=");
+    assert!(
+        first.is_some_and(|at| advice[at..].starts_with("--unit time=ms")),
+        "{advice}"
+    );
+    let mut hundredths = bare;
+    for sample in &mut hundredths.samples {
+        sample.time_s /= 5.0;
+    }
+    let advice = unit_doubts(&hundredths)[0].reason().action;
+    assert!(advice.starts_with("Say --unit time=cs"), "{advice}");
+    // A gyro in a unit that is stated shows them.
+    let mut units_of_gyro = units;
+    units_of_gyro.yaw_rate.origin = Origin::Stated;
+    let mut with_gyro = record(units_of_gyro);
+    for sample in &mut with_gyro.samples {
+        sample.time_s /= 10.0;
+    }
+    let advice = unit_doubts(&with_gyro)[0].reason().action;
+    assert!(
+        advice.contains("--unit time=cs") && !advice.contains("heading"),
+        "{advice}"
+    );
+    // A yaw rate whose unit was chosen because it is the nearest of three is no witness of a wrong time.
+    units.yaw_rate.origin = Origin::Assumed;
+    let mut scaled = record(units);
+    for sample in &mut scaled.samples {
+        sample.yaw_rate_rad_s = sample.yaw_rate_rad_s.map(|rate| rate / 0.6);
+    }
+    assert!(!refusals(&scaled).is_empty());
 }
 
 /// More than all of the rudder, and a unit of another kind than the name of the column says.
@@ -516,4 +548,18 @@ fn exact_times_that_are_shared_matter_to_a_fast_vehicle() {
     assert_eq!(doubt.code(), ReasonCode::TimesShared);
     assert!(doubt.refuses());
     assert_eq!(shared_times(&samples, -0.1), None);
+}
+
+#[test]
+fn exact_a_heading_of_half_a_turn_is_named() {
+    let mut record = without_rate(record(stated_degrees()));
+    for sample in &mut record.samples {
+        let turned_deg = 3.0 * Real::wrapped(sample.heading_rad).to_degrees();
+        sample.heading_rad = turned_deg.rem_euclid(180.0).to_radians();
+    }
+    assert_eq!(unit_doubts(&record)[0], Doubt::HeadingHalfTurn);
+    assert!(unit_doubts(&record)[0].refuses());
+    record.samples.truncate(40);
+    record.samples[20].heading_rad = 175_f64.to_radians();
+    assert!(!unit_doubts(&record).contains(&Doubt::HeadingHalfTurn));
 }

@@ -2,11 +2,13 @@
 
 use seatrial_core::{Real, Sample};
 
+use super::clock::counts;
 use super::derived::is_derived;
 use super::doubt::Doubt;
 use super::mismatch::RateMismatch;
-use super::units::counts;
+
 use crate::record::Record;
+use crate::stated_units::Origin;
 
 /// Rows over which a change of heading is compared, the next where noise hides it over the one before.
 const SPANS: [usize; 3] = [5, 20, 60];
@@ -34,12 +36,19 @@ pub(super) fn doubt(record: &Record) -> Option<Doubt> {
     }
     let ratio = SPANS.iter().find_map(|rows| ratio(record, *rows))?;
     let is_index = counts(record) && !record.units.time_is_a_date;
-    let [least, most] = if is_index { SOUND_FOR_ROWS } else { SOUND };
+    // A yaw rate whose unit was chosen because it is the nearest agrees within a factor of 8 with anything.
+    let is_chosen = record.units.yaw_rate.origin == Origin::Assumed;
+    let [least, most] = match is_index || is_chosen {
+        true => SOUND_FOR_ROWS,
+        false => SOUND,
+    };
     (!(least..=most).contains(&ratio)).then(|| {
         Doubt::RateMismatch(RateMismatch {
             ratio,
             interval_s: record.median_interval_s().unwrap_or(f64::NAN),
             is_index,
+            time_per_s: (record.units.time.origin == Origin::Assumed)
+                .then_some(record.units.time.per_si),
         })
     })
 }
@@ -48,6 +57,12 @@ pub(super) fn doubt(record: &Record) -> Option<Doubt> {
 pub(super) fn agrees(record: &Record) -> bool {
     let ratio = SPANS.iter().find_map(|rows| ratio(record, *rows));
     ratio.is_some_and(|ratio| (SOUND[0]..=SOUND[1]).contains(&ratio))
+}
+
+/// As exactly as compass and gyro err?
+pub(super) fn agrees_closely(record: &Record) -> bool {
+    let ratio = SPANS.iter().find_map(|rows| ratio(record, *rows));
+    ratio.is_some_and(|ratio| (SOUND_FOR_ROWS[0]..=SOUND_FOR_ROWS[1]).contains(&ratio.abs()))
 }
 
 /// Leaves a yaw rate out that has the opposite sense of the heading, since what is measured against it would be wrong, or that was

@@ -2,7 +2,9 @@
 
 use seatrial_core::Real;
 
+use super::clock::counts_by;
 use super::doubt::Doubt;
+use super::turn;
 use crate::record::Record;
 use crate::stated_units::{ColumnUnit, Origin};
 
@@ -93,6 +95,9 @@ fn heading(record: &Record) -> Option<Doubt> {
         360.0
     };
     let wraps = wraps_at(&headings, turn);
+    if said_degrees && is_of_half_a_turn(&headings) {
+        return Some(Doubt::HeadingHalfTurn);
+    }
     if said_degrees && unit.origin == Origin::Assumed && !wraps_at(&headings, 360.0) {
         let has_rate = record.samples.iter().any(|s| s.yaw_rate_rad_s.is_some());
         let are_whole = headings
@@ -113,6 +118,17 @@ fn heading(record: &Record) -> Option<Doubt> {
         wraps,
         is_given: unit.origin == Origin::Given,
     })
+}
+
+/// Does a heading that stays within 180 deg jump between both ends, and not back at once as an outlier does?
+fn is_of_half_a_turn(headings_deg: &[f64]) -> bool {
+    const HALF_DEG: f64 = 180.0;
+    let is_inside = |heading: &f64| (0.0..=HALF_DEG).contains(heading);
+    let is_jump = |pair: &[f64]| wraps_at(pair, HALF_DEG);
+    headings_deg.iter().all(is_inside)
+        && headings_deg
+            .windows(4)
+            .any(|four| is_jump(&four[1..3]) && !is_jump(&four[..2]) && !is_jump(&four[2..]))
 }
 
 /// Is a step of a turn between two numbers?
@@ -209,9 +225,11 @@ fn time(record: &Record) -> Option<Doubt> {
     // A yaw rate of the other sense and the right size shows the time as well.
     let has_rate = record.units.yaw_rate_is_reversed
         || record.samples.iter().any(|s| s.yaw_rate_rad_s.is_some());
+    let has_rate = has_rate
+        && (record.units.yaw_rate.origin != Origin::Assumed || turn::agrees_closely(record));
     let is_open = !has_rate && unit.origin == Origin::Assumed;
     if is_open && unit.per_si != 1.0 {
-        return Some(Doubt::TimeAssumed { interval_s });
+        return Some(time_assumed(record, interval_s));
     }
     // A column that says seconds is believed, unless a program that made another column of the heading counted rows, too.
     let is_said = unit.origin == Origin::Stated && !record.units.yaw_rate_is_derived;
@@ -219,7 +237,50 @@ fn time(record: &Record) -> Option<Doubt> {
         return Some(Doubt::TimeIsIndex { is_stated: is_said });
     }
     // Whole numbers from 0 may be counts of a clock; a time of day begins elsewhere.
-    (is_open && is_whole && first.time_s == 0.0).then_some(Doubt::TimeAssumed { interval_s })
+    (is_open && is_whole && first.time_s == 0.0).then(|| time_assumed(record, interval_s))
+}
+
+/// Unusual rows or turns count for more than any interval, as a logarithm.
+const FAR: f64 = 100.0;
+/// Units of a clock's counts, by their number in a second.
+const COUNTS: [(&str, f64); 5] = [
+    ("s", 1.0),
+    ("cs", 1e2),
+    ("ms", 1e3),
+    ("us", 1e6),
+    ("ns", 1e9),
+];
+/// Intervals between rows that are logged at all, s.
+const LOGGED_INTERVAL_S: [f64; 2] = [SHORTEST_INTERVAL_S, 5.0];
+/// Intervals between rows that loggers usually write, s, and the fastest turns of usual vessels, rad/s.
+const USUAL_INTERVAL_S: [f64; 2] = [0.04, 2.0];
+const MOST_USUAL_INTERVAL_S: f64 = 0.1;
+const USUAL_TURN_RAD_S: [f64; 2] = [0.003, 0.8];
+
+/// The units by which rows come as loggers write them and the vehicle turns as vessels do come first, the largest count of a second last.
+fn time_assumed(record: &Record, interval_s: f64) -> Doubt {
+    let counts_per_s = record.units.time.per_si;
+    let turn_rad_s = usual_turn_rad_s(record);
+    let is_within = |value: f64, [least, most]: [f64; 2]| (least..=most).contains(&value);
+    let mut units: Vec<(f64, (&str, f64))> = COUNTS
+        .into_iter()
+        .map(|(unit, per_s)| (unit, counts_per_s / per_s))
+        .map(|(unit, times)| {
+            let turns = turn_rad_s.is_none_or(|turn| is_within(turn / times, USUAL_TURN_RAD_S));
+            let rows = is_within(interval_s * times, USUAL_INTERVAL_S);
+            let unusual = usize::from(!turns) + usize::from(!rows);
+            let from_usual = libm::log(interval_s * times / MOST_USUAL_INTERVAL_S).abs();
+            (
+                unusual as f64 * FAR + from_usual,
+                (unit, interval_s * times),
+            )
+        })
+        .filter(|(_, (_, interval_s))| is_within(*interval_s, LOGGED_INTERVAL_S))
+        .collect();
+    units.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    units.truncate(2);
+    let units = units.into_iter().map(|(_, unit)| unit).collect();
+    Doubt::TimeAssumed { interval_s, units }
 }
 
 /// The fastest turn that no outlier makes.
@@ -253,17 +314,4 @@ fn counts_rows(record: &Record) -> bool {
     let first = record.samples.first();
     first.is_some_and(|first| [0.0, 1.0].contains(&(first.time_s * unit.per_si)))
         && counts_by(record, unit.per_si.recip())
-}
-
-/// Does the time go up by exactly 1 with every row?
-pub(super) fn counts(record: &Record) -> bool {
-    counts_by(record, 1.0)
-}
-
-/// Does the time go up by this interval with every row, but for rounding?
-fn counts_by(record: &Record, interval_s: f64) -> bool {
-    record.samples.windows(2).all(|pair| {
-        let step_s = pair[1].time_s - pair[0].time_s;
-        (step_s - interval_s).abs() <= 1e-6 * interval_s
-    })
 }

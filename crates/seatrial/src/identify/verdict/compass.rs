@@ -39,7 +39,7 @@ impl Weighing {
     /// A heading that is late by a share of the vehicle's time constant makes a22 smaller by some twice that share.
     pub(super) fn compass(&mut self, checked: &Checked) {
         let found = &checked.log.compass;
-        if let Some(jump) = found.largest_jump {
+        if let Some(jump) = found.largest_jump.filter(|_| !checked.log.times_are_shared) {
             self.jump(jump, "in training");
         }
         let half_width = |of: fn(&Refined) -> (f64, [f64; 2])| {

@@ -6,20 +6,28 @@ use crate::identification::{Reason, ReasonCode};
 use crate::identify::checked::Checked;
 use crate::identify::compass::Jump;
 use crate::identify::mishap::Jam;
+use crate::plausibility::Doubt;
 use crate::record::rudder_text;
 
 impl Weighing {
     /// The cause comes before what it led to.
     pub(super) fn mishaps(&mut self, checked: &Checked) {
-        if let Some(jump) = checked.log.jump_beside {
+        let times_are_shared = checked.log.times_are_shared;
+        if let Some(jump) = checked.log.jump_beside.filter(|_| !times_are_shared) {
             self.nothing_held_out(jump);
         }
         let led_to = |reason: &Reason| is_led_to(&reason.code);
         let Some(at) = self.rejections.iter().position(led_to) else {
             return;
         };
-        if self.has(&ReasonCode::CompassError) {
+        if self.has(&ReasonCode::CompassError) || self.has(&ReasonCode::TimesShared) {
             return;
+        }
+        // A heading that went on while the time stood still did not jump.
+        if let Some([_, interval_s]) = checked.log.interval_s.filter(|_| times_are_shared) {
+            let effect = 0.5 * interval_s * checked.chosen.model.a22_per_s.abs();
+            let doubt = Doubt::TimesShared { interval_s, effect };
+            return self.rejections.insert(at, doubt.reason());
         }
         let found = &checked.mishaps;
         let jump = found.jump.map(|(jump, place)| heading_jump(jump, place));

@@ -62,7 +62,30 @@ pub(super) fn judge(checked: &Checked) -> Verdict {
     }
     weighing.mishaps(checked);
     weighing.extrapolation(checked);
-    first_of_all_the_rudder(weighing.verdict(checked.validation), checked)
+    let verdict = first_of_all_the_rudder(weighing.verdict(checked.validation), checked);
+    match checked.log.is_turning_circle {
+        true => of_a_turning_circle(verdict),
+        false => verdict,
+    }
+}
+
+/// A turning circle shows the steady turn, and its figures are read by another command.
+fn of_a_turning_circle(mut verdict: Verdict) -> Verdict {
+    const READ: &str = "Read the figures of the circle with seatrial manoeuvres read LOG.";
+    if verdict.accepted {
+        return verdict;
+    }
+    for reason in &mut verdict.reasons {
+        match reason.code {
+            ReasonCode::NotValidated => reason.action = format!("{READ} {}", reason.action),
+            ReasonCode::UnderExcited | ReasonCode::NotIdentifiable | ReasonCode::DoesNotFit => {
+                reason.text = "This is a turning circle: it shows the steady turn, and too little of how the vehicle begins it.".into();
+                reason.action = format!("{READ} For a model steer a zig-zag or a doublet.");
+            }
+            _ => {}
+        }
+    }
+    verdict
 }
 
 /// A rudder that moved by less than this to either side, rad (1.5 deg), and gave no model, hardly moved.

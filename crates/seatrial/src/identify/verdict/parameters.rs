@@ -272,7 +272,7 @@ impl Weighing {
                 ),
             );
         }
-        if checked.log.hidden_edges > 0 {
+        if checked.log.hidden_edges > 0 && checked.log.rounded_time_s.is_none() {
             self.note(
                 ReasonCode::SamplesMissing,
                 format!(
@@ -352,7 +352,7 @@ impl Weighing {
             self.reject(
                 ReasonCode::DoesNotFit,
                 format!(
-                    "R^2 on the training record itself is {} for heading and {} for yaw rate (at least {LEAST_TRAINING_R2:.2} expected of both): noise, waves, current or an autopilot rather than the rudder turned the vehicle; excite more, in calmer water",
+                    "R^2 on the training record itself is {} for heading and {} for yaw rate (at least {LEAST_TRAINING_R2:.2} expected of both): noise, waves, current or an autopilot turned the vehicle as well, or the heading is filtered or late; excite more, in calmer water, and log the heading as it is measured",
                     r2_text(heading), r2_text(yaw_rate)
                 ),
             );

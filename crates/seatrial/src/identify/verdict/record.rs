@@ -35,6 +35,19 @@ pub(super) fn coarse_step_rad(log: &LogStatistics) -> Option<f64> {
         .filter(|step_rad| *step_rad > NOTED_QUANTISATION * log.heading_range_rad)
 }
 
+/// Rows that come evenly and have uneven times were not lost.
+fn rounded_time([step_s, even_s]: [f64; 2]) -> Reason {
+    let (step, even) = (three_figures(step_s), three_figures(even_s));
+    let measured = format!(
+        "the time is written in steps of {step} s, and rows come every {even} s: their intervals are uneven by that, and no row is missing; write the time with more digits"
+    );
+    Reason {
+        text: format!("The time is written in steps of {step} s, while rows come every {even} s."),
+        action: "Write the time with more digits.".into(),
+        ..Reason::new(ReasonCode::ClockJitter, measured)
+    }
+}
+
 impl Weighing {
     pub(super) fn record(&mut self, checked: &Checked) {
         let log = checked.log;
@@ -42,7 +55,9 @@ impl Weighing {
         if let Some([first, last]) = log.surge_speed_m_s {
             self.speed(first, last);
         }
-        if let Some([usual, long]) = log.interval_s
+        if let Some(rounded_s) = log.rounded_time_s {
+            self.notes.push(rounded_time(rounded_s));
+        } else if let Some([usual, long]) = log.interval_s
             && long > NOTED_JITTER * usual
         {
             self.note(

@@ -93,6 +93,8 @@ impl Chain {
                 heading_step_rad: None,
                 surge_speed_m_s: None,
                 interval_s: None,
+                rounded_time_s: None,
+                is_turning_circle: false,
                 pace: None,
                 compass: CompassError::default(),
                 jump_beside: None,
@@ -519,4 +521,53 @@ fn exact_a_mishap_is_named_where_the_model_does_not_hold() {
         assert_eq!(codes(&with(mishaps, 0.2).judge())[..2], [code, "low_r2"]);
         assert_eq!(codes(&with(mishaps, 0.95).judge()), ["ok"]);
     }
+}
+
+/// A heading that went on while a rounded time stood still did not jump.
+#[test]
+fn exact_a_rounded_time_comes_before_a_jump_of_the_heading() {
+    let rounded = Chain::with(|chain| {
+        chain.validation = Some(validation(0.1, 0.1, 0.1));
+        chain.mishaps.jump = Some((JUMP, "in training"));
+        chain.log.compass.largest_jump = Some(JUMP);
+        chain.log.jump_beside = Some(JUMP);
+        chain.log.interval_s = Some([1.0, 10.0]);
+        chain.log.times_are_shared = true;
+    });
+    assert_eq!(codes(&rounded.judge())[..2], ["times_shared", "low_r2"]);
+}
+
+/// Rows that come evenly were not lost where their time is rounded.
+#[test]
+fn exact_a_rounded_time_is_said_in_place_of_lost_samples() {
+    let rounded = Chain::with(|chain| {
+        chain.log.interval_s = Some([0.864, 1.728]);
+        chain.log.rounded_time_s = Some([0.864, 1.0]);
+        chain.log.hidden_edges = 2;
+    });
+    let verdict = rounded.judge();
+    assert_eq!(codes(&verdict), ["ok", "clock_jitter"]);
+    let text = &verdict.reasons[1].text;
+    assert!(
+        text.contains("steps of 0.864 s, while rows come every 1.00 s"),
+        "{text}"
+    );
+}
+
+#[test]
+fn exact_a_turning_circle_is_sent_to_the_command_that_reads_it() {
+    let circle = |half_width, is_validated: bool| {
+        let mut chain = Chain::of(refined(half_width));
+        chain.log.is_turning_circle = true;
+        chain.validation = chain.validation.filter(|_| is_validated);
+        chain.judge().reasons[0].clone()
+    };
+    for reason in [circle(0.05, false), circle(0.5, true)] {
+        assert!(
+            reason.action.contains("seatrial manoeuvres read"),
+            "{reason:?}"
+        );
+        assert!(!reason.action.contains("more rudder"), "{reason:?}");
+    }
+    assert!(circle(0.05, true).action.is_empty());
 }
