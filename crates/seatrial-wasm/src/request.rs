@@ -2,18 +2,15 @@
 
 use std::path::Path;
 
-use seatrial::export::VehicleType;
 use seatrial::identification::{Reader, Reason, Verdict};
 use seatrial_app::advice::{self, addressed};
-use seatrial_app::gains::Wanted;
-use seatrial_app::gains_export::{Format, GainsFile};
 use seatrial_app::identify_log::{IdentifiedLog, identify_log};
 use seatrial_app::log_reading::LogReading;
 use seatrial_app::logs::{Unobserved, open};
+use seatrial_app::model_request::{ModelFile, ModelRequest};
 use seatrial_app::models::{Models, of_document_text};
 use seatrial_app::series::series_of;
 use seatrial_app::simulated_log::SeaTrial;
-use seatrial_app::turning::TurningLimits;
 use seatrial_app::{Error, Inspection, log_page};
 use seatrial_logs::Held;
 use serde::Deserialize;
@@ -62,7 +59,7 @@ pub enum Request {
         document: Value,
         /// What is said besides.
         #[serde(default)]
-        stated: Stated,
+        stated: ModelRequest,
     },
     /// The file of `seatrial gains --export`.
     File {
@@ -72,9 +69,9 @@ pub enum Request {
         document: Value,
         /// What is said besides.
         #[serde(default)]
-        stated: Stated,
-        /// The form of the file.
-        form: Form,
+        stated: ModelRequest,
+        /// Which file.
+        form: ModelFile,
     },
     /// A simulated trial; its log is held under the name `simulated.csv`.
     Simulate {
@@ -89,55 +86,6 @@ pub enum Request {
         #[serde(default)]
         reading: Box<LogReading>,
     },
-}
-
-/// What is said of a vehicle beside its model, as the options of `seatrial gains`.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Stated {
-    /// Forward speed, m/s.
-    pub surge_speed_m_s: Option<f64>,
-    /// Damping ratio of the closed loop.
-    pub damping_ratio: Option<f64>,
-    /// Largest rudder angle, degrees.
-    pub rudder_limit_deg: Option<f64>,
-    /// Rudder angle at full steering, degrees.
-    pub full_rudder_deg: Option<f64>,
-}
-
-/// A file of a controller.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Form {
-    /// ArduPilot's Rover.
-    ArdupilotSurface,
-    /// ArduPilot's Sub.
-    ArdupilotUnderwater,
-    /// PX4, a surface vehicle.
-    Px4Surface,
-    /// PX4, an underwater vehicle.
-    Px4Underwater,
-    /// ROS 2.
-    Ros2,
-    /// The gain schedule.
-    Json,
-    /// A C99 header.
-    C,
-}
-
-impl Form {
-    /// The format, and whose parameters they are where that matters.
-    fn parts(self) -> (Format, VehicleType) {
-        match self {
-            Self::ArdupilotSurface => (Format::Ardupilot, VehicleType::Surface),
-            Self::ArdupilotUnderwater => (Format::Ardupilot, VehicleType::Underwater),
-            Self::Px4Surface => (Format::Px4, VehicleType::Surface),
-            Self::Px4Underwater => (Format::Px4, VehicleType::Underwater),
-            Self::Ros2 => (Format::Ros2, VehicleType::Surface),
-            Self::Json => (Format::Json, VehicleType::Surface),
-            Self::C => (Format::C, VehicleType::Surface),
-        }
-    }
 }
 
 /// The answer to a request, `{"done": ...}` or `{"refused": "why"}`.
@@ -177,20 +125,22 @@ impl Request {
                 origin,
                 document,
                 stated,
-            } => gains(origin, &document, &stated),
+            } => {
+                let models = models(origin, &document, &stated)?;
+                let limits = stated.limits(&models)?.addressed_to(Reader::Dashboard);
+                Ok(json!(limits))
+            }
             Self::File {
                 origin,
                 document,
                 stated,
                 form,
             } => {
-                let wanted = stated.wanted();
-                let models = stated.models(origin, &document)?;
-                let (format, vehicle) = form.parts();
-                let file = GainsFile::new(format, &wanted, &models, vehicle, false)?;
-                Ok(
-                    json!({ "text": file.text, "notes": advice::all(file.notes, Reader::Dashboard) }),
-                )
+                let file = stated.file(&models(origin, &document, &stated)?, form)?;
+                let text = String::from_utf8(file.bytes).map_err(|_| {
+                    Error::Setting("this file is no text, and a page without a server does not write it".into())
+                })?;
+                Ok(json!({ "text": text, "notes": advice::all(file.notes, Reader::Dashboard) }))
             }
             Self::Simulate { trial } => simulated::trial(&trial, files),
             Self::Rehearse { trial, reading } => simulated::found(&trial, *reading),
@@ -249,28 +199,6 @@ fn verdict(verdict: &Verdict) -> Value {
     })
 }
 
-fn gains(origin: String, document: &Value, stated: &Stated) -> Result<Value, Error> {
-    let wanted = stated.wanted();
-    let models = stated.models(origin, document)?;
-    let turning = TurningLimits::of(&models, std::f64::consts::PI, None, None)?;
-    Ok(json!({
-        "gains": wanted.gains(&models)?,
-        "turning": turning,
-    }))
-}
-
-impl Stated {
-    fn wanted(&self) -> Wanted {
-        let usual = Wanted::default();
-        Wanted {
-            damping_ratio: self.damping_ratio.unwrap_or(usual.damping_ratio),
-            ..usual
-        }
-    }
-
-    fn models(&self, origin: String, document: &Value) -> Result<Models, Error> {
-        of_document_text(origin, &document.to_string(), self.surge_speed_m_s)?
-            .limited(self.rudder_limit_deg.map(f64::to_radians))?
-            .with_full_rudder(self.full_rudder_deg.map(f64::to_radians))
-    }
+fn models(origin: String, document: &Value, stated: &ModelRequest) -> Result<Models, Error> {
+    of_document_text(origin, &document.to_string(), stated.surge_speed_m_s)
 }
