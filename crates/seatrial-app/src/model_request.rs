@@ -244,10 +244,14 @@ impl ModelRequest {
                 }
                 vehicle_export::text(&vehicle, target, None)?.into_bytes()
             }
-            Made::VehicleJson => vehicle.to_json().map_err(|error| unwritten(&error))?.into_bytes(),
-            Made::VehicleToml | Made::Gains(..) => {
-                vehicle.to_toml().map_err(|error| unwritten(&error))?.into_bytes()
-            }
+            Made::VehicleJson => vehicle
+                .to_json()
+                .map_err(|error| unwritten(&error))?
+                .into_bytes(),
+            Made::VehicleToml | Made::Gains(..) => vehicle
+                .to_toml()
+                .map_err(|error| unwritten(&error))?
+                .into_bytes(),
         };
         Ok(FileOfModels {
             bytes,

@@ -1,5 +1,6 @@
 //! What a page asks for, and the answers.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use seatrial::identification::{Reader, Reason, Verdict};
@@ -12,7 +13,7 @@ use seatrial_app::models::{Models, of_document_text};
 use seatrial_app::series::series_of;
 use seatrial_app::simulated_log::SeaTrial;
 use seatrial_app::{Error, Inspection, log_page};
-use seatrial_logs::Held;
+use seatrial_logs::{Held, Quantity};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -113,7 +114,8 @@ impl Request {
         match self {
             Self::Columns { log } => {
                 let columns = seatrial_logs::columns_held(Path::new(&log), files)?;
-                Ok(json!({ "columns": columns }))
+                let units = Quantity::ALL.map(|quantity| (quantity.name(), quantity.units()));
+                Ok(json!({ "columns": columns, "units": BTreeMap::from(units) }))
             }
             Self::Inspect { log, reading } => inspected(&log, *reading, files),
             Self::Identify { log, reading } => identified(&log, *reading, files),
@@ -138,7 +140,10 @@ impl Request {
             } => {
                 let file = stated.file(&models(origin, &document, &stated)?, form)?;
                 let text = String::from_utf8(file.bytes).map_err(|_| {
-                    Error::Setting("this file is no text, and a page without a server does not write it".into())
+                    Error::Setting(
+                        "this file is no text, and a page without a server does not write it"
+                            .into(),
+                    )
                 })?;
                 Ok(json!({ "text": text, "notes": advice::all(file.notes, Reader::Dashboard) }))
             }

@@ -1,5 +1,7 @@
 //! Logs that are opened in the page.
 
+use std::collections::BTreeMap;
+
 use seatrial_app::Inspection;
 use seatrial_app::documents::IdentificationDocument;
 use seatrial_app::series::LogSeries;
@@ -13,6 +15,8 @@ use super::Verdict;
 pub struct LogColumns {
     /// In the order of the log.
     pub columns: Vec<String>,
+    /// The units that a column may have, by the quantity that it holds.
+    pub units: BTreeMap<String, Vec<String>>,
 }
 
 /// What was made of a log.

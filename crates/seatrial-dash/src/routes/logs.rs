@@ -11,7 +11,7 @@ use serde::Serialize;
 use axum::http::StatusCode;
 
 use super::asked::{Asked, Upload};
-use super::blocking;
+use super::{blocking, download};
 #[cfg(feature = "openapi")]
 use crate::api::{ErrorBody, IdentifiedLog, InspectedLog, LogColumns};
 use crate::logs::{self, identified, inspected, keep_sensor_list};
@@ -42,7 +42,21 @@ pub async fn inspect(
     answered(shared, move || inspected(log.path(), reading)).await
 }
 
-/// The names of a log's columns, of which `rudder`, `heading` and others choose. The log is not kept.
+/// The report of a log: one page that needs nothing else. The log is not kept.
+#[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/logs/report", tag = "logs", params(LogReading),
+    request_body(content = Vec<u8>, content_type = "application/octet-stream", description = "The log, of any format that seatrial reads"),
+    responses((status = 200, description = "As `seatrial report LOG` writes it", body = String, content_type = "text/html"),
+        (status = "4XX", description = "Refused", body = ErrorBody))))]
+pub async fn report_log(
+    State(shared): State<Arc<Shared>>,
+    Asked(reading): Asked<LogReading>,
+    Upload(log): Upload,
+) -> Result<Response, Refusal> {
+    let page = blocking(shared, move |_| logs::report(log.path(), reading)).await?;
+    Ok(download("text/html; charset=utf-8", "log.html", page))
+}
+
+/// The names of a log's columns and the units of quantities, of which `rudder`, `heading` and others choose. The log is not kept.
 #[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/logs/columns", tag = "logs", params(LogReading),
     request_body(content = Vec<u8>, content_type = "application/octet-stream", description = "The log, of any format that seatrial reads"),
     responses((status = 200, body = LogColumns), (status = "4XX", description = "Refused", body = ErrorBody))))]
