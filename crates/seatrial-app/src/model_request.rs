@@ -141,6 +141,11 @@ impl ModelFile {
         }
     }
 
+    /// Is it one of `seatrial gains --export`, which needs [`rehearsal`](ModelRequest::rehearsal) for models of a simulator?
+    pub fn is_gains(self) -> bool {
+        matches!(self.made(), Made::Gains(..))
+    }
+
     /// How its name ends.
     pub fn extension(self) -> &'static str {
         match self {

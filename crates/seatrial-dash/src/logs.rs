@@ -11,7 +11,7 @@ use seatrial_app::log_page::page;
 use seatrial_app::log_reading::LogReading;
 use seatrial_app::logs::{OpenedLog, Unobserved, open};
 use seatrial_app::series::series_of;
-use seatrial_logs::Quantity;
+use seatrial_logs::{Quantity, TrackFormat};
 use tempfile::NamedTempFile;
 
 use crate::api::{IdentifiedLog, InspectedLog, LogColumns};
@@ -42,6 +42,7 @@ pub fn identified(log: &Path, reading: LogReading) -> Result<IdentifiedLog, Refu
         document: IdentificationDocument::of(&found).addressed_to(Reader::Dashboard),
         verdict: found.verdict().into(),
         series: series_of(&found.logs.log.record, validated),
+        is_located: found.logs.log.origin_deg.is_some(),
     })
 }
 
@@ -51,23 +52,35 @@ pub fn report(log: &Path, reading: LogReading) -> Result<String, Refusal> {
     Ok(page(&found(log, reading, true)?, Path::new(&name)))
 }
 
-/// What `seatrial inspect` says of a log.
-pub fn inspected(log: &Path, reading: LogReading) -> Result<InspectedLog, Refusal> {
+/// The log as it is read, called by its name.
+fn opened(log: &Path, reading: LogReading) -> Result<OpenedLog, Refusal> {
     let name = reading.name().to_owned();
-    let opened = open(
-        log,
-        &reading.settings().map_err(unreadable)?,
-        None,
-        &mut Unobserved,
-    )
-    .map_err(|error| refused(log, &name, &error))?;
-    let opened = OpenedLog {
+    let settings = reading.settings().map_err(unreadable)?;
+    let opened =
+        open(log, &settings, None, &mut Unobserved).map_err(|error| refused(log, &name, &error))?;
+    Ok(OpenedLog {
         path: name.into(),
         ..opened
-    };
+    })
+}
+
+/// What `seatrial inspect` says of a log.
+pub fn inspected(log: &Path, reading: LogReading) -> Result<InspectedLog, Refusal> {
+    let opened = opened(log, reading)?;
     Ok(InspectedLog {
         document: Inspection::of(&opened).addressed_to(Reader::Dashboard),
         series: series_of(&opened.record, None),
+        is_located: opened.origin_deg.is_some(),
+    })
+}
+
+/// The track of a log.
+pub fn track(log: &Path, reading: LogReading, format: TrackFormat) -> Result<String, Refusal> {
+    opened(log, reading)?.track(format).ok_or_else(|| {
+        Refusal::unprocessable(
+            "no_track",
+            "the log has no latitude and longitude: a track for charts needs them",
+        )
     })
 }
 

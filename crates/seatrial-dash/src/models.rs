@@ -37,7 +37,7 @@ pub fn file(
     file: ModelFile,
 ) -> Result<FileOfModels, Refusal> {
     models
-        .unless_rehearsed(request.rehearsal)
+        .unless_rehearsed(request.rehearsal || !file.is_gains())
         .map_err(|error| Refusal::unprocessable("rehearsal", error))?;
     let made = request.file(models, file).map_err(|error| match error {
         Error::Rejected(_) => Refusal::unprocessable("gain_warned_of", error),

@@ -7,13 +7,13 @@ use seatrial::identification::{Reader, Reason, Verdict};
 use seatrial_app::advice::{self, addressed};
 use seatrial_app::identify_log::{IdentifiedLog, identify_log};
 use seatrial_app::log_reading::LogReading;
-use seatrial_app::logs::{Unobserved, open};
+use seatrial_app::logs::{OpenedLog, Unobserved, open};
 use seatrial_app::model_request::{ModelFile, ModelRequest};
 use seatrial_app::models::{Models, of_document_text};
 use seatrial_app::series::series_of;
 use seatrial_app::simulated_log::SeaTrial;
 use seatrial_app::{Error, Inspection, log_page};
-use seatrial_logs::{Held, Quantity};
+use seatrial_logs::{Held, Quantity, TrackFormat};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -43,6 +43,17 @@ pub enum Request {
         /// How it is read.
         #[serde(default)]
         reading: Box<LogReading>,
+    },
+    /// The track of a log that has latitude and longitude.
+    Track {
+        /// The log.
+        log: String,
+        /// How it is read.
+        #[serde(default)]
+        reading: Box<LogReading>,
+        /// Is it KML, or GPX?
+        #[serde(default)]
+        kml: bool,
     },
     /// The page of `seatrial report`.
     Report {
@@ -119,6 +130,18 @@ impl Request {
             }
             Self::Inspect { log, reading } => inspected(&log, *reading, files),
             Self::Identify { log, reading } => identified(&log, *reading, files),
+            Self::Track { log, reading, kml } => {
+                let format = if kml {
+                    TrackFormat::Kml
+                } else {
+                    TrackFormat::Gpx
+                };
+                let text = opened(&log, *reading, files)?.track(format);
+                let text = text.ok_or_else(|| {
+                    Error::Input(format!("{log}: it has no latitude and longitude"))
+                })?;
+                Ok(json!({ "text": text }))
+            }
             Self::Report { log, reading } => {
                 let found = found(&log, *reading, true, files)?;
                 Ok(json!({ "html": log_page::page(&found, Path::new(&log)) }))
@@ -178,16 +201,22 @@ fn identified(log: &str, reading: LogReading, files: &Held) -> Result<Value, Err
         "verdict": verdict(found.verdict()),
         "series": series_of(&found.logs.log.record, validated),
         "columns": found.logs.log.description.columns,
+        "is_located": found.logs.log.origin_deg.is_some(),
     }))
 }
 
-fn inspected(log: &str, reading: LogReading, files: &Held) -> Result<Value, Error> {
+fn opened(log: &str, reading: LogReading, files: &Held) -> Result<OpenedLog, Error> {
     let mut settings = reading.settings()?;
     settings.held = files.clone();
-    let opened = open(Path::new(log), &settings, None, &mut Unobserved)?;
+    open(Path::new(log), &settings, None, &mut Unobserved)
+}
+
+fn inspected(log: &str, reading: LogReading, files: &Held) -> Result<Value, Error> {
+    let opened = opened(log, reading, files)?;
     Ok(json!({
         "document": Inspection::of(&opened),
         "series": series_of(&opened.record, None),
+        "is_located": opened.origin_deg.is_some(),
     }))
 }
 

@@ -41,6 +41,11 @@ export function readerOf(program: Program): LogReader {
       const { html } = await asked<{ html: string }>("report", log, reading);
       return new Blob([html], { type: "text/html" });
     },
+    track: async (log, reading, format) => {
+      await program.hold(log);
+      const request = { ask: "track", log: log.name, reading: typed(reading), kml: format === "kml" };
+      return new Blob([(await program.ask<{ text: string }>(request)).text]);
+    },
     models: (origin, document): Models => ({
       limits: (stated) => program.ask<Limits>({ ask: "gains", origin, document, stated }),
       file: async (form, stated) => {

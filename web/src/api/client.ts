@@ -155,6 +155,15 @@ export async function reportOf(log: File, reading: Readonly<Record<string, strin
   return (await sendLog("report", log, reading)).blob();
 }
 
+/** The track of a log that has latitude and longitude. */
+export async function trackOf(
+  log: File,
+  reading: Readonly<Record<string, string>>,
+  format: "gpx" | "kml",
+): Promise<Blob> {
+  return (await sendLog(`track/${format}`, log, reading)).blob();
+}
+
 /** The names of a log's columns, and the units that they may have. */
 export async function columnsOf(log: File): Promise<LogColumns> {
   return (await (await sendLog("columns", log, {})).json()) as LogColumns;

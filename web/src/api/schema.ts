@@ -434,6 +434,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/logs/track/{format}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** The track of a log that has latitude and longitude, a point a second. The log is not kept. */
+        post: operations["track"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/models/files/{file}": {
         parameters: {
             query?: never;
@@ -1091,6 +1108,8 @@ export interface components {
         IdentifiedLog: {
             /** @description The document of `seatrial identify --json`, schema `seatrial.identification.v1`. */
             document: Record<string, never>;
+            /** @description Are latitude and longitude known, so that the track can be had as GPX and KML? */
+            is_located: boolean;
             /** @description The samples, to be drawn. */
             series: components["schemas"]["LogSeries"];
             /** @description May the model be used, and what decides it. */
@@ -1100,6 +1119,8 @@ export interface components {
         InspectedLog: {
             /** @description The document of `seatrial inspect --json`. */
             document: Record<string, never>;
+            /** @description Are latitude and longitude known, so that the track can be had as GPX and KML? */
+            is_located: boolean;
             /** @description The samples, to be drawn. */
             series: components["schemas"]["LogSeries"];
         };
@@ -3166,6 +3187,88 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description Refused */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ErrorBody"];
+                };
+            };
+        };
+    };
+    track: {
+        parameters: {
+            query?: {
+                /** @description What the log is called; its format is found by its content. */
+                name?: string;
+                /** @description Column with the time. */
+                time?: string;
+                /** @description Column with the heading. */
+                heading?: string;
+                /** @description Column with the rudder: measured angle, command, PWM or percent. */
+                rudder?: string;
+                /** @description Column with the forward speed; `none` leaves it out, as for all that follow. */
+                speed?: string;
+                /** @description Column with the depth. */
+                depth?: string;
+                /** @description Column with the roll angle. */
+                roll?: string;
+                /** @description Column with the pitch angle. */
+                pitch?: string;
+                /** @description Column with the measured yaw rate. */
+                yaw_rate?: string;
+                /** @description Column with the position north. */
+                north?: string;
+                /** @description Column with the position east. */
+                east?: string;
+                /** @description Column with the thrust that is asked for. */
+                thrust?: string;
+                /** @description Units of columns, as in `heading=deg,rudder=pwm`. */
+                units?: string;
+                /** @description Pulse width of the neutral rudder, us [default: 1500]. */
+                rudder_trim_us?: number;
+                /** @description Rudder angle at full deflection, degrees. */
+                rudder_range_deg?: number;
+                /** @description Dead time of the rudder behind the logged command, s. */
+                rudder_delay_s?: number;
+                /** @description Time constant with which the rudder follows the logged command, s. */
+                rudder_lag_s?: number;
+                /** @description Leave rows out that have text, no number or a time that goes back, instead of refusing the log. */
+                drop_invalid?: boolean;
+                /** @description Start of the training window, the log's own seconds; without windows the manoeuvres are found. */
+                from_s?: number;
+                /** @description End of the training window, s. */
+                to_s?: number;
+                /** @description Start of the validation window, s. */
+                validate_from_s?: number;
+                /** @description End of the validation window, s. */
+                validate_to_s?: number;
+            };
+            header?: never;
+            path: {
+                /** @description The form */
+                format: "gpx" | "kml";
+            };
+            cookie?: never;
+        };
+        /** @description The log, of any format that seatrial reads */
+        requestBody: {
+            content: {
+                "application/octet-stream": number[];
+            };
+        };
+        responses: {
+            /** @description The track */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": number[];
+                };
             };
             /** @description Refused */
             "4XX": {

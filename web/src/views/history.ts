@@ -15,6 +15,7 @@ import {
   modelsOfLog,
   reportOf,
   sendSensorList,
+  trackOf,
 } from "../api/client.ts";
 import type { Live } from "../api/live.ts";
 import { pair } from "../charts/pair.ts";
@@ -34,6 +35,7 @@ const serverReader: LogReader = {
   inspect,
   columnsOf,
   report: reportOf,
+  track: trackOf,
   models: modelsOfLog,
   takeSensorList: sendSensorList,
   formats: "CSV, Parquet, DataFlash .bin, ULog, tlog, MCAP, rosbag, …",

@@ -70,6 +70,8 @@ export interface LogReader {
   columnsOf(log: File): Promise<LogColumns>;
   /** The page of `seatrial report`. */
   report(log: File, reading: Readonly<Record<string, string>>): Promise<Blob>;
+  /** The track of a log that has latitude and longitude. */
+  track(log: File, reading: Readonly<Record<string, string>>, format: "gpx" | "kml"): Promise<Blob>;
   /** What is made of the model of an identified log. */
   models(origin: string, document: IdentifiedLog["document"]): Models;
   /** Files that are not made here. */
@@ -126,15 +128,21 @@ export function openLogView(reader: LogReader): LogView {
       () => void inspect(log).then((what) => what && channels.append(...inspectedParts(what))),
       { once: true },
     );
-    const report = async (): Promise<void> => {
-      const page = await complaints.hear(() => reader.report(log, reading));
-      if (page !== null) keepBlob(page, `${stemOf(log.name)}.html`);
+    const keep = async (suffix: string, made: () => Promise<Blob>): Promise<void> => {
+      const file = await complaints.hear(made);
+      if (file !== null) keepBlob(file, `${stemOf(log.name)}.${suffix}`);
     };
-    fill(
-      place,
-      ...drawLog(log.name, found, charts, windows, () => void report(), handedOn(reader, log.name, found)),
-      channels,
-    );
+    const save = (name: string, suffix: string, made: () => Promise<Blob>): HTMLElement =>
+      element("button", { type: "button", onclick: () => void keep(suffix, made) }, name);
+    const files = [
+      save("Report, HTML", "html", () => reader.report(log, reading)),
+      ...(found.is_located
+        ? (["gpx", "kml"] as const).map((format) =>
+            save(`Track, ${format.toUpperCase()}`, format, () => reader.track(log, reading, format)),
+          )
+        : []),
+    ];
+    fill(place, ...drawLog(log.name, found, charts, windows, files, handedOn(reader, log.name, found)), channels);
   };
   const isList = (file: File): boolean => file.name.toLowerCase().endsWith(".cac");
   /** A log, and the lists of sensors that one of a Slocum glider needs: these first. */
@@ -206,8 +214,8 @@ function previewPanel(name: string, found: Inspected, charts: Chart[], identify:
     element(
       "div",
       { class: "panels" },
-      element("div", { class: "stack" }, ...inspectedParts(found)),
       element("div", { class: "stack" }, ...drawn.map((chart) => chart.figure)),
+      element("div", { class: "stack" }, ...inspectedParts(found)),
     ),
   );
 }
@@ -231,7 +239,7 @@ function drawLog(
   found: IdentifiedLog,
   charts: Chart[],
   windows: WindowsForm,
-  report: () => void,
+  files: readonly HTMLElement[],
   next: HTMLElement | null,
 ): HTMLElement[] {
   const document = found.document as unknown as Document;
@@ -283,12 +291,7 @@ function drawLog(
             ]),
           ),
           speedsTable(document),
-          element(
-            "div",
-            { class: "row" },
-            element("button", { type: "button", onclick: report }, "Report, HTML"),
-            isUsable && keepModel(name, found),
-          ),
+          element("div", { class: "row" }, ...files, isUsable && keepModel(name, found)),
         ),
         next,
       ),

@@ -196,15 +196,15 @@ function limitsShown({ warnings, gains, turning }: Limits): HTMLElement[] {
     ...warnings.map((one) => element("p", { class: "hint" }, sentence(one))),
     table(
       "Gains",
-      ["speed", "K_p", "rudder to go straight", "overshoot", "phase margin"],
+      ["speed", "K_p", "overshoot", "phase margin", "rudder ahead"],
       gains.points.map((point) =>
         point.refused === null
           ? [
               speed(point),
               text(point.proportional_gain),
-              shown(point.feed_forward_rudder_rad?.value, rudder),
               shown(point.loop?.overshoot?.value, "share"),
               degrees(point.loop?.phase_margin_rad ?? null),
+              shown(point.feed_forward_rudder_rad?.value, rudder),
             ]
           : [speed(point), `none: ${point.refused}`, "–", "–", "–"],
       ),

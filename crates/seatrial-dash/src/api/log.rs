@@ -30,6 +30,8 @@ pub struct IdentifiedLog {
     pub verdict: Verdict,
     /// The samples, to be drawn.
     pub series: LogSeries,
+    /// Are latitude and longitude known, so that the track can be had as GPX and KML?
+    pub is_located: bool,
 }
 
 /// What is in a log.
@@ -41,4 +43,6 @@ pub struct InspectedLog {
     pub document: Inspection,
     /// The samples, to be drawn.
     pub series: LogSeries,
+    /// Are latitude and longitude known, so that the track can be had as GPX and KML?
+    pub is_located: bool,
 }

@@ -53,6 +53,7 @@ pub fn router(shared: Arc<Shared>, upload_limit: usize) -> Router {
         .route("/logs/identify", post(logs::identify))
         .route("/logs/inspect", post(logs::inspect))
         .route("/logs/report", post(logs::report_log))
+        .route("/logs/track/{format}", post(logs::track))
         .route("/logs/columns", post(logs::columns))
         .route("/logs/sensor-list", post(logs::sensor_list))
         .layer(DefaultBodyLimit::max(upload_limit));

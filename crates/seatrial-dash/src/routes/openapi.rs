@@ -53,6 +53,7 @@ and send its lease in the header `seatrial-lease`; aborting a trial needs none."
         logs::identify,
         logs::inspect,
         logs::report_log,
+        logs::track,
         logs::columns,
         logs::sensor_list,
     ),
