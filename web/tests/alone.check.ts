@@ -255,9 +255,10 @@ test("report, gains, limits and parameters are those of the terminal", async () 
 
 test("a person drops a log, sees the verdict and takes the report", async () => {
   await page.locator("input[type=file]").setInputFiles(join(scratch, "own.csv"));
+  await page.getByRole("region", { name: "Channels" }).waitFor();
+  await page.getByRole("button", { name: "Identify", exact: true }).click();
   await page.getByText("own.csv: ✓ use", { exact: false }).waitFor();
   await page.getByText("Gains and limits").first().waitFor();
-  await page.getByRole("region", { name: "Channels" }).waitFor();
   const [download] = await Promise.all([
     page.waitForEvent("download"),
     page.getByRole("button", { name: "Report, HTML" }).click(),

@@ -1,9 +1,12 @@
 //! The page as it is used on deck: gloves, sunlight, two operators, a phone, a large screen.
 
 import assert from "node:assert/strict";
+import { readFileSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
 import type { Browser, BrowserContextOptions, Page } from "playwright-core";
-import { forget, openBrowser, PATIENCE_MS, serve, type Server, until } from "./server.ts";
+import { violations } from "./axe.ts";
+import { forget, openBrowser, PATIENCE_MS, scratch, seatrial, serve, type Server, until } from "./server.ts";
 
 /** Contrast that WCAG asks of text at level AAA. */
 const CONTRAST_AAA = 7;
@@ -193,5 +196,74 @@ test("4K: everything live on one screen, in letters that can be read from afar",
   ]);
   assert.ok(Number(height) <= 2160, `${height} px high`);
   assert.ok(Number(size) >= 20, `${size} px`);
+  await page.context().close();
+});
+
+/** Presses a button that writes a file; its name and its text. */
+async function written(page: Page, button: string): Promise<[string, string]> {
+  const [download] = await Promise.all([
+    page.waitForEvent("download"),
+    page.getByRole("button", { name: button, exact: true }).click(),
+  ]);
+  return [download.suggestedFilename(), readFileSync(await download.path(), "utf8")];
+}
+
+test("a log ends in gains, limits, parameters, vehicle file and report, as in the terminal", async () => {
+  const place = (name: string): string => join(scratch, name);
+  seatrial("sim", "log", "--seed", "1", "--out", place("run.csv"));
+  for (const viewport of [
+    { width: 1440, height: 1000 },
+    { width: 390, height: 844 },
+  ]) {
+    const page = await opened("#/history/log", { viewport });
+    await page.locator("input[type=file]").setInputFiles(place("run.csv"));
+    await page.getByRole("region", { name: "First rows as read" }).waitFor();
+    await page.getByRole("button", { name: "Identify", exact: true }).click();
+    await page.getByText(/^run.csv: ✓ use$/).waitFor();
+    await page.getByRole("region", { name: "Gains", exact: true }).waitFor();
+    await page.getByRole("region", { name: "Turning under full rudder" }).waitFor();
+
+    const [model, json] = await written(page, "Model, JSON");
+    assert.equal(model, "run.model.json");
+    writeFileSync(place("run.csv.json"), json);
+    for (const [button, name, ...words] of [
+      ["ArduPilot Rover, .param", "run.param", "gains", "--export", "ardupilot"],
+      ["PX4 rover, .params", "run.params", "gains", "--export", "px4"],
+      ["Vehicle file, TOML", "run.toml", "export", "--to", "vehicle"],
+    ] as const) {
+      const [file, text] = await written(page, button);
+      assert.equal(file, name);
+      const out = place(`terminal-${name}`);
+      seatrial(...words, "--model", place("run.csv.json"), "--out", out);
+      const own = text.replaceAll("run.csv", "");
+      assert.equal(own, readFileSync(out, "utf8").replaceAll(place("run.csv.json"), ""), name);
+    }
+    const [report, html] = await written(page, "Report, HTML");
+    assert.equal(report, "run.html");
+    assert.ok(html.startsWith("<!DOCTYPE html>"));
+    assert.deepEqual(await violations(page), []);
+    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= viewport.width);
+    await page.context().close();
+  }
+});
+
+test("the faults of a rehearsal are chosen, and the checks stand above Start", async () => {
+  const page = await opened("#/control/rehearse", { viewport: { width: 390, height: 844 } });
+  await takeControl(page, "Ada");
+  await page.getByLabel("Faults that it meets").selectOption("heavier_payload");
+  await page.getByText("three tenths more moment of inertia").waitFor();
+  await page.getByLabel("Speeds, thrust").fill("80");
+  await page.getByLabel("Pace").selectOption("as fast as it can");
+  const check = page.getByRole("button", { name: /^Check/ });
+  const start = page.getByRole("button", { name: "Start the trial" });
+  const [above, below] = [await check.boundingBox(), await start.boundingBox()];
+  assert.ok(above && below && above.y < below.y, JSON.stringify([above, below]));
+  await check.click();
+  await page.getByText("✓ ready").waitFor();
+  await start.click();
+  await page.waitForURL(/#\/live$/);
+  await page.getByText("ended").first().waitFor();
+  await page.goto(`${server.url}#/control`);
+  await page.getByRole("button", { name: "Give control back" }).click();
   await page.context().close();
 });

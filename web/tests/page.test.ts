@@ -56,6 +56,12 @@ async function start(thrusts: string, configuration: string, pace: string): Prom
   await page.waitForURL(/#\/live$/);
 }
 
+/** Identifies the log whose preview is shown. */
+async function identify(): Promise<void> {
+  await page.getByRole("region", { name: "Channels" }).waitFor();
+  await page.getByRole("button", { name: "Identify", exact: true }).click();
+}
+
 /** Milliseconds until something of the live view can be seen, and bytes of the page, opened by who has never seen it. */
 async function firstSight(selector: string): Promise<[number, number]> {
   const own = await (await browser.newContext()).newPage();
@@ -138,12 +144,14 @@ test("two trials are validated, compared and looked at over speed", async () => 
   const file = page.waitForEvent("download");
   await page.getByRole("button", { name: "Report, HTML" }).click();
   assert.equal((await file).suggestedFilename(), "campaign-3.html");
+  await page.getByRole("region", { name: "Turning under full rudder" }).waitFor();
   for (const [name, extension] of [
-    ["ArduPilot", "param"],
-    ["PX4", "params"],
+    ["ArduPilot Rover", "param"],
+    ["PX4 rover", "params"],
     ["ROS 2", "yaml"],
     ["JSON", "json"],
     ["C header", "h"],
+    ["Vehicle file, TOML", "toml"],
   ] as const) {
     const gains = page.waitForEvent("download");
     await page.getByRole("button", { name: new RegExp(`^${name}`) }).click();
@@ -178,6 +186,7 @@ test("a log is dropped on the page and identified; what is no log is refused in 
     readFileSync(log, "utf8"),
   );
   await page.locator(".drop").dispatchEvent("drop", { dataTransfer: dropped });
+  await identify();
   await page.getByText(/^run.csv: (✓ use|! use with care)$/).waitFor();
   await page.locator("figure canvas").first().waitFor();
   const before = faults.length;
@@ -201,7 +210,8 @@ test("a log with names of its own is read as told", async () => {
   await page.getByRole("alert").getByText("no column for heading").waitFor();
   await page.getByLabel("Heading from column").selectOption("alpha");
   await page.getByLabel("Heading is in").selectOption("rad");
-  await page.getByRole("button", { name: "Read the log again" }).click();
+  await page.getByRole("button", { name: "Look at the log again" }).click();
+  await identify();
   await page.getByText(/^odd.csv: (✓ use|! use with care)$/).waitFor();
   const remarks = page.locator(".notice details");
   await remarks.getByText(/^\d+ more remarks?$/).click();
@@ -224,7 +234,8 @@ test("a log with a damaged row is refused by the name of a control, which reads 
   const text = await told.innerText();
   assert.ok(text.includes("Leave out damaged rows") && !text.includes("--"), text);
   await page.getByLabel("Leave out damaged rows").check();
-  await page.getByRole("button", { name: "Read the log again" }).click();
+  await page.getByRole("button", { name: "Look at the log again" }).click();
+  await identify();
   await page.getByText(/^damaged.csv: (✓ use|! use with care)$/).waitFor();
   faults.splice(before);
 });
@@ -233,6 +244,7 @@ test("windows are dragged over the record, and its model is kept as a file", asy
   await visit("#/history/log");
   await page.reload();
   await page.locator("input[type=file]").setInputFiles(join(scratch, "run.csv"));
+  await identify();
   const form = page.getByRole("form", { name: "Windows" });
   await form.waitFor();
   const [from, to, validateFrom] = [0, 1, 2].map((at) => form.locator("input[type=number]").nth(at));

@@ -24,6 +24,7 @@ pub mod inspect_log;
 pub mod log_page;
 pub mod log_reading;
 pub mod logs;
+pub mod model_request;
 pub mod models;
 pub mod next;
 pub mod outputs;

@@ -23,6 +23,10 @@ pub struct LogSeries {
     pub yaw_rate_rad_s: Vec<Option<f64>>,
     /// Heading simulated over the validation window with the model, rad; null outside.
     pub simulated_heading_rad: Vec<Option<f64>>,
+    /// Position north of the origin, m.
+    pub north_m: Vec<Option<f64>>,
+    /// Position east of the origin, m.
+    pub east_m: Vec<Option<f64>>,
 }
 
 /// The columns of a record, and where it was validated the simulation of the model.
@@ -60,6 +64,8 @@ pub fn series_of(record: &Record, validated: Option<(&Identification, Window)>) 
         series
             .simulated_heading_rad
             .push(simulated_rad.and_then(finite));
+        series.north_m.push(sample.north_m.and_then(finite));
+        series.east_m.push(sample.east_m.and_then(finite));
     }
     series
 }

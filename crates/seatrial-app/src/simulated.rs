@@ -8,10 +8,9 @@ use seatrial::identify::cramer_rao::Noise;
 use seatrial::preview::{Budget, Prior, PriorSpeed};
 use seatrial_core::plan::times_slower;
 use seatrial_core::{Axis, Plan};
+pub use seatrial_sim::Scenario;
 use seatrial_sim::config::HelmConfig;
-use seatrial_sim::{
-    FaultyVehicle, Scenario, SimulatedConfig, SimulatedVehicle, VehicleConfig, VehicleFile,
-};
+use seatrial_sim::{FaultyVehicle, SimulatedConfig, SimulatedVehicle, VehicleConfig, VehicleFile};
 
 use crate::trial_run::{Check, Preflight, TakenVehicle, Terms, TrialVehicle, VehicleError, taken};
 

@@ -122,9 +122,7 @@ impl SourceArgs {
 
 /// Prints on standard error what a source says against its models, and where they are used beyond what they were seen for.
 pub fn warn(models: &Models) {
-    let beyond = models.beyond_range();
-    let against = models.cautions.iter().chain(&models.rejected);
-    for reason in against.chain(&beyond).chain(&models.passed_over) {
+    for reason in models.warnings() {
         say(format!("warning: {}: {reason}", models.origin));
     }
 }

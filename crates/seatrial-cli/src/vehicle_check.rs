@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use clap::Subcommand;
 use seatrial::figures::three_figures;
 use seatrial_app::load_plan;
-use seatrial_app::vehicles::{hand_back_text, inspect_ros2};
+use seatrial_app::vehicles::{compared, hand_back_text, inspect_ros2, read_backup, restored};
 use seatrial_links::autopilot::{Autopilot, Backup, HandBack};
 use seatrial_links::handover::Preflight;
 use seatrial_links::link::Transport;
@@ -165,7 +165,7 @@ fn restore(args: &RestoreArgs, output: &Output) -> Result<Exit, Failure> {
             args.backup.display()
         )));
     }
-    let backup = load(&args.backup)?;
+    let backup = read_backup(&args.backup)?;
     let abort = Arc::new(AtomicBool::new(false));
     let mut autopilot = args
         .link
@@ -174,16 +174,12 @@ fn restore(args: &RestoreArgs, output: &Output) -> Result<Exit, Failure> {
     if !args.yes {
         agree(args, &mut autopilot, &backup)?;
     }
-    let done = autopilot.restore(&backup);
+    let done = restored(&mut autopilot, &backup, &args.backup).map_err(Failure::not_saved)?;
     let restored = Restored {
         schema: "seatrial.restored.v1",
         complete: done.is_complete(),
         done,
     };
-    if restored.complete {
-        std::fs::remove_file(&args.backup)
-            .map_err(|error| Failure::not_saved(format!("{}: {error}", args.backup.display())))?;
-    }
     output.print(&restored, || restored_text(&restored.done))?;
     Ok(if restored.complete {
         Exit::Done
@@ -198,12 +194,7 @@ fn agree(
     autopilot: &mut Autopilot<Transport>,
     backup: &Backup,
 ) -> Result<(), Failure> {
-    let values = autopilot.look_at(backup).ok_or_else(|| {
-        Failure::rejected(format!(
-            "{}: system {}, whose parameters these are, is not heard; nothing was written",
-            args.vehicle, backup.system
-        ))
-    })?;
+    let values = compared(autopilot, backup, &args.vehicle)?;
     for value in &values {
         let from = value.from.map_or_else(|| "not answered".into(), figures);
         say(format!("{:17} {from} -> {}", value.name, figures(value.to)));
@@ -241,26 +232,5 @@ fn figures(value: f64) -> String {
     match value.fract() == 0.0 && value.abs() < 1e6 {
         true => value.to_string(),
         false => three_figures(value),
-    }
-}
-
-fn load(path: &Path) -> Result<Backup, Failure> {
-    let read = std::fs::read_to_string(path).map_err(|error| error.to_string());
-    let backup: Backup = read
-        .and_then(|text| toml::from_str(&text).map_err(|error| format!("not a backup: {error}")))
-        .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
-    let (foreign, impossible) = (backup.foreign_names(), backup.impossible_values());
-    match foreign.is_empty() {
-        true if impossible.is_empty() => Ok(backup),
-        true => Err(Failure::input(format!(
-            "{}: no autopilot had {}; nothing was written",
-            path.display(),
-            impossible.join("; ")
-        ))),
-        false => Err(Failure::input(format!(
-            "{}: not a backup of a trial or a commission, which never change {}; nothing was written",
-            path.display(),
-            foreign.join(", ")
-        ))),
     }
 }

@@ -9,8 +9,8 @@ use seatrial::commission::{Foreseen, Range, Response};
 use seatrial::identification::Reader;
 use seatrial_app::advice::addressed;
 use seatrial_app::commission::{
-    Commissioned, Ending, GainedVehicle, GainsVehicle, Lost, Order, Proposal, Reached, Request,
-    conduct, models_for,
+    Commissioned, Ending, GainedVehicle, GainsVehicle, Kept, Lost, Order, Proposal, PutBack,
+    Reached, Request, conduct, models_for,
 };
 use seatrial_app::models::of_entry;
 use seatrial_app::trial_run::{Change, plan_of_campaign};
@@ -19,7 +19,8 @@ use seatrial_logbook::CampaignId;
 
 use crate::api::{
     Change as Changed, CommissionEnd, CommissionOrder, CommissionPreview, CommissionSample,
-    CommissionState, ExpectedSteps, MeasuredSteps, ProposedGains,
+    CommissionState, ExpectedSteps, MeasuredSteps, ParameterBack, ProposedGains, UndoOrder,
+    UndoPreview, Undone,
 };
 use crate::board::Board;
 use crate::convert::now;
@@ -200,6 +201,84 @@ fn run(
     drop(place);
     shared.commission.change(&tap, |state| ended(state, &found));
     Ok(())
+}
+
+/// What of a trial or a commission could be put back; nothing is written.
+pub fn preview_undo(shared: &Shared, order: &UndoOrder) -> Result<UndoPreview, Refusal> {
+    let stop = Arc::default();
+    let _place = shared.slot.place(&stop)?;
+    let kept = kept(shared, order, &stop)?;
+    let file = kept.file.file_name().unwrap_or_default();
+    Ok(UndoPreview {
+        undo: name_of_undo(&kept),
+        file: file.to_string_lossy().into_owned(),
+        has_mode: kept.mode.is_some(),
+        parameters: kept.parameters.into_iter().map(parameter_back).collect(),
+    })
+}
+
+/// Puts it back, where it is what a preview has shown.
+pub fn undo(shared: &Shared, order: &UndoOrder) -> Result<Undone, Refusal> {
+    if !order.agreed {
+        return Err(Refusal::unprocessable(
+            "agreement_needed",
+            "parameters that are written must be agreed to: say \"agreed\": true",
+        ));
+    }
+    let stop = Arc::default();
+    let place = shared.slot.place(&stop)?;
+    let kept = kept(shared, order, &stop)?;
+    if order.undo.as_ref() != Some(&name_of_undo(&kept)) {
+        return Err(Refusal::conflict(
+            "undo_changed",
+            "the autopilot's values or what is kept of them are not those that were shown: look again",
+        ));
+    }
+    let done = shared
+        .autopilot(&order.vehicle)?
+        .put_back(&kept.file, &stop);
+    drop(place);
+    let done = done.map_err(|error| Refusal::unprocessable("vehicle_refused", error))?;
+    let line = addressed(&done.line, Reader::Dashboard);
+    let tap = shared.live.tap();
+    shared.commission.change(&tap, |state| {
+        if done.is_complete && state.vehicle == order.vehicle {
+            state.undo = None;
+            state.needs_restoring = false;
+        }
+    });
+    Ok(Undone {
+        complete: done.is_complete,
+        line,
+        parameters: done.parameters.into_iter().map(parameter_back).collect(),
+    })
+}
+
+fn kept(shared: &Shared, order: &UndoOrder, stop: &Arc<AtomicBool>) -> Result<Kept, Refusal> {
+    let kept = shared.autopilot(&order.vehicle)?.kept(stop);
+    kept.map_err(|error| Refusal::unprocessable("nothing_to_undo", error))
+}
+
+fn name_of_undo(kept: &Kept) -> String {
+    let mut hasher = DefaultHasher::new();
+    (&kept.file, kept.mode).hash(&mut hasher);
+    for value in &kept.parameters {
+        (
+            &value.name,
+            value.from.map(f64::to_bits),
+            value.to.to_bits(),
+        )
+            .hash(&mut hasher);
+    }
+    format!("{:016x}", hasher.finish())
+}
+
+fn parameter_back(value: PutBack) -> ParameterBack {
+    ParameterBack {
+        name: value.name,
+        from: value.from,
+        to: value.to,
+    }
 }
 
 fn ended(state: &mut CommissionState, found: &Commissioned) {

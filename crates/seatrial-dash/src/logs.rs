@@ -6,19 +6,22 @@ use std::path::Path;
 use seatrial::identification::Reader;
 use seatrial_app::Inspection;
 use seatrial_app::documents::IdentificationDocument;
-use seatrial_app::identify_log::identify_opened;
+use seatrial_app::identify_log::{IdentifiedLog as Found, identify_opened};
+use seatrial_app::log_page::page;
 use seatrial_app::log_reading::LogReading;
 use seatrial_app::logs::{OpenedLog, Unobserved, open};
 use seatrial_app::series::series_of;
+use seatrial_logs::{Quantity, TrackFormat};
 use tempfile::NamedTempFile;
 
 use crate::api::{IdentifiedLog, InspectedLog, LogColumns};
 use crate::refusal::Refusal;
 
-/// What `seatrial identify` makes of a log without windows.
-pub fn identified(log: &Path, reading: LogReading) -> Result<IdentifiedLog, Refusal> {
+/// The log as `seatrial identify` identifies it; `trace`: with the estimate after every sample, which a report draws.
+fn found(log: &Path, reading: LogReading, trace: bool) -> Result<Found, Refusal> {
     let name = reading.name().to_owned();
-    let options = reading.options().map_err(unreadable)?;
+    let mut options = reading.options().map_err(unreadable)?;
+    options.settings.trace = trace;
     let opened = options
         .windows
         .open(log, &options.reading, &mut Unobserved)
@@ -26,7 +29,12 @@ pub fn identified(log: &Path, reading: LogReading) -> Result<IdentifiedLog, Refu
             logs.log.path = name.clone().into();
             identify_opened(logs, &options, &mut Unobserved)
         });
-    let found = opened.map_err(|error| refused(log, &name, &error))?;
+    opened.map_err(|error| refused(log, &name, &error))
+}
+
+/// What `seatrial identify` makes of a log without windows.
+pub fn identified(log: &Path, reading: LogReading) -> Result<IdentifiedLog, Refusal> {
+    let found = found(log, reading, false)?;
     let validated = found
         .identification()
         .and_then(|found| Some((found, found.validation?.window)));
@@ -34,26 +42,45 @@ pub fn identified(log: &Path, reading: LogReading) -> Result<IdentifiedLog, Refu
         document: IdentificationDocument::of(&found).addressed_to(Reader::Dashboard),
         verdict: found.verdict().into(),
         series: series_of(&found.logs.log.record, validated),
+        is_located: found.logs.log.origin_deg.is_some(),
+    })
+}
+
+/// The page of `seatrial report` of a log.
+pub fn report(log: &Path, reading: LogReading) -> Result<String, Refusal> {
+    let name = reading.name().to_owned();
+    Ok(page(&found(log, reading, true)?, Path::new(&name)))
+}
+
+/// The log as it is read, called by its name.
+fn opened(log: &Path, reading: LogReading) -> Result<OpenedLog, Refusal> {
+    let name = reading.name().to_owned();
+    let settings = reading.settings().map_err(unreadable)?;
+    let opened =
+        open(log, &settings, None, &mut Unobserved).map_err(|error| refused(log, &name, &error))?;
+    Ok(OpenedLog {
+        path: name.into(),
+        ..opened
     })
 }
 
 /// What `seatrial inspect` says of a log.
 pub fn inspected(log: &Path, reading: LogReading) -> Result<InspectedLog, Refusal> {
-    let name = reading.name().to_owned();
-    let opened = open(
-        log,
-        &reading.settings().map_err(unreadable)?,
-        None,
-        &mut Unobserved,
-    )
-    .map_err(|error| refused(log, &name, &error))?;
-    let opened = OpenedLog {
-        path: name.into(),
-        ..opened
-    };
+    let opened = opened(log, reading)?;
     Ok(InspectedLog {
         document: Inspection::of(&opened).addressed_to(Reader::Dashboard),
         series: series_of(&opened.record, None),
+        is_located: opened.origin_deg.is_some(),
+    })
+}
+
+/// The track of a log.
+pub fn track(log: &Path, reading: LogReading, format: TrackFormat) -> Result<String, Refusal> {
+    opened(log, reading)?.track(format).ok_or_else(|| {
+        Refusal::unprocessable(
+            "no_track",
+            "the log has no latitude and longitude: a track for charts needs them",
+        )
     })
 }
 
@@ -61,7 +88,15 @@ pub fn inspected(log: &Path, reading: LogReading) -> Result<InspectedLog, Refusa
 pub fn columns(log: &Path, reading: &LogReading) -> Result<LogColumns, Refusal> {
     let found = seatrial_logs::columns(log);
     let columns = found.map_err(|error| refused(log, reading.name(), &error))?;
-    Ok(LogColumns { columns })
+    let symbols = |quantity: Quantity| {
+        let units = quantity.units().into_iter();
+        units.map(|unit| unit.symbol().to_owned()).collect()
+    };
+    let units = Quantity::ALL.map(|quantity| (quantity.name().to_owned(), symbols(quantity)));
+    Ok(LogColumns {
+        columns,
+        units: units.into(),
+    })
 }
 
 /// Largest list of sensors, bytes, and how many are kept.

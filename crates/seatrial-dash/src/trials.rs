@@ -1,6 +1,7 @@
 //! Trials that the server starts, and what is asked before one.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
@@ -8,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use seatrial::preview::Budget;
 use seatrial_app::TrialPlan;
+use seatrial_app::simulated::{Scenario, Simulator};
 use seatrial_app::trial_run::{
     self, NotAgain, NotBegun, Order, Sinks, UnderWay, VehicleError, plan_that_repeats,
     plan_to_go_on, previewed,
@@ -111,6 +113,7 @@ pub fn preflight(
 #[derive(Clone)]
 pub struct Wanted {
     vehicle: String,
+    scenario: Option<String>,
     plan: TrialPlan,
     plan_is_given: bool,
     seed: Option<u64>,
@@ -137,6 +140,7 @@ pub fn ordered(_: &Shared, order: TrialOrder) -> Result<Wanted, Refusal> {
         plan_is_given: order.plan.is_some(),
         plan: plan_of(order.plan)?,
         vehicle: order.vehicle,
+        scenario: order.scenario,
         seed: order.seed,
         realtime_factor: order.realtime_factor,
         configuration: order.configuration.unwrap_or_else(|| "default".into()),
@@ -174,6 +178,7 @@ pub fn go_on(shared: &Shared, order: GoOnOrder) -> Result<Wanted, Refusal> {
 fn another(entry: CampaignEntry, plan: TrialPlan, seed: Option<u64>) -> Wanted {
     Wanted {
         vehicle: entry.vehicle,
+        scenario: None,
         plan,
         plan_is_given: true,
         seed: seed.or(entry.seed.map(|seed| seed.wrapping_add(1))),
@@ -203,6 +208,7 @@ pub fn start(shared: &Arc<Shared>, wanted: Wanted) -> Result<TrialState, Refusal
     wanted.plan.check().map_err(NotBegun::from)?;
     let is_simulated = shared.vehicle(&wanted.vehicle)?.is_simulated();
     check(&wanted, is_simulated)?;
+    let faulty = faulty(&wanted)?;
     let stop = Arc::default();
     let shown = shared.slot.take(&stop, shared.live.tap())?;
     let order = Order {
@@ -221,7 +227,7 @@ pub fn start(shared: &Arc<Shared>, wanted: Wanted) -> Result<TrialState, Refusal
     };
     let (answer, answered) = channel();
     let served = Arc::clone(shared);
-    let work = move || match begin(&served, &wanted.vehicle, order, shown) {
+    let work = move || match begin(&served, &wanted.vehicle, faulty.as_ref(), order, shown) {
         Ok(under_way) => {
             // The trial goes on also where nobody waits for the answer any more.
             let _ = answer.send(Ok(TrialState::of(under_way.begun())));
@@ -236,13 +242,46 @@ pub fn start(shared: &Arc<Shared>, wanted: Wanted) -> Result<TrialState, Refusal
     answered.recv().unwrap_or_else(|_| Err(gone()))
 }
 
-fn begin(shared: &Shared, vehicle: &str, order: Order, shown: Shown) -> Result<UnderWay, Refusal> {
+/// The simulator that plays the faults of a scenario that comes with the program; no file of this machine is read.
+fn faulty(wanted: &Wanted) -> Result<Option<Simulator>, Refusal> {
+    let Some(scenario) = &wanted.scenario else {
+        return Ok(None);
+    };
+    let known: Vec<&str> = Scenario::built_in()
+        .into_iter()
+        .map(|(name, _)| name)
+        .collect();
+    if !known.contains(&scenario.as_str()) {
+        return Err(Refusal::unprocessable(
+            "unknown_scenario",
+            format!(
+                "scenario {scenario:?}: expected one of {}",
+                known.join(", ")
+            ),
+        ));
+    }
+    let simulator = Simulator::new(&wanted.vehicle, Some(Path::new(scenario)));
+    let simulator = simulator.map_err(|error| Refusal::unprocessable("vehicle_refused", error))?;
+    Ok(Some(simulator))
+}
+
+fn begin(
+    shared: &Shared,
+    vehicle: &str,
+    faulty: Option<&Simulator>,
+    order: Order,
+    shown: Shown,
+) -> Result<UnderWay, Refusal> {
+    let vehicle = match faulty {
+        Some(simulator) => simulator,
+        None => shared.vehicle(vehicle)?,
+    };
     let sinks = Sinks {
         logbook: shared.logbook.clone(),
         views: vec![Box::new(shown)],
         ..Sinks::default()
     };
-    Ok(trial_run::begin(shared.vehicle(vehicle)?, order, sinks)?)
+    Ok(trial_run::begin(vehicle, order, sinks)?)
 }
 
 fn check(wanted: &Wanted, is_simulated: bool) -> Result<(), Refusal> {
@@ -257,6 +296,9 @@ fn check(wanted: &Wanted, is_simulated: bool) -> Result<(), Refusal> {
         if !(SLOWEST..=1e6).contains(&factor) {
             return refused("out_of_range", "realtime_factor: expected 0.1 to 1000000");
         }
+    }
+    if wanted.scenario.is_some() && !is_simulated {
+        return refused("not_simulated", "scenario goes with a simulated vehicle");
     }
     if !is_simulated && !wanted.agreed {
         return refused(

@@ -341,6 +341,14 @@ impl Computed {
         }
     }
 
+    /// The latitude and longitude from which its metres are, deg, once a row was read.
+    pub fn origin_deg(&self) -> Option<[f64; 2]> {
+        match self.rule {
+            Rule::East { first } => first,
+            _ => None,
+        }
+    }
+
     /// The cell of a row, from the cells of its sources.
     pub fn cell(&mut self, sources: &[Cell]) -> Cell {
         if let (Rule::HalfDifference, [first, second]) = (&self.rule, sources) {
@@ -415,6 +423,16 @@ pub(crate) fn metres(
     [
         (latitude - first) * 60.0 * NAUTICAL_MILE_M,
         turned * 60.0 * NAUTICAL_MILE_M * libm::cos(first.to_radians()),
+    ]
+}
+
+/// Latitude and longitude, deg, of a place so many metres north and east of another: [`metres`] the other way.
+pub(crate) fn place([north_m, east_m]: [f64; 2], [first, first_longitude]: [f64; 2]) -> [f64; 2] {
+    let minute_m = 60.0 * NAUTICAL_MILE_M;
+    let longitude = first_longitude + east_m / (minute_m * libm::cos(first.to_radians()));
+    [
+        first + north_m / minute_m,
+        (longitude + 540.0).rem_euclid(360.0) - 180.0,
     ]
 }
 

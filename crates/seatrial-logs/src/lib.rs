@@ -89,6 +89,6 @@ pub use unit::{Unit, UnknownUnit};
 pub use write::FoxgloveServer;
 #[cfg(feature = "parquet")]
 pub use write::write_parquet;
-pub use write::{CsvWriter, Estimate, Row, RowWriter, write_csv};
+pub use write::{CsvWriter, Estimate, Row, RowWriter, TrackFormat, write_csv, write_track};
 #[cfg(feature = "mcap")]
 pub use write::{McapWriter, write_mcap};

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use crate::unit::Dimension;
+use crate::unit::{Dimension, Unit};
 
 /// A quantity of a [`Sample`](seatrial_core::Sample).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -90,6 +90,11 @@ impl Quantity {
     /// A row without it is no sample.
     pub fn is_required(self) -> bool {
         matches!(self, Self::Time | Self::Heading | Self::Rudder)
+    }
+
+    /// The units that its column may have.
+    pub fn units(self) -> Vec<Unit> {
+        Unit::that_measure(self.dimension())
     }
 
     pub(crate) fn dimension(self) -> Dimension {

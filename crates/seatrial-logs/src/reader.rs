@@ -148,6 +148,15 @@ impl LogReader {
         &self.description
     }
 
+    /// The latitude and longitude from which north and east are, deg, where the log or the file of its positions has them. Asked after
+    /// the last sample.
+    pub fn origin_deg(&self) -> Option<[f64; 2]> {
+        match &self.positions {
+            Some(positions) => Some(positions.origin_deg()),
+            None => self.table.origin_deg(),
+        }
+    }
+
     /// Rows read and left out so far.
     pub fn counts(&self) -> Counts {
         Counts {

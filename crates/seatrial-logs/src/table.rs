@@ -71,6 +71,11 @@ pub(crate) trait Table: Send {
         None
     }
 
+    /// The latitude and longitude from which north and east are, deg, where rows have had them.
+    fn origin_deg(&self) -> Option<[f64; 2]> {
+        None
+    }
+
     /// The firmware as the log names it: `ArduRover V4.5.7 (1a2b3c4d)`.
     fn firmware(&self) -> Option<&str> {
         None

@@ -25,6 +25,8 @@ const LONGEST_GAP_S: f64 = 30.0;
 pub(crate) struct Track {
     /// Seconds since 1970, metres north and east of the first point.
     points: Vec<[f64; 3]>,
+    /// Latitude and longitude of the first point, deg.
+    first: [f64; 2],
 }
 
 fn damaged(what: impl ToString) -> Fault {
@@ -55,7 +57,7 @@ impl Track {
             })
             .collect();
         points.sort_by(|one, other| one[0].total_cmp(&other[0]));
-        Ok(Self { points })
+        Ok(Self { points, first })
     }
 
     /// Metres north and east at a time, on the line between the points beside it.
@@ -108,6 +110,11 @@ impl Positions {
         let place = self.track.at(self.start_unix_s + sample.time_s);
         self.found += u64::from(place.is_some());
         (sample.north_m, sample.east_m) = place.map(|[north, east]| (north, east)).unzip();
+    }
+
+    /// The latitude and longitude from which they are metres, deg.
+    pub fn origin_deg(&self) -> [f64; 2] {
+        self.track.first
     }
 
     /// Where positions come from. Asked after the last sample.

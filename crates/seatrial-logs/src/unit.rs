@@ -118,6 +118,12 @@ impl Unit {
             || (dimension == Dimension::Share && matches!(self, Self::Percent | Self::Fraction))
     }
 
+    /// The units that fit.
+    pub(crate) fn that_measure(dimension: Dimension) -> Vec<Self> {
+        let all = Self::ALL.iter().copied();
+        all.filter(|unit| unit.fits(dimension)).collect()
+    }
+
     /// Symbols of the units that fit, for messages.
     pub(crate) fn that_fit(dimension: Dimension) -> String {
         symbols(|unit| unit.fits(dimension))

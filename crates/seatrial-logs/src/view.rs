@@ -155,6 +155,11 @@ impl Table for View {
         }
     }
 
+    fn origin_deg(&self) -> Option<[f64; 2]> {
+        let computed = self.computed.iter().find_map(Computed::origin_deg);
+        computed.or_else(|| self.table.origin_deg())
+    }
+
     fn bytes_read(&self) -> u64 {
         self.table.bytes_read()
     }

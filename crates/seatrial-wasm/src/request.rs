@@ -1,22 +1,20 @@
 //! What a page asks for, and the answers.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
-use seatrial::export::VehicleType;
 use seatrial::identification::{Reader, Reason, Verdict};
 use seatrial::plain_text::shortened;
 use seatrial_app::advice::{self, addressed};
-use seatrial_app::gains::Wanted;
-use seatrial_app::gains_export::{Format, GainsFile};
 use seatrial_app::identify_log::{IdentifiedLog, identify_log};
 use seatrial_app::log_reading::LogReading;
-use seatrial_app::logs::{Unobserved, open};
+use seatrial_app::logs::{OpenedLog, Unobserved, open};
+use seatrial_app::model_request::{ModelFile, ModelRequest};
 use seatrial_app::models::{Models, of_document_text};
 use seatrial_app::series::series_of;
 use seatrial_app::simulated_log::SeaTrial;
-use seatrial_app::turning::TurningLimits;
 use seatrial_app::{Error, Inspection, log_page};
-use seatrial_logs::Held;
+use seatrial_logs::{Held, Quantity, TrackFormat};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -47,6 +45,17 @@ pub enum Request {
         #[serde(default)]
         reading: Box<LogReading>,
     },
+    /// The track of a log that has latitude and longitude.
+    Track {
+        /// The log.
+        log: String,
+        /// How it is read.
+        #[serde(default)]
+        reading: Box<LogReading>,
+        /// Is it KML, or GPX?
+        #[serde(default)]
+        kml: bool,
+    },
     /// The page of `seatrial report`.
     Report {
         /// The log.
@@ -63,7 +72,7 @@ pub enum Request {
         document: Value,
         /// What is said besides.
         #[serde(default)]
-        stated: Stated,
+        stated: ModelRequest,
     },
     /// The file of `seatrial gains --export`.
     File {
@@ -73,9 +82,9 @@ pub enum Request {
         document: Value,
         /// What is said besides.
         #[serde(default)]
-        stated: Stated,
-        /// The form of the file.
-        form: Form,
+        stated: ModelRequest,
+        /// Which file.
+        form: ModelFile,
     },
     /// A simulated trial; its log is held under the name `simulated.csv`.
     Simulate {
@@ -90,55 +99,6 @@ pub enum Request {
         #[serde(default)]
         reading: Box<LogReading>,
     },
-}
-
-/// What is said of a vehicle beside its model, as the options of `seatrial gains`.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Stated {
-    /// Forward speed, m/s.
-    pub surge_speed_m_s: Option<f64>,
-    /// Damping ratio of the closed loop.
-    pub damping_ratio: Option<f64>,
-    /// Largest rudder angle, degrees.
-    pub rudder_limit_deg: Option<f64>,
-    /// Rudder angle at full steering, degrees.
-    pub full_rudder_deg: Option<f64>,
-}
-
-/// A file of a controller.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Form {
-    /// ArduPilot's Rover.
-    ArdupilotSurface,
-    /// ArduPilot's Sub.
-    ArdupilotUnderwater,
-    /// PX4, a surface vehicle.
-    Px4Surface,
-    /// PX4, an underwater vehicle.
-    Px4Underwater,
-    /// ROS 2.
-    Ros2,
-    /// The gain schedule.
-    Json,
-    /// A C99 header.
-    C,
-}
-
-impl Form {
-    /// The format, and whose parameters they are where that matters.
-    fn parts(self) -> (Format, VehicleType) {
-        match self {
-            Self::ArdupilotSurface => (Format::Ardupilot, VehicleType::Surface),
-            Self::ArdupilotUnderwater => (Format::Ardupilot, VehicleType::Underwater),
-            Self::Px4Surface => (Format::Px4, VehicleType::Surface),
-            Self::Px4Underwater => (Format::Px4, VehicleType::Underwater),
-            Self::Ros2 => (Format::Ros2, VehicleType::Surface),
-            Self::Json => (Format::Json, VehicleType::Surface),
-            Self::C => (Format::C, VehicleType::Surface),
-        }
-    }
 }
 
 /// The answer to a request, `{"done": ...}` or `{"refused": "why"}`.
@@ -166,10 +126,23 @@ impl Request {
         match self {
             Self::Columns { log } => {
                 let columns = seatrial_logs::columns_held(Path::new(&log), files)?;
-                Ok(json!({ "columns": columns }))
+                let units = Quantity::ALL.map(|quantity| (quantity.name(), quantity.units()));
+                Ok(json!({ "columns": columns, "units": BTreeMap::from(units) }))
             }
             Self::Inspect { log, reading } => inspected(&log, *reading, files),
             Self::Identify { log, reading } => identified(&log, *reading, files),
+            Self::Track { log, reading, kml } => {
+                let format = if kml {
+                    TrackFormat::Kml
+                } else {
+                    TrackFormat::Gpx
+                };
+                let text = opened(&log, *reading, files)?.track(format);
+                let text = text.ok_or_else(|| {
+                    Error::Input(format!("{log}: it has no latitude and longitude"))
+                })?;
+                Ok(json!({ "text": text }))
+            }
             Self::Report { log, reading } => {
                 let found = found(&log, *reading, true, files)?;
                 Ok(json!({ "html": log_page::page(&found, Path::new(&log)) }))
@@ -178,20 +151,25 @@ impl Request {
                 origin,
                 document,
                 stated,
-            } => gains(origin, &document, &stated),
+            } => {
+                let models = models(origin, &document, &stated)?;
+                let limits = stated.limits(&models)?.addressed_to(Reader::Dashboard);
+                Ok(json!(limits))
+            }
             Self::File {
                 origin,
                 document,
                 stated,
                 form,
             } => {
-                let wanted = stated.wanted();
-                let models = stated.models(origin, &document)?;
-                let (format, vehicle) = form.parts();
-                let file = GainsFile::new(format, &wanted, &models, vehicle, false)?;
-                Ok(
-                    json!({ "text": file.text, "notes": advice::all(file.notes, Reader::Dashboard) }),
-                )
+                let file = stated.file(&models(origin, &document, &stated)?, form)?;
+                let text = String::from_utf8(file.bytes).map_err(|_| {
+                    Error::Setting(
+                        "this file is no text, and a page without a server does not write it"
+                            .into(),
+                    )
+                })?;
+                Ok(json!({ "text": text, "notes": advice::all(file.notes, Reader::Dashboard) }))
             }
             Self::Simulate { trial } => simulated::trial(&trial, files),
             Self::Rehearse { trial, reading } => simulated::found(&trial, *reading),
@@ -224,16 +202,22 @@ fn identified(log: &str, reading: LogReading, files: &Held) -> Result<Value, Err
         "verdict": verdict(found.verdict()),
         "series": series_of(&found.logs.log.record, validated),
         "columns": found.logs.log.description.columns,
+        "is_located": found.logs.log.origin_deg.is_some(),
     }))
 }
 
-fn inspected(log: &str, reading: LogReading, files: &Held) -> Result<Value, Error> {
+fn opened(log: &str, reading: LogReading, files: &Held) -> Result<OpenedLog, Error> {
     let mut settings = reading.settings()?;
     settings.held = files.clone();
-    let opened = open(Path::new(log), &settings, None, &mut Unobserved)?;
+    open(Path::new(log), &settings, None, &mut Unobserved)
+}
+
+fn inspected(log: &str, reading: LogReading, files: &Held) -> Result<Value, Error> {
+    let opened = opened(log, reading, files)?;
     Ok(json!({
         "document": Inspection::of(&opened),
         "series": series_of(&opened.record, None),
+        "is_located": opened.origin_deg.is_some(),
     }))
 }
 
@@ -250,28 +234,6 @@ fn verdict(verdict: &Verdict) -> Value {
     })
 }
 
-fn gains(origin: String, document: &Value, stated: &Stated) -> Result<Value, Error> {
-    let wanted = stated.wanted();
-    let models = stated.models(origin, document)?;
-    let turning = TurningLimits::of(&models, std::f64::consts::PI, None, None)?;
-    Ok(json!({
-        "gains": wanted.gains(&models)?,
-        "turning": turning,
-    }))
-}
-
-impl Stated {
-    fn wanted(&self) -> Wanted {
-        let usual = Wanted::default();
-        Wanted {
-            damping_ratio: self.damping_ratio.unwrap_or(usual.damping_ratio),
-            ..usual
-        }
-    }
-
-    fn models(&self, origin: String, document: &Value) -> Result<Models, Error> {
-        of_document_text(origin, &document.to_string(), self.surge_speed_m_s)?
-            .limited(self.rudder_limit_deg.map(f64::to_radians))?
-            .with_full_rudder(self.full_rudder_deg.map(f64::to_radians))
-    }
+fn models(origin: String, document: &Value, stated: &ModelRequest) -> Result<Models, Error> {
+    of_document_text(origin, &document.to_string(), stated.surge_speed_m_s)
 }

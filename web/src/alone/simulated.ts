@@ -5,7 +5,7 @@ import { element, fill } from "../element.ts";
 import { Complaints } from "../notice.ts";
 import { significant } from "../units.ts";
 import { openLogView, type LogView } from "../views/log.ts";
-import { table } from "./found.ts";
+import { table } from "../views/inspected.ts";
 import type { Program } from "./module.ts";
 import { readerOf } from "./own.ts";
 

@@ -1,5 +1,7 @@
 //! Requests to the server. The types come from its OpenAPI document.
 
+import type { Inspected } from "../views/inspected.ts";
+import type { Models, Stated } from "../views/models.ts";
 import type { components } from "./schema.ts";
 
 type Schemas = components["schemas"];
@@ -31,6 +33,10 @@ export type ExpectedSteps = Schemas["ExpectedSteps"];
 export type MeasuredSteps = Schemas["MeasuredSteps"];
 export type Series = Schemas["LogSeries"];
 export type IdentifiedLog = Schemas["IdentifiedLog"];
+export type LogColumns = Schemas["LogColumns"];
+export type UndoOrder = Omit<Schemas["UndoOrder"], "agreed"> & { agreed?: boolean };
+export type UndoPreview = Schemas["UndoPreview"];
+export type Undone = Schemas["Undone"];
 export type Plan = Record<string, unknown> & { thrusts: number[] };
 
 const ROOT = "api/v1";
@@ -129,19 +135,67 @@ export async function giveControlBack(): Promise<void> {
   secrets.lease = null;
 }
 
-/** Identifies a log that a person has opened; `reading` are options of `seatrial identify` by name. */
-export async function identify(log: File, reading: Readonly<Record<string, string>>): Promise<IdentifiedLog> {
+/** Sends a log that a person has opened; `reading` are options of `seatrial identify` by name. */
+async function sendLog(what: string, log: File, reading: Readonly<Record<string, string>>): Promise<Response> {
   const query = new URLSearchParams({ name: log.name, ...reading });
-  const response = await respond("POST", `logs/identify?${query}`, log, "application/octet-stream");
-  return (await response.json()) as IdentifiedLog;
+  return respond("POST", `logs/${what}?${query}`, log, "application/octet-stream");
 }
 
-/** The names of a log's columns. */
-export async function columnsOf(log: File): Promise<string[]> {
-  const query = new URLSearchParams({ name: log.name });
-  const response = await respond("POST", `logs/columns?${query}`, log, "application/octet-stream");
-  return ((await response.json()) as { columns: string[] }).columns;
+export async function identify(log: File, reading: Readonly<Record<string, string>>): Promise<IdentifiedLog> {
+  return (await (await sendLog("identify", log, reading)).json()) as IdentifiedLog;
 }
+
+/** What is in a log. */
+export async function inspect(log: File, reading: Readonly<Record<string, string>>): Promise<Inspected> {
+  return (await (await sendLog("inspect", log, reading)).json()) as Inspected;
+}
+
+/** The page of `seatrial report`. */
+export async function reportOf(log: File, reading: Readonly<Record<string, string>>): Promise<Blob> {
+  return (await sendLog("report", log, reading)).blob();
+}
+
+/** The track of a log that has latitude and longitude. */
+export async function trackOf(
+  log: File,
+  reading: Readonly<Record<string, string>>,
+  format: "gpx" | "kml",
+): Promise<Blob> {
+  return (await sendLog(`track/${format}`, log, reading)).blob();
+}
+
+/** The names of a log's columns, and the units that they may have. */
+export async function columnsOf(log: File): Promise<LogColumns> {
+  return (await (await sendLog("columns", log, {})).json()) as LogColumns;
+}
+
+/** A file that is made of models, with what to know of it. */
+async function fileOf(response: Response): Promise<{ readonly blob: Blob; readonly notes: readonly string[] }> {
+  const notes = response.headers.get("seatrial-notes") ?? "";
+  return { blob: await response.blob(), notes: notes === "" ? [] : notes.split(" | ") };
+}
+
+/** What is made of the model of a log. */
+export const modelsOfLog = (origin: string, document: IdentifiedLog["document"]): Models => ({
+  limits: (stated) => ask("POST", "models/limits", { origin, document, stated }),
+  file: async (name, stated) => {
+    const order = JSON.stringify({ origin, document, stated });
+    return fileOf(await respond("POST", `models/files/${name}`, order, "application/json"));
+  },
+});
+
+/** What is made of the models of a campaign. */
+export const modelsOfCampaign = (id: number): Models => {
+  const query = (stated: Stated): URLSearchParams =>
+    new URLSearchParams(Object.entries(stated).map(([name, value]) => [name, String(value)]));
+  return {
+    limits: (stated) => ask("GET", `campaigns/${id}/limits?${query(stated)}`),
+    file: async (name, stated) => fileOf(await respond("GET", `campaigns/${id}/files/${name}?${query(stated)}`)),
+  };
+};
+
+export const previewUndo = (order: UndoOrder): Promise<UndoPreview> => ask("POST", "commission/undo/preview", order);
+export const undoCommission = (order: UndoOrder): Promise<Undone> => ask("POST", "commission/undo", order);
 
 /** Sends a list of sensors, which logs of Slocum gliders need beside them. */
 export async function sendSensorList(list: File): Promise<void> {
@@ -154,7 +208,7 @@ export function keepText(text: string, name: string): void {
   keepBlob(new Blob([text], { type: "application/octet-stream" }), name);
 }
 
-function keepBlob(blob: Blob, name: string): void {
+export function keepBlob(blob: Blob, name: string): void {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(blob);
   link.download = name;

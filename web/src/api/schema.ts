@@ -55,6 +55,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/campaigns/{id}/files/{file}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** A file made of the models of a campaign. */
+        get: operations["campaign_file"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/campaigns/{id}/gains.param": {
         parameters: {
             query?: never;
@@ -81,6 +98,23 @@ export interface paths {
         };
         /** Gains and limits of a campaign in a form that a controller reads. */
         get: operations["gains"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/campaigns/{id}/limits": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** Gains and turning limits of a campaign. */
+        get: operations["campaign_limits"];
         put?: never;
         post?: never;
         delete?: never;
@@ -226,6 +260,43 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/commission/undo": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Puts the parameters back that a trial or a commission has changed, as `seatrial vehicle restore` does, and reads them back. */
+        post: operations["undo_commission"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/commission/undo/preview": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * What putting back would write: the parameters that the newest trial or commission has changed, as they are and as they were. Looks
+         *     at the vehicle without touching its controls.
+         */
+        post: operations["preview_undo"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/compare": {
         parameters: {
             query?: never;
@@ -287,7 +358,7 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        /** The names of a log's columns, of which `rudder`, `heading` and others choose. The log is not kept. */
+        /** The names of a log's columns and the units of quantities, of which `rudder`, `heading` and others choose. The log is not kept. */
         post: operations["columns"];
         delete?: never;
         options?: never;
@@ -329,6 +400,23 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/logs/report": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** The report of a log: one page that needs nothing else. The log is not kept. */
+        post: operations["report_log"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/logs/sensor-list": {
         parameters: {
             query?: never;
@@ -340,6 +428,57 @@ export interface paths {
         put?: never;
         /** Keeps a list of sensors (.cac), which logs of Slocum gliders need beside them, until the server ends. */
         post: operations["sensor_list"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/logs/track/{format}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** The track of a log that has latitude and longitude, a point a second. The log is not kept. */
+        post: operations["track"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/models/files/{file}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** A file made of the model of a log. Nothing is kept. */
+        post: operations["model_file"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/models/limits": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /** Gains and turning limits of the model of a log. Nothing is kept. */
+        post: operations["model_limits"];
         delete?: never;
         options?: never;
         head?: never;
@@ -722,10 +861,10 @@ export interface components {
             proposed: components["schemas"]["ProposedGains"];
             /** @description Does it run? */
             running: boolean;
-            /** @description When it began, UTC. */
-            started: string;
             /** @description What was reported as it went, in words. */
             stages: string[];
+            /** @description When it began, UTC. */
+            started: string;
             /** @description The command that puts the old gains back, where the new ones stayed. */
             undo?: string | null;
             /** @description The vehicle by name. */
@@ -969,6 +1108,8 @@ export interface components {
         IdentifiedLog: {
             /** @description The document of `seatrial identify --json`, schema `seatrial.identification.v1`. */
             document: Record<string, never>;
+            /** @description Are latitude and longitude known, so that the track can be had as GPX and KML? */
+            is_located: boolean;
             /** @description The samples, to be drawn. */
             series: components["schemas"]["LogSeries"];
             /** @description May the model be used, and what decides it. */
@@ -978,6 +1119,8 @@ export interface components {
         InspectedLog: {
             /** @description The document of `seatrial inspect --json`. */
             document: Record<string, never>;
+            /** @description Are latitude and longitude known, so that the track can be had as GPX and KML? */
+            is_located: boolean;
             /** @description The samples, to be drawn. */
             series: components["schemas"]["LogSeries"];
         };
@@ -1159,11 +1302,19 @@ export interface components {
         LogColumns: {
             /** @description In the order of the log. */
             columns: string[];
+            /** @description The units that a column may have, by the quantity that it holds. */
+            units: {
+                [key: string]: string[];
+            };
         };
         /** @description Columns of equal length; of a long log every n-th sample. */
         LogSeries: {
+            /** @description Position east of the origin, m. */
+            east_m: (number | null)[];
             /** @description Heading, unwrapped, rad. */
             heading_rad: (number | null)[];
+            /** @description Position north of the origin, m. */
+            north_m: (number | null)[];
             /** @description Rudder, rad or a fraction of full as the document says. */
             rudder: (number | null)[];
             /** @description Heading simulated over the validation window with the model, rad; null outside. */
@@ -1238,6 +1389,58 @@ export interface components {
              */
             r2_yaw_rate?: number | null;
         };
+        /** @description The model of a log, and what is said of its vehicle besides. */
+        ModelOrder: {
+            /** @description The document of `seatrial identify --json`. */
+            document: Record<string, never>;
+            /** @description Where the model comes from, for people: the name of the log. */
+            origin: string;
+            /** @description What is said besides. */
+            stated?: components["schemas"]["ModelRequest"];
+        };
+        /** @description What is said of a vehicle beside its models: options of `seatrial gains`, `turn` and `export`. Everything has a default. */
+        ModelRequest: {
+            /**
+             * @description Writes gains that are warned of, too: of models that are not to be used, or whose interval holds 0.
+             * @default false
+             */
+            accept: boolean;
+            /**
+             * Format: double
+             * @description Parameters of an autopilot at this speed, m/s [default: the fastest model's].
+             * @default null
+             */
+            at_speed_m_s: number | null;
+            /**
+             * Format: double
+             * @description Damping ratio of the closed loop [default: 0.7071].
+             * @default null
+             */
+            damping_ratio: number | null;
+            /**
+             * Format: double
+             * @description Rudder angle at full steering, degrees, where the models do not tell it.
+             * @default null
+             */
+            full_rudder_deg: number | null;
+            /**
+             * @description Takes the models of a rehearsal on a simulator, too.
+             * @default false
+             */
+            rehearsal: boolean;
+            /**
+             * Format: double
+             * @description Largest rudder angle, degrees.
+             * @default null
+             */
+            rudder_limit_deg: number | null;
+            /**
+             * Format: double
+             * @description Forward speed of a single model, m/s, where its record has none.
+             * @default null
+             */
+            surge_speed_m_s: number | null;
+        };
         /** @description Gains, margins and turning limits at one speed. Intervals are null between identified speeds. */
         OperatingPoint: {
             /**
@@ -1310,6 +1513,21 @@ export interface components {
             reason?: string | null;
             /** @description In words. */
             text: string;
+        };
+        /** @description A parameter that can be put back, or was. */
+        ParameterBack: {
+            /**
+             * Format: double
+             * @description What it is before; null where the autopilot did not say.
+             */
+            from?: number | null;
+            /** @description Its name. */
+            name: string;
+            /**
+             * Format: double
+             * @description What it is after.
+             */
+            to: number;
         };
         /** @description A vehicle and a plan. */
         PlanOrder: {
@@ -1514,6 +1732,13 @@ export interface components {
             /** @description Whether it may be used, in the four words that every part of seatrial uses, and what decides it. */
             verdict: components["schemas"]["Verdict"];
         };
+        /** @description Faults that a simulator can play, by name. */
+        ScenarioForm: {
+            /** @description For people. */
+            description: string;
+            /** @description `bad_compass`. */
+            name: string;
+        };
         /** @description The models of a campaign over speed. */
         Schedule: {
             at?: components["schemas"]["OperatingPoint"] | null;
@@ -1688,6 +1913,8 @@ export interface components {
              * @description How many times faster than real time a simulated vehicle runs; null is as fast as it can.
              */
             realtime_factor?: number | null;
+            /** @description Faults that a simulated vehicle meets: a name out of `scenarios` of `/vehicles`. */
+            scenario?: string | null;
             /**
              * Format: int64
              * @description Seed of a simulated vehicle [default: 1].
@@ -1734,6 +1961,35 @@ export interface components {
             /** @description What could not be saved, or why the vehicle was given back. */
             warnings: string[];
         };
+        /** @description Asks for the parameters that a trial or a commission has changed to be put back. */
+        UndoOrder: {
+            /** @description The parameters are written: true agrees to it. */
+            agreed?: boolean;
+            /** @description What a preview calls it. Where the file or the autopilot's values are others now, nothing is written. */
+            undo?: string | null;
+            /** @description A name out of `/vehicles` whose `has_gains` is true. */
+            vehicle: string;
+        };
+        /** @description What would be put back. Nothing is written yet. */
+        UndoPreview: {
+            /** @description The name of the file that keeps the old values. */
+            file: string;
+            /** @description Is the mode put back, too, unless somebody has chosen another since? */
+            has_mode: boolean;
+            /** @description Each parameter as it is and as it was. */
+            parameters: components["schemas"]["ParameterBack"][];
+            /** @description What to send back with the order. */
+            undo: string;
+        };
+        /** @description What was put back. */
+        Undone: {
+            /** @description Is everything as it was, read back? */
+            complete: boolean;
+            /** @description In words. */
+            line: string;
+            /** @description Each parameter before and now. */
+            parameters: components["schemas"]["ParameterBack"][];
+        };
         /** @description Measured and simulated over the validation stage. */
         ValidationOverlay: {
             /** @description Measured, from the first one, unwrapped, rad. */
@@ -1761,6 +2017,8 @@ export interface components {
         };
         /** @description What the server can be asked to run on. */
         Vehicles: {
+            /** @description Names for `scenario` of a trial on a simulator. */
+            scenarios: components["schemas"]["ScenarioForm"][];
             /** @description Names for `vehicle` of a trial. */
             vehicles: components["schemas"]["VehicleForm"][];
         };
@@ -1883,6 +2141,55 @@ export interface operations {
             };
         };
     };
+    campaign_file: {
+        parameters: {
+            query?: {
+                /** @description Forward speed of a single model, m/s, where its record has none. */
+                surge_speed_m_s?: number;
+                /** @description Damping ratio of the closed loop [default: 0.7071]. */
+                damping_ratio?: number;
+                /** @description Parameters of an autopilot at this speed, m/s [default: the fastest model's]. */
+                at_speed_m_s?: number;
+                /** @description Largest rudder angle, degrees. */
+                rudder_limit_deg?: number;
+                /** @description Rudder angle at full steering, degrees, where the models do not tell it. */
+                full_rudder_deg?: number;
+                /** @description Takes the models of a rehearsal on a simulator, too. */
+                rehearsal?: boolean;
+                /** @description Writes gains that are warned of, too: of models that are not to be used, or whose interval holds 0. */
+                accept?: boolean;
+            };
+            header?: never;
+            path: {
+                /** @description Number of the campaign */
+                id: number;
+                /** @description Which file */
+                file: "ardupilot_surface" | "ardupilot_underwater" | "px4_surface" | "px4_underwater" | "ros2" | "json" | "c" | "vehicle" | "vehicle_json" | "python" | "casadi" | "mujoco" | "octave" | "fmu" | "gazebo" | "moos" | "nav2" | "ros2_control" | "ros2_control_urdf" | "guidance";
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description As `gains --export` or `export --to` writes it */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": number[];
+                };
+            };
+            /** @description Refused */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ErrorBody"];
+                };
+            };
+        };
+    };
     param: {
         parameters: {
             query?: {
@@ -1946,6 +2253,53 @@ export interface operations {
                 };
                 content: {
                     "text/plain": string;
+                };
+            };
+            /** @description Refused */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ErrorBody"];
+                };
+            };
+        };
+    };
+    campaign_limits: {
+        parameters: {
+            query?: {
+                /** @description Forward speed of a single model, m/s, where its record has none. */
+                surge_speed_m_s?: number;
+                /** @description Damping ratio of the closed loop [default: 0.7071]. */
+                damping_ratio?: number;
+                /** @description Parameters of an autopilot at this speed, m/s [default: the fastest model's]. */
+                at_speed_m_s?: number;
+                /** @description Largest rudder angle, degrees. */
+                rudder_limit_deg?: number;
+                /** @description Rudder angle at full steering, degrees, where the models do not tell it. */
+                full_rudder_deg?: number;
+                /** @description Takes the models of a rehearsal on a simulator, too. */
+                rehearsal?: boolean;
+                /** @description Writes gains that are warned of, too: of models that are not to be used, or whose interval holds 0. */
+                accept?: boolean;
+            };
+            header?: never;
+            path: {
+                /** @description Number of the campaign */
+                id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The documents of `gains --json` and `turn --json`, and what is said against them */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": Record<string, never>;
                 };
             };
             /** @description Refused */
@@ -2249,6 +2603,73 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["CommissionPreview"];
+                };
+            };
+            /** @description Refused */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ErrorBody"];
+                };
+            };
+        };
+    };
+    undo_commission: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description The lease of control */
+                "seatrial-lease"?: string | null;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["UndoOrder"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Undone"];
+                };
+            };
+            /** @description Refused */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ErrorBody"];
+                };
+            };
+        };
+    };
+    preview_undo: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["UndoOrder"];
+            };
+        };
+        responses: {
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["UndoPreview"];
                 };
             };
             /** @description Refused */
@@ -2622,6 +3043,85 @@ export interface operations {
             };
         };
     };
+    report_log: {
+        parameters: {
+            query?: {
+                /** @description What the log is called; its format is found by its content. */
+                name?: string;
+                /** @description Column with the time. */
+                time?: string;
+                /** @description Column with the heading. */
+                heading?: string;
+                /** @description Column with the rudder: measured angle, command, PWM or percent. */
+                rudder?: string;
+                /** @description Column with the forward speed; `none` leaves it out, as for all that follow. */
+                speed?: string;
+                /** @description Column with the depth. */
+                depth?: string;
+                /** @description Column with the roll angle. */
+                roll?: string;
+                /** @description Column with the pitch angle. */
+                pitch?: string;
+                /** @description Column with the measured yaw rate. */
+                yaw_rate?: string;
+                /** @description Column with the position north. */
+                north?: string;
+                /** @description Column with the position east. */
+                east?: string;
+                /** @description Column with the thrust that is asked for. */
+                thrust?: string;
+                /** @description Units of columns, as in `heading=deg,rudder=pwm`. */
+                units?: string;
+                /** @description Pulse width of the neutral rudder, us [default: 1500]. */
+                rudder_trim_us?: number;
+                /** @description Rudder angle at full deflection, degrees. */
+                rudder_range_deg?: number;
+                /** @description Dead time of the rudder behind the logged command, s. */
+                rudder_delay_s?: number;
+                /** @description Time constant with which the rudder follows the logged command, s. */
+                rudder_lag_s?: number;
+                /** @description Leave rows out that have text, no number or a time that goes back, instead of refusing the log. */
+                drop_invalid?: boolean;
+                /** @description Start of the training window, the log's own seconds; without windows the manoeuvres are found. */
+                from_s?: number;
+                /** @description End of the training window, s. */
+                to_s?: number;
+                /** @description Start of the validation window, s. */
+                validate_from_s?: number;
+                /** @description End of the validation window, s. */
+                validate_to_s?: number;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** @description The log, of any format that seatrial reads */
+        requestBody: {
+            content: {
+                "application/octet-stream": number[];
+            };
+        };
+        responses: {
+            /** @description As `seatrial report LOG` writes it */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/html": string;
+                };
+            };
+            /** @description Refused */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ErrorBody"];
+                };
+            };
+        };
+    };
     sensor_list: {
         parameters: {
             query?: {
@@ -2687,6 +3187,157 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content?: never;
+            };
+            /** @description Refused */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ErrorBody"];
+                };
+            };
+        };
+    };
+    track: {
+        parameters: {
+            query?: {
+                /** @description What the log is called; its format is found by its content. */
+                name?: string;
+                /** @description Column with the time. */
+                time?: string;
+                /** @description Column with the heading. */
+                heading?: string;
+                /** @description Column with the rudder: measured angle, command, PWM or percent. */
+                rudder?: string;
+                /** @description Column with the forward speed; `none` leaves it out, as for all that follow. */
+                speed?: string;
+                /** @description Column with the depth. */
+                depth?: string;
+                /** @description Column with the roll angle. */
+                roll?: string;
+                /** @description Column with the pitch angle. */
+                pitch?: string;
+                /** @description Column with the measured yaw rate. */
+                yaw_rate?: string;
+                /** @description Column with the position north. */
+                north?: string;
+                /** @description Column with the position east. */
+                east?: string;
+                /** @description Column with the thrust that is asked for. */
+                thrust?: string;
+                /** @description Units of columns, as in `heading=deg,rudder=pwm`. */
+                units?: string;
+                /** @description Pulse width of the neutral rudder, us [default: 1500]. */
+                rudder_trim_us?: number;
+                /** @description Rudder angle at full deflection, degrees. */
+                rudder_range_deg?: number;
+                /** @description Dead time of the rudder behind the logged command, s. */
+                rudder_delay_s?: number;
+                /** @description Time constant with which the rudder follows the logged command, s. */
+                rudder_lag_s?: number;
+                /** @description Leave rows out that have text, no number or a time that goes back, instead of refusing the log. */
+                drop_invalid?: boolean;
+                /** @description Start of the training window, the log's own seconds; without windows the manoeuvres are found. */
+                from_s?: number;
+                /** @description End of the training window, s. */
+                to_s?: number;
+                /** @description Start of the validation window, s. */
+                validate_from_s?: number;
+                /** @description End of the validation window, s. */
+                validate_to_s?: number;
+            };
+            header?: never;
+            path: {
+                /** @description The form */
+                format: "gpx" | "kml";
+            };
+            cookie?: never;
+        };
+        /** @description The log, of any format that seatrial reads */
+        requestBody: {
+            content: {
+                "application/octet-stream": number[];
+            };
+        };
+        responses: {
+            /** @description The track */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": number[];
+                };
+            };
+            /** @description Refused */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ErrorBody"];
+                };
+            };
+        };
+    };
+    model_file: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description Which file */
+                file: "ardupilot_surface" | "ardupilot_underwater" | "px4_surface" | "px4_underwater" | "ros2" | "json" | "c" | "vehicle" | "vehicle_json" | "python" | "casadi" | "mujoco" | "octave" | "fmu" | "gazebo" | "moos" | "nav2" | "ros2_control" | "ros2_control_urdf" | "guidance";
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ModelOrder"];
+            };
+        };
+        responses: {
+            /** @description As `gains --export` or `export --to` writes it */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/octet-stream": number[];
+                };
+            };
+            /** @description Refused */
+            "4XX": {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ErrorBody"];
+                };
+            };
+        };
+    };
+    model_limits: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ModelOrder"];
+            };
+        };
+        responses: {
+            /** @description The documents of `gains --json` and `turn --json`, and what is said against them */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": Record<string, never>;
+                };
             };
             /** @description Refused */
             "4XX": {

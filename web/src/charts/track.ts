@@ -8,7 +8,8 @@ export type Place = readonly [number, number];
 
 export interface Seen {
   readonly track: readonly Place[];
-  readonly area: readonly Place[];
+  /** Null where no area is spoken of. */
+  readonly area: readonly Place[] | null;
   /** Least and greatest north, least and greatest east. */
   readonly box?: readonly number[] | null;
   readonly heading_rad: number | null;
@@ -38,7 +39,8 @@ export class Track {
 
   set(seen: Seen): void {
     this.seen = seen;
-    const { track, area } = seen;
+    const { track } = seen;
+    const area = seen.area ?? [];
     const [south, north, west, east] = seen.box ?? [];
     const box: Place[] =
       south === undefined || north === undefined || west === undefined || east === undefined
@@ -91,7 +93,8 @@ export class Track {
     );
     const wide = shown(high[1] - low[1], "distance", 2);
     const tall = shown(high[0] - low[0], "distance", 2);
-    say(this.note, area.length > 2 ? "the dashed line may not be left" : "no area is set");
+    const said = area.length > 2 ? "the dashed line may not be left" : "no area is set";
+    say(this.note, seen.area === null ? "" : said);
     this.drawing.setAttribute("aria-label", `Track seen from above: ${wide} west to east, ${tall} south to north.`);
   }
 }

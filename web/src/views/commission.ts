@@ -21,6 +21,7 @@ import type { View } from "../shell.ts";
 import { clock, onUnits, shown, significant } from "../units.ts";
 import { sentence, type Tone } from "../words.ts";
 import { checklist } from "./checks.ts";
+import { undoPanel } from "./undo.ts";
 
 const ASK_EVERY_MS = 250;
 const MOST_POINTS = 6000;
@@ -38,9 +39,11 @@ export function openCommission(live: Live): View {
   const shownNow = steps();
   const form = orderForm(live, complaints);
   let seen = "";
-  const ordering = element("div", { class: "panels two spaced" }, form.root, form.proposal);
+  const undo = undoPanel(live, form.vehicle);
+  const ordering = element("div", { class: "panels two spaced" }, form.root, form.proposal, undo.root);
   const draw = (): void => {
     form.draw();
+    undo.draw();
     const { commission } = live;
     ordering.hidden = commission?.running === true;
     // Another commission, or another end of it: the samples are asked for again.
@@ -63,6 +66,8 @@ export function openCommission(live: Live): View {
 
 interface OrderForm {
   readonly root: HTMLElement;
+  /** The autopilot that is chosen; empty where there is none. */
+  vehicle(): string;
   readonly proposal: HTMLElement;
   draw(): void;
   drop(): void;
@@ -213,7 +218,7 @@ function orderForm(live: Live, complaints: Complaints): OrderForm {
   forget();
   void list();
   const forgetUnits = onUnits(() => found !== null && drawProposal(proposal, found));
-  return { root, proposal, draw, drop: forgetUnits };
+  return { root, vehicle: () => vehicle.value, proposal, draw, drop: forgetUnits };
 }
 
 function drawProposal(place: HTMLElement, found: CommissionPreview): void {
@@ -438,8 +443,9 @@ function steps(): { readonly root: HTMLElement; follow(commission: CommissionSta
         { class: `notice ${isWarned ? "bad" : tone}`, "aria-label": "What came of it", role: "status" },
         element("p", { class: "loud" }, loud),
         commission.line ? element("p", {}, sentence(commission.line.replace(/ To undo: .*/, ""))) : null,
-        commission.undo ? element("p", {}, "To put the old gains back, in a terminal:") : null,
-        commission.undo ? element("pre", { tabindex: 0 }, commission.undo) : null,
+        commission.undo || isWarned
+          ? element("p", {}, "Old gains can be put back below: Put the old values back.")
+          : null,
       ),
     );
     fill(said, ...commission.stages.map((text) => element("li", {}, sentence(text))));

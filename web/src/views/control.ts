@@ -79,7 +79,7 @@ export function openControl(live: Live): View {
         "div",
         { class: "panels aside" },
         element("div", { class: "column" }, holder.root, trial.form),
-        element("div", { class: "column" }, trial.checklist, trial.expectation),
+        element("div", { class: "column" }, trial.expectation),
         runs,
       ),
     ),
@@ -179,7 +179,6 @@ function holderPanel(live: Live): { root: HTMLElement; draw(): void; drop(): voi
 interface TrialForm {
   form: HTMLElement;
   expectation: HTMLElement;
-  checklist: HTMLElement;
   draw(): void;
   drop(): void;
 }
@@ -197,11 +196,18 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
   const seed = element("input", { type: "number", min: 0, step: 1, value: 1 });
   const pace = element("select", {}, ...SPEEDS.map(([name], at) => element("option", { value: at }, name)));
   const agreed = element("input", { type: "checkbox" });
+  const scenario = element("select", {}, element("option", { value: "" }, "none"));
+  const faults = element("span", { class: "hint" });
   const simulated = element(
     "div",
-    { class: "row" },
-    element("label", { class: "field" }, "Seed", seed),
-    element("label", { class: "field" }, "Pace", pace),
+    { class: "stack" },
+    element("label", { class: "field" }, "Faults that it meets", scenario, faults),
+    element(
+      "div",
+      { class: "row" },
+      element("label", { class: "field" }, "Seed", seed),
+      element("label", { class: "field" }, "Pace", pace),
+    ),
   );
   const moving = element(
     "label",
@@ -217,7 +223,7 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
     "aria-live": "polite",
   });
   const checklist = element("section", {
-    class: "panel stack",
+    class: "stack",
     "aria-label": "Preflight checklist",
     "aria-live": "polite",
   });
@@ -332,7 +338,11 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
         note: note.value === "" ? null : note.value,
         agreed: agreed.checked,
         ...(one?.is_simulated === true
-          ? { seed: seed.valueAsNumber, realtime_factor: SPEEDS[Number(pace.value)]?.[1] ?? null }
+          ? {
+              scenario: scenario.value === "" ? null : scenario.value,
+              seed: seed.valueAsNumber,
+              realtime_factor: SPEEDS[Number(pace.value)]?.[1] ?? null,
+            }
           : {}),
       }),
     );
@@ -357,6 +367,7 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
     element("label", { class: "field" }, "Configuration (payload)", configuration),
     element("label", { class: "field" }, "Notes", note),
     simulated,
+    checklist,
     moving,
     why,
     element("div", { class: "row" }, start),
@@ -381,6 +392,11 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
   void complaints.hear(vehicles).then((answer) => {
     if (answer === null) return;
     known = answer.vehicles;
+    for (const one of answer.scenarios) {
+      const name = one.name.replaceAll("_", " ");
+      scenario.append(element("option", { value: one.name, title: one.description }, name));
+    }
+    scenario.addEventListener("change", () => say(faults, scenario.selectedOptions[0]?.title ?? ""));
     fill(vehicle, ...known.map((one) => element("option", { value: one.name }, one.name)));
     const [, , wish] = location.hash.split("/");
     const wished = known.find((one) => one.is_simulated === (wish === "rehearse"));
@@ -394,7 +410,6 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
   return {
     form,
     expectation,
-    checklist,
     draw,
     drop: () => {
       forget();

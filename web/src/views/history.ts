@@ -10,7 +10,12 @@ import {
   type Difference,
   download,
   identify,
+  inspect,
+  modelsOfCampaign,
+  modelsOfLog,
+  reportOf,
   sendSensorList,
+  trackOf,
 } from "../api/client.ts";
 import type { Live } from "../api/live.ts";
 import { pair } from "../charts/pair.ts";
@@ -20,13 +25,18 @@ import type { View } from "../shell.ts";
 import { onUnits, scale, shown, significant } from "../units.ts";
 import { causes, percent, QUANTITIES, sentence, signOf, toneOf, word } from "../words.ts";
 import { type LogReader, openLogView } from "./log.ts";
+import { modelsPanel } from "./models.ts";
 import { figureCell, resume, runsTable } from "./runs.ts";
 import { explorer } from "./schedule.ts";
 import { commission } from "./start.ts";
 
 const serverReader: LogReader = {
   identify,
+  inspect,
   columnsOf,
+  report: reportOf,
+  track: trackOf,
+  models: modelsOfLog,
   takeSensorList: sendSensorList,
   formats: "CSV, Parquet, DataFlash .bin, ULog, tlog, MCAP, rosbag, …",
   place: "It is identified by this server and goes nowhere else.",
@@ -38,15 +48,6 @@ const STATES: Record<CampaignSummary["state"], string> = {
   aborted: "aborted",
   interrupted: "interrupted",
 };
-
-/** Forms that controllers read. */
-const EXPORTS: readonly (readonly [name: string, format: string, extension: string])[] = [
-  ["ArduPilot, .param", "ardupilot", "param"],
-  ["PX4, .params", "px4", "params"],
-  ["ROS 2, YAML", "ros2", "yaml"],
-  ["JSON", "json", "json"],
-  ["C header", "c", "h"],
-];
 
 /** `#/history`, `#/history/campaign/3`, `#/history/compare/3/4`, `#/history/log`. */
 export function openHistory(_live: Live): View {
@@ -216,6 +217,7 @@ async function openCampaign(
     );
   const scheduled = explorer(id, complaints);
   const isRehearsal = about.seed != null;
+  const hasModel = detail.counting_runs.length > 0;
   const endedEarly = about.state === "interrupted" || about.state === "aborted";
   drops.push(scheduled.drop, runs.drop);
   fill(
@@ -241,6 +243,25 @@ async function openCampaign(
         runs.root,
       ),
       scheduled.root,
+      hasModel
+        ? element(
+            "div",
+            { class: "stack" },
+            isRehearsal
+              ? element(
+                  "p",
+                  { class: "notice" },
+                  "The gains of a rehearsal are those of the simulated vehicle, not of yours.",
+                )
+              : commission(about.vehicle, id),
+            modelsPanel(modelsOfCampaign(id), {
+              stem: `campaign-${id}`,
+              isLog: false,
+              isAgainst: false,
+              stated: { rehearsal: isRehearsal },
+            }),
+          )
+        : null,
       element(
         "section",
         { class: "panel stack" },
@@ -251,17 +272,6 @@ async function openCampaign(
           file("Report, HTML", "report.html", `campaign-${id}.html`),
           file("Samples, CSV", "samples.csv", `campaign-${id}.csv`),
           file("Samples, MCAP", "samples.mcap", `campaign-${id}.mcap`),
-        ),
-        element("h3", {}, isRehearsal ? "Gains of the rehearsal" : "Gains"),
-        isRehearsal
-          ? element("p", { class: "hint" }, "They are those of the simulated vehicle, not of yours.")
-          : commission(about.vehicle, id),
-        element(
-          "div",
-          { class: "row" },
-          ...EXPORTS.map(([name, format, extension]) =>
-            file(name, `gains/${format}${isRehearsal ? "?rehearsal=true" : ""}`, `campaign-${id}.${extension}`),
-          ),
         ),
         element("h3", {}, "About"),
         element(

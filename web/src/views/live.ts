@@ -164,6 +164,8 @@ export function openLive(live: Live): View {
     motion[1].set(samples.time_s, [samples.yaw_rate_rad_s], spans);
     motion[2].set(samples.time_s, [samples.rudder_rad], spans);
     motion[0].describe(`Heading ${shown(samples.heading_rad.at(-1), "angle")}.`);
+    // A simulator of first order, and a boat without a gyro, measure none.
+    motion[1].figure.hidden = samples.time_s.length > 0 && samples.yaw_rate_rad_s.every((rate) => rate === null);
     motion[1].describe(`Yaw rate ${shown(samples.yaw_rate_rad_s.at(-1), "angular_rate")}.`);
     motion[2].describe(`Rudder ${shown(samples.rudder_rad.at(-1), "angle")}.`);
 

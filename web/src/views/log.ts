@@ -1,12 +1,14 @@
 //! A log that a person drops on the page, identified and drawn.
 
-import { type IdentifiedLog, keepText, type VerdictOutcome } from "../api/client.ts";
-import { recordStrips } from "../charts/record.ts";
-import type { Span, Strip } from "../charts/strip.ts";
+import { type IdentifiedLog, keepBlob, keepText, type LogColumns, type VerdictOutcome } from "../api/client.ts";
+import { type Chart, recordCharts } from "../charts/record.ts";
+import type { Span } from "../charts/strip.ts";
 import { element, fill } from "../element.ts";
 import { Complaints } from "../notice.ts";
 import { shown, significant, withInterval } from "../units.ts";
 import { causes, explained, percent, sentence, signOf, toneOf, word } from "../words.ts";
+import { type Inspected, inspectedParts, isShareOf } from "./inspected.ts";
+import { type Models, modelsPanel } from "./models.ts";
 import { readingForm, windowsForm, type WindowsForm } from "./reading.ts";
 
 type Pair = readonly [number, number];
@@ -63,20 +65,28 @@ interface Document extends Identification {
 export interface LogReader {
   /** `reading` are options of `seatrial identify` by name. */
   identify(log: File, reading: Readonly<Record<string, string>>): Promise<IdentifiedLog>;
-  columnsOf(log: File): Promise<string[]>;
+  /** What is in a log, before it is identified. */
+  inspect(log: File, reading: Readonly<Record<string, string>>): Promise<Inspected>;
+  columnsOf(log: File): Promise<LogColumns>;
+  /** The page of `seatrial report`. */
+  report(log: File, reading: Readonly<Record<string, string>>): Promise<Blob>;
+  /** The track of a log that has latitude and longitude. */
+  track(log: File, reading: Readonly<Record<string, string>>, format: "gpx" | "kml"): Promise<Blob>;
+  /** What is made of the model of an identified log. */
+  models(origin: string, document: IdentifiedLog["document"]): Models;
+  /** Files that are not made here. */
+  readonly without?: readonly string[];
   /** Takes a list of sensors, which logs of Slocum gliders need beside them. */
   takeSensorList(list: File): Promise<void>;
   /** Formats that a person may drop; absent where no log is asked for. */
   readonly formats?: string;
   /** Where it is done, and who sees it. */
   readonly place: string;
-  /** What is shown below the model, of a log that was read; `found` is null where it was refused. */
-  below?(log: File, reading: Readonly<Record<string, string>>, found: IdentifiedLog | null): HTMLElement;
 }
 
 export interface LogView {
   readonly root: HTMLElement;
-  /** Opens a log as if it had been dropped. */
+  /** Identifies a log as if it had been dropped and looked at. */
   open(log: File): Promise<void>;
   drop(): void;
 }
@@ -84,25 +94,55 @@ export interface LogView {
 export function openLogView(reader: LogReader): LogView {
   const complaints = new Complaints();
   const place = element("div", { "aria-live": "polite" });
-  const charts: Strip[] = [];
+  const charts: Chart[] = [];
   let last: File | undefined;
-  const how = readingForm(() => void open(last));
+  const how = readingForm(() => void preview(last));
   const windows = windowsForm(() => void open(last));
-  const open = async (log: File | undefined): Promise<void> => {
-    if (log === undefined) return;
+  const begin = (log: File, words: string): void => {
     if (log !== last) windows.clear();
     last = log;
-    const reading = { ...how.reading(), ...windows.reading() };
-    fill(place, element("p", {}, `Reading ${log.name} …`));
+    fill(place, element("p", {}, words));
     for (const chart of charts.splice(0)) chart.drop();
+  };
+  const inspect = (log: File): Promise<Inspected | null> => complaints.hear(() => reader.inspect(log, how.reading()));
+  /** Shows what is in a log. Nothing is identified yet. */
+  const preview = async (log: File | undefined): Promise<void> => {
+    if (log === undefined) return;
+    begin(log, `Looking at ${log.name} …`);
+    const found = await inspect(log);
+    how.root.open ||= found === null;
+    how.allow(await reader.columnsOf(log).catch(() => null));
+    fill(place, found && previewPanel(log.name, found, charts, () => void open(log)));
+  };
+  const open = async (log: File | undefined): Promise<void> => {
+    if (log === undefined) return;
+    begin(log, `Identifying ${log.name} …`);
+    const reading = { ...how.reading(), ...windows.reading() };
     const found = await complaints.hear(() => reader.identify(log, reading));
     how.root.open ||= found === null;
-    how.allow(await reader.columnsOf(log).catch(() => []));
-    fill(
-      place,
-      ...(found === null ? [] : drawLog(log.name, found, charts, windows, reader.below === undefined)),
-      reader.below?.(log, reading, found),
+    how.allow(await reader.columnsOf(log).catch(() => null));
+    if (found === null) return fill(place);
+    const channels = element("details", { class: "panel" }, element("summary", {}, "What is in the log"));
+    channels.addEventListener(
+      "toggle",
+      () => void inspect(log).then((what) => what && channels.append(...inspectedParts(what))),
+      { once: true },
     );
+    const keep = async (suffix: string, made: () => Promise<Blob>): Promise<void> => {
+      const file = await complaints.hear(made);
+      if (file !== null) keepBlob(file, `${stemOf(log.name)}.${suffix}`);
+    };
+    const save = (name: string, suffix: string, made: () => Promise<Blob>): HTMLElement =>
+      element("button", { type: "button", onclick: () => void keep(suffix, made) }, name);
+    const files = [
+      save("Report, HTML", "html", () => reader.report(log, reading)),
+      ...(found.is_located
+        ? (["gpx", "kml"] as const).map((format) =>
+            save(`Track, ${format.toUpperCase()}`, format, () => reader.track(log, reading, format)),
+          )
+        : []),
+    ];
+    fill(place, ...drawLog(log.name, found, charts, windows, files, handedOn(reader, log.name, found)), channels);
   };
   const isList = (file: File): boolean => file.name.toLowerCase().endsWith(".cac");
   /** A log, and the lists of sensors that one of a Slocum glider needs: these first. */
@@ -110,7 +150,7 @@ export function openLogView(reader: LogReader): LogView {
     const chosen = [...(files ?? [])];
     for (const list of chosen.filter(isList))
       if ((await complaints.hear(() => reader.takeSensorList(list).then(() => true))) === null) return;
-    await open(chosen.find((file) => !isList(file)) ?? last);
+    await preview(chosen.find((file) => !isList(file)) ?? last);
   };
   const button = element("input", {
     class: "unseen",
@@ -155,12 +195,52 @@ export function openLogView(reader: LogReader): LogView {
   };
 }
 
+const stemOf = (name: string): string => name.replace(/\.\w+$/, "");
+
+/** The natural first step: what is in the log, and how it is read. */
+function previewPanel(name: string, found: Inspected, charts: Chart[], identify: () => void): HTMLElement {
+  const drawn = recordCharts(found.series, [], isShareOf(found.document.source));
+  charts.push(...drawn);
+  return element(
+    "section",
+    { class: "panel stack", "aria-label": "Preview" },
+    element("h2", {}, `${name}: is this what you recorded?`),
+    element(
+      "div",
+      { class: "row" },
+      element("button", { class: "main", type: "button", onclick: identify }, "Identify"),
+      element("p", { class: "hint" }, "Change columns and units above where they are wrong."),
+    ),
+    element(
+      "div",
+      { class: "panels" },
+      element("div", { class: "stack" }, ...drawn.map((chart) => chart.figure)),
+      element("div", { class: "stack" }, ...inspectedParts(found)),
+    ),
+  );
+}
+
+/** Gains, limits and files of a log that has a model. */
+function handedOn(reader: LogReader, name: string, found: IdentifiedLog): HTMLElement | null {
+  const document = found.document as unknown as Document;
+  const models = document.models ?? [];
+  const hasModel = document.refined ?? document.online ?? models.find((one) => one.verdict.outcome !== "do_not_use");
+  if (!hasModel) return null;
+  return modelsPanel(reader.models(name, found.document), {
+    stem: stemOf(name),
+    isLog: true,
+    isAgainst: document.verdict.outcome === "do_not_use",
+    ...(reader.without === undefined ? {} : { without: reader.without }),
+  });
+}
+
 function drawLog(
   name: string,
   found: IdentifiedLog,
-  charts: Strip[],
+  charts: Chart[],
   windows: WindowsForm,
-  hasTerminal: boolean,
+  files: readonly HTMLElement[],
+  next: HTMLElement | null,
 ): HTMLElement[] {
   const document = found.document as unknown as Document;
   const { series } = found;
@@ -180,9 +260,8 @@ function drawLog(
   if (validation?.window) spans.push({ ...validation.window, shade: "validate" });
   windows.propose(training, validation?.window ?? null);
   const isUsable = verdict.outcome !== "do_not_use";
-  const isShare = document.source.rudder_unit !== undefined && document.source.rudder_unit !== "rad";
-  const strips = recordStrips(series, spans, isShare, windows.drag);
-  charts.push(...strips);
+  const drawn = recordCharts(series, spans, isShareOf(document.source), windows.drag);
+  charts.push(...drawn);
   return [
     element(
       "section",
@@ -196,26 +275,31 @@ function drawLog(
       "div",
       { class: "panels" },
       element(
-        "section",
-        { class: "panel stack" },
-        element("h2", {}, "Model"),
-        isUsable ? null : element("p", {}, "A model that is not to be used has no numbers here."),
+        "div",
+        { class: "column" },
         element(
-          "dl",
-          { class: "facts" },
-          ...(isUsable ? facts : facts.slice(-1)).flatMap(([term, value]) => [
-            element("dt", {}, term),
-            element("dd", {}, value),
-          ]),
+          "section",
+          { class: "panel stack" },
+          element("h2", {}, "Model"),
+          isUsable ? null : element("p", {}, "A model that is not to be used has no numbers here."),
+          element(
+            "dl",
+            { class: "facts" },
+            ...(isUsable ? facts : facts.slice(-1)).flatMap(([term, value]) => [
+              element("dt", {}, term),
+              element("dd", {}, value),
+            ]),
+          ),
+          speedsTable(document),
+          element("div", { class: "row" }, ...files, isUsable && keepModel(name, found)),
         ),
-        speedsTable(document),
-        isUsable && keepModel(name, found, hasTerminal),
+        next,
       ),
       element(
         "section",
         { class: "panel stack" },
         element("h2", {}, "Record"),
-        ...strips.map((strip) => strip.figure),
+        ...drawn.map((chart) => chart.figure),
         windows.root,
       ),
     ),
@@ -232,17 +316,11 @@ function remarks(verdict: IdentifiedLog["verdict"], reasons: readonly Remark[]):
   return element("details", {}, element("summary", {}, count), element("ul", {}, ...said));
 }
 
-/** The model as a file, and what makes gains of it. */
-function keepModel(name: string, found: IdentifiedLog, hasTerminal: boolean): HTMLElement {
-  const file = `${name.replace(/\.\w+$/, "")}.model.json`;
+/** The model as a file. */
+function keepModel(name: string, found: IdentifiedLog): HTMLElement {
+  const file = `${stemOf(name)}.model.json`;
   const keep = (): void => keepText(`${JSON.stringify(found.document, null, 2)}\n`, file);
-  return element(
-    "div",
-    { class: "stack" },
-    element("div", { class: "row" }, element("button", { type: "button", onclick: keep }, "Model, JSON")),
-    hasTerminal && element("p", { class: "hint" }, "Gains and limits of it, in a terminal:"),
-    hasTerminal && element("pre", { tabindex: 0 }, `seatrial gains --model ${file}`),
-  );
+  return element("button", { type: "button", onclick: keep }, "Model, JSON");
 }
 
 function speedsTable(document: Document): HTMLElement | null {

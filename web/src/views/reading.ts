@@ -1,5 +1,6 @@
 //! How a log is to be read, and which parts of it are for training and for validation.
 
+import type { LogColumns } from "../api/client.ts";
 import { element, fill } from "../element.ts";
 
 /** Columns, topics or fields of messages that a log may need to be told. */
@@ -10,16 +11,15 @@ const COLUMNS: readonly (readonly [name: string, label: string])[] = [
   ["speed", "Forward speed"],
   ["yaw_rate", "Yaw rate"],
   ["thrust", "Thrust"],
+  ["depth", "Depth"],
+  ["roll", "Roll"],
+  ["pitch", "Pitch"],
+  ["north", "North"],
+  ["east", "East"],
 ];
 
-/** What a column may be measured in; the units of each quantity as `seatrial identify --unit` takes them. */
-const UNITS: readonly (readonly [quantity: string, label: string, units: readonly string[]])[] = [
-  ["time", "Time", ["s", "ms", "us", "ns"]],
-  ["heading", "Heading", ["deg", "rad"]],
-  ["rudder", "Rudder", ["deg", "rad", "percent", "fraction", "pwm"]],
-  ["speed", "Forward speed", ["m/s", "kn"]],
-  ["yaw_rate", "Yaw rate", ["deg/s", "rad/s"]],
-];
+/** So many of them are always shown. */
+const FIRST = 6;
 
 /** Columns that a log must have. */
 const NEEDED = ["time", "heading", "rudder"];
@@ -27,8 +27,8 @@ const NEEDED = ["time", "heading", "rudder"];
 export interface ReadingForm {
   readonly root: HTMLDetailsElement;
   reading(): Record<string, string>;
-  /** Lets the log be read again, by columns of these names. */
-  allow(columns: readonly string[]): void;
+  /** Lets the log be read again, by these columns in these units; null where its columns are not known. */
+  allow(columns: LogColumns | null): void;
 }
 
 /** Where the names of a log do not say what it holds. */
@@ -37,11 +37,16 @@ export function readingForm(again: () => void): ReadingForm {
   const number = (name: string, label: string, most?: number): HTMLElement =>
     field(label, element("input", { name, type: "number", min: 0, max: most, step: "any" }));
   const columns = COLUMNS.map(([name, label]) => [label, element("select", { name })] as const);
-  const units = UNITS.map(([quantity, label, names]) => {
+  const units = COLUMNS.map(([quantity, label]) => {
     const select = element("select", {}, element("option", { value: "" }, "as its name or values say"));
-    select.append(...names.map((name) => element("option", { value: name }, name)));
     return { quantity, label, select };
   });
+  /** Every unit that the program knows for a quantity. */
+  const measure = (known: LogColumns["units"]): void => {
+    for (const { quantity, select } of units)
+      if (select.options.length === 1)
+        select.append(...(known[quantity] ?? []).map((name) => element("option", { value: name }, name)));
+  };
   const offer = (names: readonly string[]): void => {
     for (const [, select] of columns) {
       const chosen = select.value;
@@ -57,7 +62,7 @@ export function readingForm(again: () => void): ReadingForm {
   };
   offer([]);
   const invalid = element("input", { type: "checkbox", name: "drop_invalid", value: "true" });
-  const button = element("button", { type: "submit", disabled: true }, "Read the log again");
+  const button = element("button", { type: "submit", disabled: true }, "Look at the log again");
   const form = element(
     "form",
     {
@@ -70,11 +75,23 @@ export function readingForm(again: () => void): ReadingForm {
     element(
       "div",
       { class: "fields" },
-      ...columns.map(([label, select]) => field(`${label} from column`, select)),
-      ...units.map(({ label, select }) => field(`${label} is in`, select)),
+      ...columns.slice(0, FIRST).map(([label, select]) => field(`${label} from column`, select)),
+      ...units.slice(0, FIRST).map(({ label, select }) => field(`${label} is in`, select)),
       number("rudder_range_deg", "Rudder angle at full deflection, °", 90),
       number("rudder_trim_us", "Pulse width of the neutral rudder, µs"),
+      number("rudder_delay_s", "Dead time of the servo, s"),
       number("rudder_lag_s", "Time constant of the servo, s"),
+    ),
+    element(
+      "details",
+      {},
+      element("summary", {}, "Depth, roll, pitch, position"),
+      element(
+        "div",
+        { class: "fields" },
+        ...columns.slice(FIRST).map(([label, select]) => field(`${label} from column`, select)),
+        ...units.slice(FIRST).map(({ label, select }) => field(`${label} is in`, select)),
+      ),
     ),
     element("label", { class: "choice" }, invalid, "Leave out damaged rows"),
     element("div", { class: "row" }, button),
@@ -88,9 +105,10 @@ export function readingForm(again: () => void): ReadingForm {
       const units_ = chosen.map(({ quantity, select }) => `${quantity}=${select.value}`).join(",");
       return { ...Object.fromEntries(named), ...(units_ === "" ? {} : { units: units_ }) };
     },
-    allow: (names) => {
+    allow: (columns) => {
       button.disabled = false;
-      offer(names);
+      offer(columns?.columns ?? []);
+      if (columns !== null) measure(columns.units);
     },
   };
 }

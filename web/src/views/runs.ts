@@ -1,8 +1,7 @@
 //! Runs of a campaign, with the operator's word on each.
 
 import { type Figure, goOn, repeatSpeed, reviewRun, type RunSummary, seriesOf } from "../api/client.ts";
-import { recordStrips } from "../charts/record.ts";
-import type { Strip } from "../charts/strip.ts";
+import { type Chart, recordCharts } from "../charts/record.ts";
 import { element, fill } from "../element.ts";
 import { Complaints } from "../notice.ts";
 import { bounded, shown, significant } from "../units.ts";
@@ -129,7 +128,7 @@ export function runsTable(
 /** Where one run is looked at and judged. */
 class Desk {
   readonly root = element("div", {});
-  private strips: Strip[] = [];
+  private charts: Chart[] = [];
 
   constructor(
     private readonly origin: Origin,
@@ -137,7 +136,7 @@ class Desk {
   ) {}
 
   close(): void {
-    for (const strip of this.strips.splice(0)) strip.drop();
+    for (const chart of this.charts.splice(0)) chart.drop();
     fill(this.root);
   }
 
@@ -197,7 +196,7 @@ class Desk {
       .hear(() => seriesOf(campaign, run.number))
       .then((series) => {
         if (series === null || !form.isConnected) return;
-        this.strips = recordStrips(
+        this.charts = recordCharts(
           series,
           run.stages.map(({ stage, from_s, to_s }) => ({
             shade: stage,
@@ -206,7 +205,7 @@ class Desk {
           })),
           false,
         );
-        fill(record, ...this.strips.map((strip) => strip.figure));
+        fill(record, ...this.charts.map((chart) => chart.figure));
       });
   }
 }

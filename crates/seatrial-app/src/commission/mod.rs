@@ -21,7 +21,8 @@ use serde::Serialize;
 pub use conduct::{Order, Progress, conduct};
 pub use own_loop::{OwnLoop, OwnProposal, OwnSpeed, propose_own};
 pub use proposal::{Control, Proposal, model_at, propose};
-pub use reached::{GainsVehicle, Reached, Request, check_step, models_for};
+pub use reached::{GainsVehicle, Kept, PutBackDone, Reached, Request, check_step, models_for};
+pub use seatrial_links::autopilot::PutBack;
 pub use step_run::{Patience, StepRecord, StepRun, Wanted};
 
 /// A vehicle whose autopilot steers to headings by itself, taken for a commission.

@@ -1,10 +1,12 @@
 //! An autopilot that is reached, and what is proposed for it.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use seatrial::FullRudder;
 use seatrial_core::{CascadeSettings, Plan, RudderUnit, SchedulePoint};
+use seatrial_links::autopilot::PutBack;
 
 use super::{Control, GainedVehicle, Proposal, model_at, propose};
 use crate::Error;
@@ -19,6 +21,34 @@ pub trait GainsVehicle: TrialVehicle {
         plan: &Plan<f64>,
         stop: &Arc<AtomicBool>,
     ) -> Result<Box<dyn Reached>, VehicleError>;
+
+    /// What a trial or a commission has changed on it and kept: each parameter as it is and as it was. Nothing is written.
+    fn kept(&self, stop: &Arc<AtomicBool>) -> Result<Kept, VehicleError>;
+
+    /// Puts back what this file keeps, as `seatrial vehicle restore` does.
+    fn put_back(&self, file: &Path, stop: &Arc<AtomicBool>) -> Result<PutBackDone, VehicleError>;
+}
+
+/// What a file keeps of an autopilot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Kept {
+    /// The file.
+    pub file: PathBuf,
+    /// What would be written.
+    pub parameters: Vec<PutBack>,
+    /// The mode, which is put back unless somebody has chosen another since.
+    pub mode: Option<u32>,
+}
+
+/// What putting back has reached.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PutBackDone {
+    /// Is everything as it was, read back?
+    pub is_complete: bool,
+    /// In words.
+    pub line: String,
+    /// Each parameter before and now.
+    pub parameters: Vec<PutBack>,
 }
 
 /// An autopilot that was looked at and not touched.

@@ -13,7 +13,9 @@ use seatrial::plausibility::leave_out_unsound;
 use seatrial::servo::Servo;
 use seatrial::{Record, Window};
 use seatrial_core::{Axis, RudderUnit};
-use seatrial_logs::{ChannelChoice, Counts, Held, LogDescription, Quantity};
+use seatrial_logs::{
+    ChannelChoice, Counts, Held, LogDescription, Quantity, TrackFormat, write_track,
+};
 
 use crate::Error;
 pub use headings::OtherHeading;
@@ -98,9 +100,17 @@ pub struct OpenedLog {
     pub warnings: Vec<String>,
     /// A heading that the log has beside the one that was read.
     pub other_heading: Option<OtherHeading>,
+    /// The latitude and longitude from which north and east are, deg, where the log has them.
+    pub origin_deg: Option<[f64; 2]>,
 }
 
 impl OpenedLog {
+    /// The track in a form that charts open; `None` where latitude and longitude are not known.
+    pub fn track(&self, format: TrackFormat) -> Option<String> {
+        let start_utc = self.description.start_utc.as_deref();
+        write_track(format, &self.record.samples, self.origin_deg?, start_utc)
+    }
+
     /// In what the rudder is: radians, or fractions of a full rudder whose angle is not known.
     pub fn rudder_unit(&self) -> RudderUnit {
         self.record.rudder_unit
@@ -205,6 +215,7 @@ pub fn open(
         description: reader.description().clone(),
         sha256,
         counts: reader.counts(),
+        origin_deg: reader.origin_deg(),
         warnings,
         other_heading,
     })

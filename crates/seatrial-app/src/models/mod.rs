@@ -236,6 +236,15 @@ impl Models {
         Ok(self)
     }
 
+    /// What the source says against its models, and where they are used beyond what they were seen for.
+    pub fn warnings(&self) -> Vec<String> {
+        let against = self.cautions.iter().chain(&self.rejected).cloned();
+        against
+            .chain(self.beyond_range())
+            .chain(self.passed_over.clone())
+            .collect()
+    }
+
     /// Where the rudder limit or the speed is beyond what a model was seen with, in words.
     pub fn beyond_range(&self) -> Vec<String> {
         let beyond = |point: &ModelPoint| {

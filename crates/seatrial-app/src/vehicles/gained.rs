@@ -11,7 +11,7 @@ use seatrial_links::link::Transport;
 
 use super::mavlink::{OnMavlink, keep, left_over};
 use super::{Attendant, for_trial, hand_back_text, refuse, trial_change};
-use crate::commission::{Control, GainedVehicle, GainsVehicle, Lost, Reached};
+use crate::commission::{Control, GainedVehicle, GainsVehicle, Kept, Lost, PutBackDone, Reached};
 use crate::trial_run::{Change, Preflight, VehicleError};
 
 impl GainsVehicle for OnMavlink {
@@ -38,6 +38,14 @@ impl GainsVehicle for OnMavlink {
             name: self.name.clone(),
             attendant: Arc::clone(&self.attendant),
         }))
+    }
+
+    fn kept(&self, stop: &Arc<AtomicBool>) -> Result<Kept, VehicleError> {
+        self.look_at_kept(stop)
+    }
+
+    fn put_back(&self, file: &Path, stop: &Arc<AtomicBool>) -> Result<PutBackDone, VehicleError> {
+        self.put_kept_back(file, stop)
     }
 }
 

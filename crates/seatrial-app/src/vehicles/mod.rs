@@ -4,6 +4,7 @@ pub mod ardupilot_json;
 mod attendant;
 mod gained;
 mod mavlink;
+mod put_back;
 mod ros2;
 
 use seatrial::preview::Prior;
@@ -14,6 +15,7 @@ use crate::trial_run::{self, VehicleError};
 
 pub use attendant::{Attendant, hand_back_text};
 pub use mavlink::{ASSUMED_FULL_RUDDER_DEG, MavlinkOptions, OnMavlink, signing};
+pub use put_back::{compared, read_backup, restored};
 pub use ros2::{OnRos2, inspect as inspect_ros2};
 
 /// Refuses where a check has not passed.

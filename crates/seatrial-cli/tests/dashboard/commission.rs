@@ -115,6 +115,7 @@ fn cli_a_commission_of_the_dashboard_is_shown_agreed_to_and_reported() {
         "{undo}"
     );
     assert!(ended["new"]["settling_s"].is_number(), "{ended}");
+    undone(&server, &boat, &lease);
     let audit = server.get("/audit");
     let commands = audit.as_array().unwrap().iter();
     assert_eq!(
@@ -123,4 +124,45 @@ fn cli_a_commission_of_the_dashboard_is_shown_agreed_to_and_reported() {
             .count(),
         5
     );
+}
+
+/// The old gains are shown beside those that the commission left, agreed to by who has control, and put back once.
+fn undone(server: &Server, boat: &Boat, lease: &str) {
+    let order = json!({"vehicle": boat.address});
+    let ask = |path: &str, order: &Value| {
+        let request = server.ask("POST", &format!("/commission/{path}"));
+        request.lease(lease).json(order).send()
+    };
+    let (status, shown) = ask("undo/preview", &order);
+    assert_eq!(status, 200, "{shown}");
+    assert_eq!(shown["file"], "seatrial.old-gains.toml");
+    let parameters = shown["parameters"].as_array().unwrap().clone();
+    let named = |name: &str| parameters.iter().find(|one| one["name"] == name).cloned();
+    let feed_forward = named("ATC_STR_RAT_FF").unwrap();
+    assert!(
+        feed_forward["to"] == 0.2 && feed_forward["from"] != 0.2,
+        "{shown}"
+    );
+
+    let agreed = json!({"vehicle": boat.address, "undo": shown["undo"], "agreed": true});
+    let (status, refused) = ask(
+        "undo",
+        &json!({"vehicle": boat.address, "undo": shown["undo"]}),
+    );
+    assert_eq!(
+        (status, &refused["code"]),
+        (422, &json!("agreement_needed"))
+    );
+    let (status, refused) = ask(
+        "undo",
+        &json!({"vehicle": boat.address, "undo": "x", "agreed": true}),
+    );
+    assert_eq!((status, &refused["code"]), (409, &json!("undo_changed")));
+    let (status, refused) = server.ask("POST", "/commission/undo").json(&agreed).send();
+    assert_eq!(status, 409, "{refused}");
+    let (status, done) = ask("undo", &agreed);
+    assert_eq!((status, &done["complete"]), (200, &json!(true)), "{done}");
+    assert!(state(server)["undo"].is_null());
+    let (status, refused) = ask("undo/preview", &order);
+    assert_eq!((status, &refused["code"]), (422, &json!("nothing_to_undo")));
 }

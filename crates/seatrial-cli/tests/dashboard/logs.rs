@@ -166,3 +166,63 @@ fn cli_a_log_with_names_of_its_own_is_read_as_chosen() {
     assert_eq!(status, 200, "{found}");
     assert!(found["series"]["heading_rad"][0].is_number());
 }
+
+/// Where latitude and longitude are known, the track is had for charts; it is the way that the log tells.
+#[test]
+fn cli_a_log_with_coordinates_gives_its_track() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = program()
+        .args(["sim", "log", "--seed", "1", "--out", "run.csv"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(made.status.success());
+    let log = std::fs::read_to_string(folder.path().join("run.csv")).unwrap();
+    let head: Vec<&str> = log.lines().next().unwrap().split(',').collect();
+    let at = |name: &str| head.iter().position(|column| *column == name).unwrap();
+    let (north, east) = (at("north_m"), at("east_m"));
+    let minute_m = 1852.0 * 60.0;
+    let row = |line: &str| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        let [north_m, east_m] = [north, east].map(|k| cells[k].parse::<f64>().unwrap());
+        let latitude = 54.0 + north_m / minute_m;
+        let longitude = 10.0 + east_m / (minute_m * 54_f64.to_radians().cos());
+        (cells[north], cells[east]) = (format!("{latitude:.9}"), format!("{longitude:.9}"));
+        cells.join(",")
+    };
+    let rows: Vec<String> = log.lines().skip(1).map(row).collect();
+    let head = log.lines().next().unwrap();
+    let head = head
+        .replace("north_m", "latitude")
+        .replace("east_m", "longitude");
+    let located = format!("{head}\n{}\n", rows.join("\n"));
+
+    let server = Server::start(folder.path(), &[]);
+    let ask = |what: &str, log: &str| {
+        let request = server.ask("POST", &format!("/logs/{what}?name=run.csv"));
+        request.bytes(log.as_bytes().to_vec())
+    };
+    let (status, found) = ask("identify", &located).send();
+    assert_eq!(
+        (status, &found["is_located"]),
+        (200, &json!(true)),
+        "{found}"
+    );
+    let (status, gpx) = ask("track/gpx", &located).send_for_bytes();
+    let gpx = String::from_utf8(gpx).unwrap();
+    assert_eq!(status, 200, "{gpx}");
+    let points: Vec<&str> = gpx
+        .lines()
+        .filter(|line| line.starts_with("<trkpt"))
+        .collect();
+    // 225 s of log, a point a second.
+    assert!((220..=226).contains(&points.len()), "{}", points.len());
+    let last = rows.last().unwrap().split(',').nth(north).unwrap();
+    let shown = points.last().unwrap().split('"').nth(1).unwrap();
+    let [last, shown] = [last, shown].map(|text| text.parse::<f64>().unwrap());
+    // Less than a second of way at 2.2 m/s.
+    assert!((last - shown).abs() * minute_m < 2.2, "{last} {shown}");
+    assert_eq!(ask("track/kml", &located).send_for_bytes().0, 200);
+    let (status, refused) = ask("track/gpx", &log).send();
+    assert_eq!((status, &refused["code"]), (422, &json!("no_track")));
+}

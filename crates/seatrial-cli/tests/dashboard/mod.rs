@@ -5,6 +5,7 @@ mod broken_off;
 mod commission;
 mod logs;
 mod mavlink;
+mod models;
 pub mod server;
 mod slow;
 mod soak;

@@ -63,6 +63,18 @@ pub struct Lease {
 pub struct Vehicles {
     /// Names for `vehicle` of a trial.
     pub vehicles: Vec<VehicleForm>,
+    /// Names for `scenario` of a trial on a simulator.
+    pub scenarios: Vec<ScenarioForm>,
+}
+
+/// Faults that a simulator can play, by name.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct ScenarioForm {
+    /// `bad_compass`.
+    pub name: String,
+    /// For people.
+    pub description: String,
 }
 
 /// A vehicle by name.

@@ -166,3 +166,56 @@ pub struct CommissionShown {
     /// What to ask for next: the number of the first sample that is not here.
     pub next: u64,
 }
+
+/// Asks for the parameters that a trial or a commission has changed to be put back.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+#[serde(deny_unknown_fields)]
+pub struct UndoOrder {
+    /// A name out of `/vehicles` whose `has_gains` is true.
+    pub vehicle: String,
+    /// What a preview calls it. Where the file or the autopilot's values are others now, nothing is written.
+    #[serde(default)]
+    pub undo: Option<String>,
+    /// The parameters are written: true agrees to it.
+    #[serde(default)]
+    pub agreed: bool,
+}
+
+/// A parameter that can be put back, or was.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct ParameterBack {
+    /// Its name.
+    pub name: String,
+    /// What it is before; null where the autopilot did not say.
+    pub from: Option<f64>,
+    /// What it is after.
+    pub to: f64,
+}
+
+/// What would be put back. Nothing is written yet.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct UndoPreview {
+    /// What to send back with the order.
+    pub undo: String,
+    /// The name of the file that keeps the old values.
+    pub file: String,
+    /// Each parameter as it is and as it was.
+    pub parameters: Vec<ParameterBack>,
+    /// Is the mode put back, too, unless somebody has chosen another since?
+    pub has_mode: bool,
+}
+
+/// What was put back.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub struct Undone {
+    /// Is everything as it was, read back?
+    pub complete: bool,
+    /// In words.
+    pub line: String,
+    /// Each parameter before and now.
+    pub parameters: Vec<ParameterBack>,
+}

@@ -1,5 +1,7 @@
 //! Logs that are opened in the page.
 
+use std::collections::BTreeMap;
+
 use seatrial_app::Inspection;
 use seatrial_app::documents::IdentificationDocument;
 use seatrial_app::series::LogSeries;
@@ -13,6 +15,8 @@ use super::Verdict;
 pub struct LogColumns {
     /// In the order of the log.
     pub columns: Vec<String>,
+    /// The units that a column may have, by the quantity that it holds.
+    pub units: BTreeMap<String, Vec<String>>,
 }
 
 /// What was made of a log.
@@ -26,6 +30,8 @@ pub struct IdentifiedLog {
     pub verdict: Verdict,
     /// The samples, to be drawn.
     pub series: LogSeries,
+    /// Are latitude and longitude known, so that the track can be had as GPX and KML?
+    pub is_located: bool,
 }
 
 /// What is in a log.
@@ -37,4 +43,6 @@ pub struct InspectedLog {
     pub document: Inspection,
     /// The samples, to be drawn.
     pub series: LogSeries,
+    /// Are latitude and longitude known, so that the track can be had as GPX and KML?
+    pub is_located: bool,
 }

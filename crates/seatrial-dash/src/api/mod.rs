@@ -7,15 +7,19 @@ mod commission;
 mod history;
 mod live;
 mod log;
+mod models;
 mod plan;
 mod run;
 mod status;
 mod trial;
 
-pub use access::{AuditEntry, Control, ErrorBody, Lease, Role, TakeControl, VehicleForm, Vehicles};
+pub use access::{
+    AuditEntry, Control, ErrorBody, Lease, Role, ScenarioForm, TakeControl, VehicleForm, Vehicles,
+};
 pub use commission::{
     CommissionEnd, CommissionOrder, CommissionPreview, CommissionSample, CommissionShown,
-    CommissionState, ExpectedSteps, MeasuredSteps, ProposedGains,
+    CommissionState, ExpectedSteps, MeasuredSteps, ParameterBack, ProposedGains, UndoOrder,
+    UndoPreview, Undone,
 };
 pub use history::{
     CampaignDetail, CampaignSummary, Comparison, Difference, OperatingPoint, ReviewOrder, Schedule,
@@ -23,6 +27,7 @@ pub use history::{
 };
 pub use live::{Envelope, Hello, LiveEvent, LiveMessage, LiveSample, Snapshot, StreamSettings};
 pub use log::{IdentifiedLog, InspectedLog, LogColumns};
+pub use models::ModelOrder;
 pub use plan::{Change, Check, ExpectedIntervals, PlanOrder, PlanPreview, Preflight, SpeedPreview};
 pub use run::{
     Figure, Model, Outcome, Reason, Review, RunSummary, Stage, StageSpan, ValidationOverlay,

@@ -23,6 +23,10 @@ pub struct TrialOrder {
     #[serde(default)]
     #[cfg_attr(feature = "openapi", schema(exclusive_minimum = 0.0))]
     pub realtime_factor: Option<f64>,
+    /// Faults that a simulated vehicle meets: a name out of `scenarios` of `/vehicles`.
+    #[serde(default)]
+    #[cfg_attr(feature = "openapi", schema(max_length = 64))]
+    pub scenario: Option<String>,
     /// Name of the vehicle's configuration, its payload [default: default].
     #[serde(default)]
     #[cfg_attr(feature = "openapi", schema(max_length = 200))]

@@ -11,7 +11,10 @@ use super::asked::{Asked, Body};
 use super::blocking;
 #[cfg(feature = "openapi")]
 use crate::api::ErrorBody;
-use crate::api::{CommissionOrder, CommissionPreview, CommissionShown, CommissionState};
+use crate::api::{
+    CommissionOrder, CommissionPreview, CommissionShown, CommissionState, UndoOrder, UndoPreview,
+    Undone,
+};
 use crate::commission;
 use crate::refusal::Refusal;
 use crate::shared::{Caller, Shared, must_be_operator};
@@ -44,6 +47,39 @@ pub async fn start_commission(
         })
     });
     Ok((StatusCode::CREATED, Json(started.await?)))
+}
+
+/// What putting back would write: the parameters that the newest trial or commission has changed, as they are and as they were. Looks
+/// at the vehicle without touching its controls.
+#[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/commission/undo/preview", tag = "commission", request_body = UndoOrder,
+    responses((status = 200, body = UndoPreview), (status = "4XX", description = "Refused", body = ErrorBody))))]
+pub async fn preview_undo(
+    State(shared): State<Arc<Shared>>,
+    Extension(caller): Extension<Caller>,
+    Body(order): Body<UndoOrder>,
+) -> Result<Json<UndoPreview>, Refusal> {
+    must_be_operator(&caller)?;
+    let preview = blocking(shared, move |shared| {
+        commission::preview_undo(shared, &order)
+    });
+    Ok(Json(preview.await?))
+}
+
+/// Puts the parameters back that a trial or a commission has changed, as `seatrial vehicle restore` does, and reads them back.
+#[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/commission/undo", tag = "commission", request_body = UndoOrder,
+    params(("seatrial-lease" = Option<String>, Header, description = "The lease of control")),
+    responses((status = 200, body = Undone), (status = "4XX", description = "Refused", body = ErrorBody))))]
+pub async fn undo_commission(
+    State(shared): State<Arc<Shared>>,
+    Extension(caller): Extension<Caller>,
+    Body(order): Body<UndoOrder>,
+) -> Result<Json<Undone>, Refusal> {
+    let undone = blocking(shared, move |shared| {
+        shared.command(&caller, "undo_commission", &order, |_| {
+            commission::undo(shared, &order)
+        })
+    });
+    Ok(Json(undone.await?))
 }
 
 /// Which samples.

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use axum::extract::State;
 use axum::response::Response;
 use axum::{Extension, Json};
-use seatrial::export;
 use seatrial_core::Stage;
 use seatrial_logbook::CampaignId;
 use serde::{Deserialize, Serialize};
@@ -15,7 +14,6 @@ use super::{blocking, download};
 #[cfg(feature = "openapi")]
 use crate::api::ErrorBody;
 use crate::api::{CampaignDetail, CampaignSummary, Comparison, ReviewOrder, RunSummary, Schedule};
-use crate::gains::{GainsFormat, gains_file};
 use crate::history::{self, Format};
 use crate::refusal::Refusal;
 use crate::shared::{Caller, LONGEST_NOTE, Shared};
@@ -207,69 +205,6 @@ pub async fn mcap(State(shared): State<Arc<Shared>>, At(id): At<i64>) -> Result<
     Ok(download(
         "application/octet-stream",
         &format!("campaign-{id}.mcap"),
-        file.await?,
-    ))
-}
-
-/// Whose parameters.
-#[derive(Clone, Copy, Deserialize)]
-#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
-#[serde(rename_all = "snake_case")]
-pub enum VehicleType {
-    /// Rover.
-    Surface,
-    /// Sub.
-    Underwater,
-}
-
-/// For which autopilot.
-#[derive(Deserialize)]
-#[cfg_attr(feature = "openapi", derive(utoipa::IntoParams))]
-#[cfg_attr(feature = "openapi", into_params(parameter_in = Query))]
-pub struct Autopilot {
-    /// [default: surface]
-    #[cfg_attr(feature = "openapi", param(inline))]
-    vehicle_type: Option<VehicleType>,
-    /// Must be true for a rehearsal on a simulator, whose parameters are not those of a vehicle.
-    #[cfg_attr(feature = "openapi", param(inline))]
-    rehearsal: Option<bool>,
-}
-
-/// Parameters of ArduPilot for the fastest accepted model of a campaign.
-#[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/campaigns/{id}/gains.param", tag = "downloads",
-    params(("id" = i64, Path, description = "Number of the campaign"), Autopilot),
-    responses((status = 200, description = "As `gains --export ardupilot` writes it", body = String, content_type = "text/plain"),
-        (status = "4XX", description = "Refused", body = ErrorBody))))]
-pub async fn param(
-    shared: State<Arc<Shared>>,
-    At(id): At<i64>,
-    asked: Asked<Autopilot>,
-) -> Result<Response, Refusal> {
-    gains(shared, At((id, GainsFormat::Ardupilot)), asked).await
-}
-
-/// Gains and limits of a campaign in a form that a controller reads.
-#[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/campaigns/{id}/gains/{format}", tag = "downloads",
-    params(("id" = i64, Path, description = "Number of the campaign"),
-        ("format" = inline(GainsFormat), Path, description = "For which controller"), Autopilot),
-    responses((status = 200, description = "As `gains --export` writes it", body = String, content_type = "text/plain"),
-        (status = "4XX", description = "Refused", body = ErrorBody))))]
-pub async fn gains(
-    State(shared): State<Arc<Shared>>,
-    At((id, format)): At<(i64, GainsFormat)>,
-    Asked(asked): Asked<Autopilot>,
-) -> Result<Response, Refusal> {
-    let vehicle = match asked.vehicle_type {
-        None | Some(VehicleType::Surface) => export::VehicleType::Surface,
-        Some(VehicleType::Underwater) => export::VehicleType::Underwater,
-    };
-    let rehearsal = asked.rehearsal.unwrap_or(false);
-    let file = blocking(shared, move |shared| {
-        gains_file(&shared.reader()?, id, format, vehicle, rehearsal)
-    });
-    Ok(download(
-        "text/plain; charset=utf-8",
-        &format!("campaign-{id}.{}", format.extension()),
         file.await?,
     ))
 }

@@ -6,12 +6,13 @@ use axum::Json;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use seatrial_app::log_reading::LogReading;
-use serde::Serialize;
+use seatrial_logs::TrackFormat;
+use serde::{Deserialize, Serialize};
 
 use axum::http::StatusCode;
 
-use super::asked::{Asked, Upload};
-use super::blocking;
+use super::asked::{Asked, At, Upload};
+use super::{blocking, download};
 #[cfg(feature = "openapi")]
 use crate::api::{ErrorBody, IdentifiedLog, InspectedLog, LogColumns};
 use crate::logs::{self, identified, inspected, keep_sensor_list};
@@ -42,7 +43,53 @@ pub async fn inspect(
     answered(shared, move || inspected(log.path(), reading)).await
 }
 
-/// The names of a log's columns, of which `rudder`, `heading` and others choose. The log is not kept.
+/// The report of a log: one page that needs nothing else. The log is not kept.
+#[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/logs/report", tag = "logs", params(LogReading),
+    request_body(content = Vec<u8>, content_type = "application/octet-stream", description = "The log, of any format that seatrial reads"),
+    responses((status = 200, description = "As `seatrial report LOG` writes it", body = String, content_type = "text/html"),
+        (status = "4XX", description = "Refused", body = ErrorBody))))]
+pub async fn report_log(
+    State(shared): State<Arc<Shared>>,
+    Asked(reading): Asked<LogReading>,
+    Upload(log): Upload,
+) -> Result<Response, Refusal> {
+    let page = blocking(shared, move |_| logs::report(log.path(), reading)).await?;
+    Ok(download("text/html; charset=utf-8", "log.html", page))
+}
+
+/// A form of tracks.
+#[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Track {
+    /// GPX 1.1.
+    Gpx,
+    /// KML 2.2.
+    Kml,
+}
+
+/// The track of a log that has latitude and longitude, a point a second. The log is not kept.
+#[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/logs/track/{format}", tag = "logs",
+    params(("format" = inline(Track), Path, description = "The form"), LogReading),
+    request_body(content = Vec<u8>, content_type = "application/octet-stream", description = "The log, of any format that seatrial reads"),
+    responses((status = 200, description = "The track", body = Vec<u8>, content_type = "application/octet-stream"),
+        (status = "4XX", description = "Refused", body = ErrorBody))))]
+pub async fn track(
+    State(shared): State<Arc<Shared>>,
+    At(format): At<Track>,
+    Asked(reading): Asked<LogReading>,
+    Upload(log): Upload,
+) -> Result<Response, Refusal> {
+    let format = match format {
+        Track::Gpx => TrackFormat::Gpx,
+        Track::Kml => TrackFormat::Kml,
+    };
+    let text = blocking(shared, move |_| logs::track(log.path(), reading, format)).await?;
+    let name = format!("track.{}", format.extension());
+    Ok(download("application/octet-stream", &name, text))
+}
+
+/// The names of a log's columns and the units of quantities, of which `rudder`, `heading` and others choose. The log is not kept.
 #[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/logs/columns", tag = "logs", params(LogReading),
     request_body(content = Vec<u8>, content_type = "application/octet-stream", description = "The log, of any format that seatrial reads"),
     responses((status = 200, body = LogColumns), (status = "4XX", description = "Refused", body = ErrorBody))))]

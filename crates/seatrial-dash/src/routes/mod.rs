@@ -6,6 +6,7 @@ mod control;
 mod damage;
 mod history;
 mod logs;
+mod models;
 #[cfg(feature = "openapi")]
 mod openapi;
 mod trial;
@@ -37,6 +38,8 @@ pub use openapi::openapi_of_types;
 
 /// Largest body of a command, bytes.
 const COMMAND_LIMIT: usize = 64 * 1024;
+/// Largest document of a model, bytes: those of logs with many speeds have some 100 kB.
+const DOCUMENT_LIMIT: usize = 4 << 20;
 /// How long a body may stand still.
 const BODY_WITHIN: Duration = Duration::from_secs(5);
 
@@ -49,9 +52,15 @@ pub fn router(shared: Arc<Shared>, upload_limit: usize) -> Router {
     let logs = Router::new()
         .route("/logs/identify", post(logs::identify))
         .route("/logs/inspect", post(logs::inspect))
+        .route("/logs/report", post(logs::report_log))
+        .route("/logs/track/{format}", post(logs::track))
         .route("/logs/columns", post(logs::columns))
         .route("/logs/sensor-list", post(logs::sensor_list))
         .layer(DefaultBodyLimit::max(upload_limit));
+    let models = Router::new()
+        .route("/models/limits", post(models::model_limits))
+        .route("/models/files/{file}", post(models::model_file))
+        .layer(DefaultBodyLimit::max(DOCUMENT_LIMIT));
     let api = Router::new()
         .route("/status", get(control::status))
         .route("/openapi.json", get(control::openapi))
@@ -71,6 +80,8 @@ pub fn router(shared: Arc<Shared>, upload_limit: usize) -> Router {
             get(commission::commission_state).post(commission::start_commission),
         )
         .route("/commission/preview", post(commission::preview_commission))
+        .route("/commission/undo/preview", post(commission::preview_undo))
+        .route("/commission/undo", post(commission::undo_commission))
         .route("/campaigns", get(history::campaigns))
         .route("/campaigns/{id}", get(history::campaign))
         .route("/campaigns/{id}/runs/{run}/review", post(history::review))
@@ -79,13 +90,15 @@ pub fn router(shared: Arc<Shared>, upload_limit: usize) -> Router {
         .route("/campaigns/{id}/report.html", get(history::report))
         .route("/campaigns/{id}/samples.csv", get(history::csv))
         .route("/campaigns/{id}/samples.mcap", get(history::mcap))
-        .route("/campaigns/{id}/gains.param", get(history::param))
-        .route("/campaigns/{id}/gains/{format}", get(history::gains))
+        .route("/campaigns/{id}/gains.param", get(models::param))
+        .route("/campaigns/{id}/gains/{format}", get(models::gains))
+        .route("/campaigns/{id}/limits", get(models::campaign_limits))
+        .route("/campaigns/{id}/files/{file}", get(models::campaign_file))
         .route("/compare", get(history::compare))
         .layer(from_fn_with_state(Arc::clone(&shared), damage::told))
         .layer(DefaultBodyLimit::max(COMMAND_LIMIT));
     Router::new()
-        .nest("/api/v1", logs.merge(api))
+        .nest("/api/v1", logs.merge(models).merge(api))
         .route(blueos::PATH, get(blueos::register_service))
         .fallback(get(page::file))
         .method_not_allowed_fallback(not_allowed)

@@ -2,7 +2,7 @@
 
 use utoipa::OpenApi;
 
-use super::{commission, control, history, logs, trial};
+use super::{commission, control, history, logs, models, trial};
 use crate::api;
 
 /// The OpenAPI document.
@@ -33,6 +33,8 @@ and send its lease in the header `seatrial-lease`; aborting a trial needs none."
         commission::preview_commission,
         commission::start_commission,
         commission::commission_state,
+        commission::preview_undo,
+        commission::undo_commission,
         history::campaigns,
         history::campaign,
         history::review,
@@ -41,11 +43,17 @@ and send its lease in the header `seatrial-lease`; aborting a trial needs none."
         history::report,
         history::csv,
         history::mcap,
-        history::param,
-        history::gains,
+        models::param,
+        models::gains,
+        models::campaign_limits,
+        models::campaign_file,
+        models::model_limits,
+        models::model_file,
         history::compare,
         logs::identify,
         logs::inspect,
+        logs::report_log,
+        logs::track,
         logs::columns,
         logs::sensor_list,
     ),

@@ -8,6 +8,7 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use axum::{Extension, Json};
+use seatrial_app::simulated::Scenario;
 use seatrial_core::Plan;
 use serde::Serialize;
 use tokio::time::timeout;
@@ -18,8 +19,8 @@ use super::control::role_name;
 #[cfg(feature = "openapi")]
 use crate::api::ErrorBody;
 use crate::api::{
-    GoOnOrder, PlanOrder, PlanPreview, Preflight, RepeatOrder, TrialOrder, TrialState, VehicleForm,
-    Vehicles,
+    GoOnOrder, PlanOrder, PlanPreview, Preflight, RepeatOrder, ScenarioForm, TrialOrder,
+    TrialState, VehicleForm, Vehicles,
 };
 use crate::refusal::Refusal;
 use crate::shared::{Caller, Shared, must_be_operator};
@@ -56,8 +57,14 @@ pub async fn vehicles(State(shared): State<Arc<Shared>>) -> Json<Vehicles> {
         is_simulated: vehicle.is_simulated(),
         has_gains: shared.autopilot(vehicle.name()).is_ok(),
     });
+    let scenarios = Scenario::built_in().into_iter();
+    let scenarios = scenarios.map(|(name, description)| ScenarioForm {
+        name: name.into(),
+        description: description.into(),
+    });
     Json(Vehicles {
         vehicles: vehicles.collect(),
+        scenarios: scenarios.collect(),
     })
 }
 

@@ -13,6 +13,7 @@ mod mcap;
 mod parquet;
 #[cfg(any(feature = "foxglove", feature = "mcap"))]
 mod ros2;
+mod track;
 
 use std::io;
 
@@ -25,6 +26,7 @@ pub use foxglove::FoxgloveServer;
 pub use mcap::{McapWriter, write_mcap};
 #[cfg(feature = "parquet")]
 pub use parquet::write_parquet;
+pub use track::{TrackFormat, write_track};
 
 /// A row of a log that is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

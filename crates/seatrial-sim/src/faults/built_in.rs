@@ -50,6 +50,16 @@ pub(super) fn text_of(name: &str) -> Option<&'static str> {
     found.map(|(_, text)| *text)
 }
 
+/// Names of all of them, each with the sentence that its file begins with.
+pub(super) fn all() -> Vec<(&'static str, &'static str)> {
+    let sentence = |text: &'static str| text.lines().next().unwrap_or_default();
+    let about = |text| sentence(text).trim_start_matches("# ");
+    SCENARIOS
+        .iter()
+        .map(|(name, text)| (*name, about(text)))
+        .collect()
+}
+
 /// Names of all of them, for people.
 pub(super) fn names() -> String {
     SCENARIOS.map(|(name, _)| name).join(", ")

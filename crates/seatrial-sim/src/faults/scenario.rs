@@ -206,6 +206,11 @@ impl Scenario {
         })
     }
 
+    /// Names of the scenarios that come with the program, each with a sentence about it.
+    pub fn built_in() -> Vec<(&'static str, &'static str)> {
+        built_in::all()
+    }
+
     /// The scenario of a TOML file, or one that comes with the program by its name: `bad_compass`.
     pub fn load(path: &Path) -> Result<Self, ScenarioError> {
         let text = match fs::read_to_string(path) {

@@ -1,0 +1,305 @@
+//! What a page asks of models: gains and turning limits, and the files that are made of them.
+//!
+//! ```no_run
+//! use std::path::Path;
+//!
+//! use seatrial_app::model_request::{ModelFile, ModelRequest};
+//! use seatrial_app::models::of_document;
+//!
+//! let models = of_document(Path::new("run.model.json"), None)?;
+//! let request = ModelRequest {
+//!     full_rudder_deg: Some(34.4),
+//!     ..ModelRequest::default()
+//! };
+//! let limits = request.limits(&models)?;
+//! println!("{:?}", limits.gains.points[0].proportional_gain);
+//! let file = request.file(&models, ModelFile::ArdupilotSurface)?;
+//! std::fs::write(format!("run.{}", file.extension), file.bytes).expect("a folder to write to");
+//! # Ok::<(), seatrial_app::Error>(())
+//! ```
+
+use std::fmt::Display;
+
+use seatrial::export::VehicleType;
+use seatrial::identification::Reader;
+use seatrial_core::RudderUnit;
+use seatrial_core::schedule::ScheduleKey;
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+use crate::advice;
+use crate::gains::{HeadingGains, Wanted};
+use crate::gains_export::{Format, GainsFile, check_usable};
+use crate::models::Models;
+use crate::turning::TurningLimits;
+use crate::vehicle_export::{self, Fmu, Target};
+use crate::vehicle_file::Stated;
+
+/// What is said of a vehicle beside its models: options of `seatrial gains`, `turn` and `export`. Everything has a default.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema, utoipa::IntoParams))]
+#[cfg_attr(feature = "openapi", into_params(parameter_in = Query))]
+pub struct ModelRequest {
+    /// Forward speed of a single model, m/s, where its record has none.
+    pub surge_speed_m_s: Option<f64>,
+    /// Damping ratio of the closed loop [default: 0.7071].
+    pub damping_ratio: Option<f64>,
+    /// Parameters of an autopilot at this speed, m/s [default: the fastest model's].
+    pub at_speed_m_s: Option<f64>,
+    /// Largest rudder angle, degrees.
+    pub rudder_limit_deg: Option<f64>,
+    /// Rudder angle at full steering, degrees, where the models do not tell it.
+    pub full_rudder_deg: Option<f64>,
+    /// Takes the models of a rehearsal on a simulator, too.
+    pub rehearsal: bool,
+    /// Writes gains that are warned of, too: of models that are not to be used, or whose interval holds 0.
+    pub accept: bool,
+}
+
+/// A file that is made of models: those of `seatrial gains --export` and of `seatrial export --to`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
+pub enum ModelFile {
+    /// Parameters of ArduPilot's Rover.
+    ArdupilotSurface,
+    /// Parameters of ArduPilot's Sub.
+    ArdupilotUnderwater,
+    /// Parameters of PX4, a surface vehicle.
+    Px4Surface,
+    /// Parameters of PX4, an underwater vehicle.
+    Px4Underwater,
+    /// Parameters of a ROS 2 node, YAML: the gain schedule as arrays.
+    Ros2,
+    /// The gain schedule, JSON.
+    Json,
+    /// The gain schedule as a table in a C99 header.
+    C,
+    /// The vehicle file, TOML.
+    Vehicle,
+    /// The vehicle file, JSON.
+    VehicleJson,
+    /// A Python class that needs numpy only.
+    Python,
+    /// CasADi functions in Python.
+    Casadi,
+    /// The vehicle in MuJoCo's engine, Python.
+    Mujoco,
+    /// Functions of Octave and Matlab.
+    Octave,
+    /// A Functional Mock-up Unit, FMI 3.0 for co-simulation.
+    Fmu,
+    /// SDF of Gazebo with its hydrodynamics plugin.
+    Gazebo,
+    /// Configuration of MOOS-IvP's uSimMarine.
+    Moos,
+    /// Limits of ROS 2's Nav2, YAML.
+    Nav2,
+    /// Gains and limits of ROS 2's `ros2_controllers`, YAML.
+    Ros2Control,
+    /// The joints of `ros2_control`'s hardware, an element of URDF.
+    Ros2ControlUrdf,
+    /// Radius, rate, lookahead and waypoint radius of each speed, TOML.
+    Guidance,
+}
+
+/// How a file is made.
+enum Made {
+    Gains(Format, VehicleType),
+    Vehicle(Target),
+    VehicleToml,
+    VehicleJson,
+    Fmu,
+}
+
+impl ModelFile {
+    fn made(self) -> Made {
+        use VehicleType::{Surface, Underwater};
+        match self {
+            Self::ArdupilotSurface => Made::Gains(Format::Ardupilot, Surface),
+            Self::ArdupilotUnderwater => Made::Gains(Format::Ardupilot, Underwater),
+            Self::Px4Surface => Made::Gains(Format::Px4, Surface),
+            Self::Px4Underwater => Made::Gains(Format::Px4, Underwater),
+            Self::Ros2 => Made::Gains(Format::Ros2, Surface),
+            Self::Json => Made::Gains(Format::Json, Surface),
+            Self::C => Made::Gains(Format::C, Surface),
+            Self::Vehicle => Made::VehicleToml,
+            Self::VehicleJson => Made::VehicleJson,
+            Self::Fmu => Made::Fmu,
+            Self::Python => Made::Vehicle(Target::Numpy),
+            Self::Casadi => Made::Vehicle(Target::Casadi),
+            Self::Mujoco => Made::Vehicle(Target::Mujoco),
+            Self::Octave => Made::Vehicle(Target::Octave),
+            Self::Gazebo => Made::Vehicle(Target::Gazebo),
+            Self::Moos => Made::Vehicle(Target::Moos),
+            Self::Nav2 => Made::Vehicle(Target::Nav2),
+            Self::Ros2Control => Made::Vehicle(Target::Ros2Control),
+            Self::Ros2ControlUrdf => Made::Vehicle(Target::Ros2ControlUrdf),
+            Self::Guidance => Made::Vehicle(Target::Guidance),
+        }
+    }
+
+    /// Is it one of `seatrial gains --export`, which needs [`rehearsal`](ModelRequest::rehearsal) for models of a simulator?
+    pub fn is_gains(self) -> bool {
+        matches!(self.made(), Made::Gains(..))
+    }
+
+    /// How its name ends.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::ArdupilotSurface | Self::ArdupilotUnderwater => "param",
+            Self::Px4Surface | Self::Px4Underwater => "params",
+            Self::Ros2 | Self::Nav2 | Self::Ros2Control => "yaml",
+            Self::Json | Self::VehicleJson => "json",
+            Self::C => "h",
+            Self::Vehicle | Self::Guidance => "toml",
+            Self::Python | Self::Casadi | Self::Mujoco => "py",
+            Self::Octave => "m",
+            Self::Fmu => "fmu",
+            Self::Gazebo => "sdf",
+            Self::Moos => "moos",
+            Self::Ros2ControlUrdf => "urdf",
+        }
+    }
+}
+
+/// A file, and what to know about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FileOfModels {
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+    /// How its name ends.
+    pub extension: &'static str,
+    /// What to know about it.
+    pub notes: Vec<String>,
+}
+
+/// The documents of `seatrial gains --json` and `seatrial turn --json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct GainsAndLimits {
+    /// What the source says against its models, and where they are used beyond what they were seen for.
+    pub warnings: Vec<String>,
+    /// Why no file of gains is written unless that is accepted.
+    pub unusable: Option<String>,
+    /// Gains, feed-forward and margins.
+    pub gains: HeadingGains,
+    /// Turning limits.
+    pub turning: TurningLimits,
+}
+
+impl GainsAndLimits {
+    /// With what to do in the words of the place where it is read.
+    pub fn addressed_to(mut self, reader: Reader) -> Self {
+        self.warnings = advice::all(self.warnings, reader);
+        self.unusable = self.unusable.map(|why| advice::addressed(&why, reader));
+        self
+    }
+}
+
+impl ModelRequest {
+    /// Gains and turning limits of models, those of `seatrial gains` and `seatrial turn`.
+    ///
+    /// # Errors
+    /// What these refuse: a setting that no model could satisfy.
+    pub fn limits(&self, models: &Models) -> Result<GainsAndLimits, Error> {
+        let models = self.limited(models)?;
+        let wanted = self.wanted();
+        Ok(GainsAndLimits {
+            warnings: models.warnings(),
+            unusable: check_usable(&wanted, &models)
+                .err()
+                .map(|error| error.to_string()),
+            gains: wanted.gains(&models)?,
+            turning: TurningLimits::of(&models, std::f64::consts::PI, None, None)?,
+        })
+    }
+
+    /// A file made of models.
+    ///
+    /// # Errors
+    /// What `seatrial gains --export` and `seatrial export` refuse: [`Error::Rejected`] where only [`accept`](Self::accept) writes it.
+    pub fn file(&self, models: &Models, file: ModelFile) -> Result<FileOfModels, Error> {
+        let models = self.limited(models)?;
+        let made = match file.made() {
+            Made::Gains(format, vehicle) => return self.gains_file(&models, file, format, vehicle),
+            made => made,
+        };
+        let stated = Stated {
+            full_rudder_rad: self.full_rudder_deg.map(f64::to_radians),
+            ..Stated::default()
+        };
+        let vehicle = stated.vehicle(&models)?;
+        let mut notes = vehicle.provenance.assumptions.clone();
+        let unwritten = |error: &dyn Display| Error::Input(format!("{}: {error}", vehicle.name));
+        let bytes = match made {
+            Made::Fmu => {
+                let fmu = Fmu::of(&vehicle)?;
+                notes.extend(fmu.without_binary.map(|reason| {
+                    format!("the FMU holds source code only ({reason}); `fmpy compile FILE.fmu` adds a binary")
+                }));
+                fmu.bytes
+            }
+            Made::Vehicle(target) => {
+                if !self.accept {
+                    let not_to_be_used = "its models are not to be used".to_owned();
+                    let rejected = (!models.rejected.is_empty()).then_some(&not_to_be_used);
+                    vehicle_export::check_usable(&vehicle, target, None, rejected)?;
+                }
+                vehicle_export::text(&vehicle, target, None)?.into_bytes()
+            }
+            Made::VehicleJson => vehicle
+                .to_json()
+                .map_err(|error| unwritten(&error))?
+                .into_bytes(),
+            Made::VehicleToml | Made::Gains(..) => vehicle
+                .to_toml()
+                .map_err(|error| unwritten(&error))?
+                .into_bytes(),
+        };
+        Ok(FileOfModels {
+            bytes,
+            extension: file.extension(),
+            notes,
+        })
+    }
+
+    fn gains_file(
+        &self,
+        models: &Models,
+        file: ModelFile,
+        format: Format,
+        vehicle: VehicleType,
+    ) -> Result<FileOfModels, Error> {
+        let wanted = self.wanted();
+        models.unless_rehearsed(self.rehearsal)?;
+        if !self.accept {
+            check_usable(&wanted, models)?;
+        }
+        let made = GainsFile::new(format, &wanted, models, vehicle, self.rehearsal)?;
+        Ok(FileOfModels {
+            bytes: made.text.into_bytes(),
+            extension: file.extension(),
+            notes: made.notes,
+        })
+    }
+
+    fn wanted(&self) -> Wanted {
+        let usual = Wanted::default();
+        Wanted {
+            damping_ratio: self.damping_ratio.unwrap_or(usual.damping_ratio),
+            at: self.at_speed_m_s.map(|speed| (ScheduleKey::Speed, speed)),
+            ..usual
+        }
+    }
+
+    /// The models with what is said of the rudder. One that is a share of full needs no angle.
+    fn limited(&self, models: &Models) -> Result<Models, Error> {
+        let angle_rad = self.full_rudder_deg.map(f64::to_radians);
+        models
+            .clone()
+            .limited(self.rudder_limit_deg.map(f64::to_radians))?
+            .with_full_rudder(angle_rad.filter(|_| models.rudder_unit == RudderUnit::Rad))
+    }
+}

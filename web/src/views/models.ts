@@ -1,0 +1,226 @@
+//! What a controller, a simulator or a planner makes of models: gains, turning limits, files.
+
+import { keepBlob, Refused } from "../api/client.ts";
+import { element, fill, say } from "../element.ts";
+import { shown, withInterval } from "../units.ts";
+import { sentence } from "../words.ts";
+import { table } from "./inspected.ts";
+
+type Estimate = { readonly value: number; readonly interval_95: readonly [number, number] | null } | null;
+
+/** Options of `seatrial gains` and `export` by name. */
+export type Stated = Readonly<Record<string, number | boolean>>;
+
+/** Gains and turning limits, and what is said against them. */
+export interface Limits {
+  readonly warnings: readonly string[];
+  /** Why no file of gains is written unless that is accepted. */
+  readonly unusable: string | null;
+  readonly gains: {
+    readonly rudder_unit: string;
+    readonly points: readonly {
+      readonly thrust: number | null;
+      readonly surge_speed_m_s: number | null;
+      readonly refused: string | null;
+      readonly proportional_gain: Estimate;
+      readonly feed_forward_rudder_rad: Estimate;
+      readonly loop: { readonly overshoot: Estimate; readonly phase_margin_rad: Estimate } | null;
+    }[];
+  };
+  readonly turning: {
+    readonly points: readonly {
+      readonly surge_speed_m_s: number | null;
+      readonly hands: readonly {
+        readonly hand: string;
+        readonly refused: string | null;
+        readonly yaw_rate_rad_s: Estimate;
+        readonly u_turn_time_s: Estimate;
+        readonly steady_turning_radius_m: Estimate;
+      }[];
+    }[];
+  };
+}
+
+/** Who makes them: a server, or the page itself. */
+export interface Models {
+  limits(stated: Stated): Promise<Limits>;
+  file(name: string, stated: Stated): Promise<{ readonly blob: Blob; readonly notes: readonly string[] }>;
+}
+
+export interface ModelsPlan {
+  /** How the names of files begin. */
+  readonly stem: string;
+  /** Is it one model, whose speed a person may know better? */
+  readonly isLog: boolean;
+  /** A verdict against the models: no number is shown until that is read. */
+  readonly isAgainst: boolean;
+  /** What is always said, as that the models are those of a rehearsal. */
+  readonly stated?: Stated;
+  /** What does not work here. */
+  readonly without?: readonly string[];
+}
+
+type FileForm = readonly [name: string, label: string, suffix: string];
+
+/** Files with gains and limits. */
+const CONTROLLERS: readonly FileForm[] = [
+  ["ardupilot_surface", "ArduPilot Rover, .param", "param"],
+  ["ardupilot_underwater", "ArduPilot Sub, .param", "param"],
+  ["px4_surface", "PX4 rover, .params", "params"],
+  ["px4_underwater", "PX4 UUV, .params", "params"],
+  ["ros2", "ROS 2, YAML", "yaml"],
+  ["json", "JSON", "json"],
+  ["c", "C header", "h"],
+];
+
+/** Other files of the vehicle. */
+const SIMULATORS: readonly FileForm[] = [
+  ["vehicle_json", "Vehicle file, JSON", "vehicle.json"],
+  ["python", "Python", "py"],
+  ["casadi", "CasADi", "casadi.py"],
+  ["mujoco", "MuJoCo", "mujoco.py"],
+  ["octave", "Octave and Matlab", "m"],
+  ["fmu", "FMU, FMI 3.0", "fmu"],
+  ["gazebo", "Gazebo, SDF", "sdf"],
+  ["moos", "MOOS-IvP", "moos"],
+  ["nav2", "Nav2, YAML", "nav2.yaml"],
+  ["ros2_control", "ros2_control, YAML", "ros2_control.yaml"],
+  ["ros2_control_urdf", "ros2_control, URDF", "urdf"],
+  ["guidance", "Path follower, TOML", "guidance.toml"],
+];
+
+const text = (estimate: Estimate): string =>
+  estimate === null ? "–" : withInterval(estimate.value, estimate.interval_95 ?? undefined);
+
+export function modelsPanel(models: Models, plan: ModelsPlan): HTMLElement {
+  const place = element("div", { class: "stack" });
+  const told = element("p", { class: "hint", role: "status" });
+  const accept = element("input", { type: "checkbox", onchange: () => void show() });
+  const warning = element("div", { role: "alert" });
+  const fields = formOf(plan.isLog, () => void show());
+  const stated = (): Stated => ({
+    ...plan.stated,
+    ...fields.stated(),
+    ...(accept.checked ? { accept: true } : {}),
+  });
+  /** What the terminal refuses without `--accept`, in the same words, with a box to take it. */
+  const warn = (why: string | null): void =>
+    fill(
+      warning,
+      why === null
+        ? null
+        : element(
+            "div",
+            { class: "notice partly" },
+            element("p", {}, sentence(why)),
+            element("label", { class: "choice" }, accept, "I have read this: show and write it all the same"),
+          ),
+    );
+  const refuse = (error: unknown): void => {
+    if (!(error instanceof Refused)) throw error;
+    if (error.code === "gain_warned_of") warn(error.message);
+    else fill(warning, element("div", { class: "notice bad" }, element("p", {}, error.message)));
+  };
+  const show = async (): Promise<void> => {
+    try {
+      const found = await models.limits(stated());
+      warn(found.unusable);
+      fill(place, ...(plan.isAgainst && !accept.checked ? [] : limitsShown(found)));
+    } catch (error) {
+      fill(place);
+      refuse(error);
+    }
+  };
+  const keep = async ([name, label, suffix]: FileForm): Promise<void> => {
+    say(told, `${label} …`);
+    try {
+      const { blob, notes } = await models.file(name, stated());
+      keepBlob(blob, `${plan.stem}.${suffix}`);
+      say(told, [`${plan.stem}.${suffix} is written.`, ...notes.map(sentence)].join(" "));
+    } catch (error) {
+      say(told, "");
+      refuse(error);
+    }
+  };
+  const button = (form: FileForm): HTMLElement =>
+    element("button", { type: "button", onclick: () => void keep(form) }, form[1]);
+  const offered = SIMULATORS.filter(([name]) => plan.without?.includes(name) !== true);
+  void show();
+  return element(
+    "section",
+    { class: "panel stack", "aria-label": "Gains and limits" },
+    element("h2", {}, "Gains and limits"),
+    warning,
+    place,
+    element("details", {}, element("summary", {}, "Damping, speed, rudder"), fields.root),
+    element("h3", {}, "Parameters of a controller"),
+    element("div", { class: "row" }, ...CONTROLLERS.map(button)),
+    element("h3", {}, "Vehicle for simulators and planners"),
+    element("div", { class: "row" }, button(["vehicle", "Vehicle file, TOML", "toml"])),
+    element(
+      "details",
+      {},
+      element("summary", {}, `${offered.length} other forms`),
+      element("div", { class: "row" }, ...offered.map(button)),
+    ),
+    told,
+  );
+}
+
+function formOf(isLog: boolean, changed: () => void): { readonly root: HTMLElement; stated(): Stated } {
+  const number = (label: string, name: string): HTMLElement =>
+    element("label", { class: "field" }, label, element("input", { name, type: "number", step: "any", min: 0 }));
+  const root = element(
+    "form",
+    { class: "fields", onsubmit: (event: Event) => (event.preventDefault(), changed()), onchange: changed },
+    number("Damping ratio of the loop", "damping_ratio"),
+    isLog && number("Forward speed, m/s, where the log has none", "surge_speed_m_s"),
+    number("Largest rudder angle, °", "rudder_limit_deg"),
+    number("Rudder at full steering, °", "full_rudder_deg"),
+    number("Parameters at the speed, m/s", "at_speed_m_s"),
+  );
+  return {
+    root,
+    stated: () => {
+      const given = [...new FormData(root)].filter(([, value]) => value !== "");
+      return Object.fromEntries(given.map(([name, value]) => [name, Number(value)]));
+    },
+  };
+}
+
+function limitsShown({ warnings, gains, turning }: Limits): HTMLElement[] {
+  const speed = (point: { readonly surge_speed_m_s: number | null }): string => shown(point.surge_speed_m_s, "speed");
+  const degrees = (estimate: Estimate): string => shown(estimate?.value, "angle");
+  const rudder = gains.rudder_unit === "rad" ? "angle" : "share";
+  return [
+    ...warnings.map((one) => element("p", { class: "hint" }, sentence(one))),
+    table(
+      "Gains",
+      ["speed", "K_p", "overshoot", "phase margin", "rudder ahead"],
+      gains.points.map((point) =>
+        point.refused === null
+          ? [
+              speed(point),
+              text(point.proportional_gain),
+              shown(point.loop?.overshoot?.value, "share"),
+              degrees(point.loop?.phase_margin_rad ?? null),
+              shown(point.feed_forward_rudder_rad?.value, rudder),
+            ]
+          : [speed(point), `none: ${point.refused}`, "–", "–", "–"],
+      ),
+    ),
+    table(
+      "Turning under full rudder",
+      ["speed", "to", "yaw rate", "U-turn", "radius"],
+      turning.points.flatMap((point) =>
+        point.hands.map((one) => [
+          speed(point),
+          one.refused === null ? one.hand : `${one.hand}: ${one.refused}`,
+          shown(one.yaw_rate_rad_s?.value, "angular_rate"),
+          shown(one.u_turn_time_s?.value, "time"),
+          shown(one.steady_turning_radius_m?.value, "distance"),
+        ]),
+      ),
+    ),
+  ];
+}
