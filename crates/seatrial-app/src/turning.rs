@@ -158,7 +158,7 @@ fn ratio(u_turn: MeasuredUTurn, source: &Models) -> Result<f64, Error> {
         .filter_map(|point| {
             let speed_m_s = point.point.surge_speed_m_s?;
             let radius = |side| {
-                let known = with_steady_turn(point).ok()?;
+                let known = with_steady_turn(point)?;
                 let turn = Turn::new(&known.point.model, source.rudder_limit_rad, side).ok()?;
                 Some(turn.steady_turning_radius_m(speed_m_s))
             };
@@ -193,19 +193,22 @@ fn ratio(u_turn: MeasuredUTurn, source: &Models) -> Result<f64, Error> {
 /// Deviation of ln |K| beyond which how tight a long turn gets is not known.
 const MOST_OPEN: f64 = 0.3;
 
+/// Why there is no turn then.
+const OPEN_TURN: &str = "the record does not show how tight a long turn gets: vehicles that explain it alike turn at very different rates; record a turn that is held until the yaw rate settles";
+
 /// The model with the steady turn of the hypotheses that explain its record, where it is not made of them:
 ///
 /// ```text
 /// a22 = -|b2|/K_h,   var a22 = a22^2 (var ln K_h + var b2/b2^2)
 /// ```
 ///
-/// Refused, with the reason, where they leave the turn open.
-fn with_steady_turn(point: &ModelPoint) -> Result<ModelPoint, String> {
+/// `None` where they leave the turn open.
+fn with_steady_turn(point: &ModelPoint) -> Option<ModelPoint> {
     let Some([mean, variance]) = point.steady_log_gain else {
-        return Ok(*point);
+        return Some(*point);
     };
     if variance.is_nan() || variance > MOST_OPEN * MOST_OPEN {
-        return Err("the record does not show how tight a long turn gets: vehicles that explain it alike turn at very different rates; record a turn that is held until the yaw rate settles".into());
+        return None;
     }
     let [_, b2, c0] = point.point.model.theta();
     let share = -b2.signum() * (-mean).exp();
@@ -220,7 +223,7 @@ fn with_steady_turn(point: &ModelPoint) -> Result<ModelPoint, String> {
     let mut turning = *point;
     turning.point.model = YawModel::from_theta([share * b2, b2, c0]);
     turning.covariance = covariance;
-    Ok(turning)
+    Some(turning)
 }
 
 fn point_limits(
@@ -238,13 +241,13 @@ fn point_limits(
     let limits = |side: Side| {
         let turn = |model: &YawModel<f64>| Turn::new(model, source.rudder_limit_rad, side);
         let of = |quantity: &dyn Fn(Turn<f64>) -> Option<f64>| {
-            let known = turning.as_ref().ok()?;
+            let known = turning.as_ref()?;
             known.estimate(|model| quantity(turn(model).ok()?))
         };
-        let found = turning
-            .as_ref()
-            .map_err(String::clone)
-            .and_then(|known| turn(&known.point.model).map_err(|reason| reason.to_string()));
+        let found = match &turning {
+            Some(known) => turn(&known.point.model).map_err(|reason| reason.to_string()),
+            None => Err(OPEN_TURN.into()),
+        };
         SideLimits {
             side,
             refused: found.as_ref().err().cloned(),

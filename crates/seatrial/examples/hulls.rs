@@ -402,19 +402,6 @@ impl Tally {
                     .collect::<Vec<_>>()
             );
         }
-        if verbose {
-            if let Some(h) = &found.higher_order {
-                println!(
-                    "   hull {hull:?}\n   model {:?} hyp {:?} method {:?}",
-                    h.model,
-                    h.hypotheses
-                        .iter()
-                        .map(|w| (w.weight, w.structure))
-                        .collect::<Vec<_>>(),
-                    found.method()
-                );
-            }
-        }
         if !is_accepted {
             return;
         }
