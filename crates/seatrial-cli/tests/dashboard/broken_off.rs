@@ -17,8 +17,9 @@ fn cli_a_killed_campaign_is_closed_and_goes_on() {
     let order = json!({"vehicle": "sim:starfish", "seed": 1, "realtime_factor": 10, "configuration": "payload"});
     server.start_trial(&lease, &order);
     viewer.until(|message| kind(message) == "run_ended");
-    viewer.until(|message| message["stage"] == "train");
     assert_eq!(server.get("/campaigns")[0]["state"], "running");
+    // At once: on a busy machine a viewer hears late.
+    viewer.until(|message| message["stage"] == "train");
     server.child.kill().unwrap();
     server.child.wait().unwrap();
 
