@@ -27,8 +27,8 @@ impl fmt::Display for NoGain {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::CourseUnstable => {
-                "a22 is not negative: the vehicle is course unstable, a proportional gain alone cannot \
-                 stabilise it and K_p = a22^2/(4 zeta^2 b2) does not hold; rate feedback is needed"
+                "the vehicle is course unstable, or may be: a22, or the damping that a gain has to allow for, is not negative, \
+                 a proportional gain alone cannot stabilise it and K_p = a22^2/(4 zeta^2 b2) does not hold; rate feedback is needed"
             }
             Self::NoAuthority => "b2 is 0: the rudder does not turn the vehicle",
             Self::WrongSign => "K_p b2 is not positive: the gain turns the vehicle away from the desired heading",

@@ -5,7 +5,7 @@ use std::io;
 
 use crate::Quantity;
 pub(crate) use crate::name::clipped;
-use crate::name::{list, of_two_sides};
+use crate::name::{list, of_two_sides, without};
 
 /// Binary formats that are read, for messages.
 const BINARY_FORMATS: &str = "Parquet, ArduPilot DataFlash (.bin), MAVLink telemetry (.tlog), PX4 ULog (.ulg), Slocum (.dbd), MCAP and rosbag2 (.db3)";
@@ -164,7 +164,7 @@ pub enum Fault {
     /// No column for a quantity that is needed.
     #[error(
         "no column for {quantity}; found the columns {}{}: say which with {} NAME{}",
-        list(.columns), nearest_text(.nearest), .quantity.option(), .quantity.without()
+        list(.columns), nearest_text(.nearest), .quantity.option(), without(*.quantity, .columns)
     )]
     MissingColumn {
         /// What is needed.

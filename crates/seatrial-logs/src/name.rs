@@ -376,6 +376,21 @@ pub(crate) fn list(names: &[String]) -> String {
     text
 }
 
+/// What a log without a column for this quantity cannot tell, or how two motors among its columns tell it.
+pub(crate) fn without(quantity: Quantity, columns: &[String]) -> String {
+    const MOTORS: [&str; 6] = ["thrust", "motor", "prop", "engine", "throttle", "pwm"];
+    let is_of_a_motor = |name: &&String| {
+        let name = name.to_lowercase();
+        MOTORS.iter().any(|motor| name.contains(motor))
+    };
+    let motors: Vec<String> = columns.iter().filter(is_of_a_motor).cloned().collect();
+    let together = of_two_sides(quantity, &motors);
+    match together.is_empty() {
+        true => quantity.without().into(),
+        false => together,
+    }
+}
+
 /// What two motors or fins, one to each side, are taken for together.
 pub(crate) fn of_two_sides(quantity: Quantity, candidates: &[String]) -> String {
     const SIDES: [[&str; 2]; 3] = [["left", "right"], ["port", "starboard"], ["port", "stbd"]];

@@ -286,6 +286,11 @@ impl Models {
     ) -> Result<(), Error> {
         let said = |why: NoModel| why.at(&self.origin);
         let verdict = identification.verdict.as_ref();
+        if let (Err(_), Some(refused)) = (identification.model(), verdict) {
+            let refusal = refused.refusal();
+            let none = format!("{}: this log gave no model: {refusal}", self.origin);
+            return Err(Error::Input(none));
+        }
         let is_accepted = match identification.model() {
             Ok(_) => accepts(verdict),
             Err(none) => Err(none),

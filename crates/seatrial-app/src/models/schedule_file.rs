@@ -5,6 +5,7 @@ use std::path::Path;
 use seatrial::GainAllowance;
 use seatrial::identification::ReasonCode;
 use seatrial_core::heading_loop::LoopTiming;
+use seatrial_core::schedule::CAPACITY;
 use seatrial_core::{RudderUnit, SchedulePoint, YawModel};
 use serde::{Deserialize, Serialize};
 
@@ -143,6 +144,9 @@ pub fn of_schedule_file(path: &Path) -> Result<Models, Error> {
             path.display()
         )));
     }
+    if let Some(wrong) = contradiction(&file.point) {
+        return Err(Error::Setting(format!("{}: {wrong}", path.display())));
+    }
     for (number, point) in (1..).zip(&file.point) {
         if let Some(wrong) = point.stated().wrong() {
             let wrong = format!("{}: point {number}: {wrong}", path.display());
@@ -165,6 +169,28 @@ pub fn of_schedule_file(path: &Path) -> Result<Models, Error> {
         passed_over: None,
         rejected: Vec::new(),
     })
+}
+
+/// What is wrong with the points together, where something is: a schedule has one model for a thrust or a speed.
+fn contradiction(points: &[ScheduleFilePoint]) -> Option<String> {
+    if points.len() > CAPACITY {
+        return Some(format!(
+            "{} points: a schedule holds at most {CAPACITY}",
+            points.len()
+        ));
+    }
+    let key = |point: &ScheduleFilePoint| (point.thrust, point.surge_speed_m_s);
+    let (second, first) = points.iter().enumerate().find_map(|(i, point)| {
+        let first = points[..i]
+            .iter()
+            .position(|other| key(other) == key(point))?;
+        Some((i, first))
+    })?;
+    Some(format!(
+        "points {} and {} are of the same thrust and speed: keep one of them",
+        first + 1,
+        second + 1
+    ))
 }
 
 /// The accepted models of a log as the text of a schedule file.

@@ -233,7 +233,9 @@ fn time(record: &Record) -> Option<Doubt> {
     }
     // A column that says seconds is believed, unless a program that made another column of the heading counted rows, too.
     let is_said = unit.origin == Origin::Stated && !record.units.yaw_rate_is_derived;
-    if is_taken_for_seconds && !has_rate && counts_rows(record) {
+    // Rows that were left out leave others that may be whole seconds apart.
+    let is_whole_log = record.units.heading_every_s.is_none();
+    if is_taken_for_seconds && !has_rate && is_whole_log && counts_rows(record) {
         return Some(Doubt::TimeIsIndex { is_stated: is_said });
     }
     // Whole numbers from 0 may be counts of a clock; a time of day begins elsewhere.

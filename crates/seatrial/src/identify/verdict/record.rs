@@ -148,6 +148,14 @@ impl Weighing {
             self.note(ReasonCode::Quantised, text);
         }
     }
+    /// A heading that was interpolated or held is why it is new too seldom.
+    fn held_comes_first(&mut self) {
+        let is_held = |reason: &Reason| reason.code == ReasonCode::HeadingHeld;
+        if let Some(held) = self.notes.iter().position(is_held) {
+            self.rejections.push(self.notes.remove(held));
+        }
+    }
+
     /// A vehicle's time constant must hold several samples of each channel: how the rudder moved in between is not known.
     fn pace(&mut self, checked: &Checked) {
         let Some(pace) = checked.log.pace else {
@@ -164,8 +172,14 @@ impl Weighing {
             None => (-checked.chosen.model.a22_per_s).max(0.0),
         };
         let longest_s = LONGEST_INTERVAL / slowest_per_s;
-        for (channel, interval_s) in [("heading", pace.heading_s), ("rudder", pace.rudder_s)] {
+        // Of rows so far apart the heading is enough.
+        let rudder_s = match pace.rudder_s > pace.heading_s || pace.heading_s <= longest_s {
+            true => pace.rudder_s,
+            false => 0.0,
+        };
+        for (channel, interval_s) in [("heading", pace.heading_s), ("rudder", rudder_s)] {
             if interval_s > longest_s {
+                self.held_comes_first();
                 self.reject(
                     ReasonCode::SampledTooSeldom,
                     format!(

@@ -416,10 +416,9 @@ fn exact_a_pace_is_judged_by_the_slowest_vehicle() {
         chain.log.pace = Some(pace);
         codes(&chain.judge())
     };
-    assert_eq!(
-        judged(0.1)[..2],
-        ["sampled_too_seldom", "sampled_too_seldom"]
-    );
+    // Once for both channels.
+    let seldom = |code: &&String| *code == "sampled_too_seldom";
+    assert_eq!(judged(0.1).iter().filter(seldom).count(), 1);
     assert_eq!(judged(30.0)[0], "not_identifiable");
 }
 
