@@ -73,7 +73,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     };
     let out = args.out();
     if let Some(shown) = title_of(&out).filter(|shown| !page.contains(shown)) {
-        say_on_stderr(format!("{}: takes the place of {shown}", out.display()));
+        let shown = shown.trim_start_matches("<title>");
+        say_on_stderr(format!("{}: takes the place of `{shown}`", out.display()));
     }
     output.save(&out, &page)?;
     say(&out, &page, output)?;
