@@ -60,6 +60,12 @@ export function situation(live: Live): Said {
   const { trial } = live;
   if (live.connection === "refused")
     return { tone: "bad", loud: "The server wants a token", details: [live.refusal ?? ""] };
+  if (live.commission?.running === true)
+    return {
+      tone: "partly",
+      loud: "Heading steps move the boat",
+      details: ["They are shown under Gains. ABORT ends them and puts the old gains back."],
+    };
   if (trial === null)
     return live.connection === "open"
       ? { tone: "plain", loud: "No trial is running", details: [] }

@@ -39,7 +39,8 @@ export function openCommission(live: Live): View {
   const shownNow = steps();
   const form = orderForm(live, complaints);
   let seen = "";
-  const undo = undoPanel(live, form.vehicle);
+  // What was kept is so no longer.
+  const undo = undoPanel(live, form.vehicle, () => (shownNow.root.hidden = true));
   const ordering = element("div", { class: "panels two spaced" }, form.root, form.proposal, undo.root);
   const draw = (): void => {
     form.draw();

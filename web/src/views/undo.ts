@@ -8,8 +8,12 @@ import { significant } from "../units.ts";
 import { sentence } from "../words.ts";
 import { table } from "./inspected.ts";
 
-/** `vehicle` is the name of the autopilot that is chosen. */
-export function undoPanel(live: Live, vehicle: () => string): { readonly root: HTMLElement; draw(): void } {
+/** `vehicle` is the name of the autopilot that is chosen; `undone` is called when its old values are back. */
+export function undoPanel(
+  live: Live,
+  vehicle: () => string,
+  undone: () => void,
+): { readonly root: HTMLElement; draw(): void } {
   const complaints = new Complaints();
   const place = element("div", { class: "stack", "aria-live": "polite" });
   const why = element("p", { class: "hint", role: "status" });
@@ -43,6 +47,7 @@ export function undoPanel(live: Live, vehicle: () => string): { readonly root: H
       found = null;
       agreed.checked = false;
       if (done === null) return fill(place);
+      if (done.complete) undone();
       const tone = done.complete ? "good" : "bad";
       const loud = done.complete ? "✓ The old values are back" : "✗ Not everything is back";
       fill(
