@@ -157,8 +157,8 @@ fn ratio(u_turn: MeasuredUTurn, source: &Models) -> Result<f64, Error> {
         .iter()
         .filter_map(|point| {
             let speed_m_s = point.point.surge_speed_m_s?;
+            let known = with_steady_turn(point)?;
             let radius = |side| {
-                let known = with_steady_turn(point)?;
                 let turn = Turn::new(&known.point.model, source.rudder_limit_rad, side).ok()?;
                 Some(turn.steady_turning_radius_m(speed_m_s))
             };
