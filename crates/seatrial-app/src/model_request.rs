@@ -18,8 +18,6 @@
 //! # Ok::<(), seatrial_app::Error>(())
 //! ```
 
-use std::fmt::Display;
-
 use seatrial::export::VehicleType;
 use seatrial::identification::Reader;
 use seatrial_core::RudderUnit;
@@ -32,7 +30,7 @@ use crate::gains::{HeadingGains, Wanted};
 use crate::gains_export::{Format, GainsFile, check_usable};
 use crate::models::Models;
 use crate::turning::TurningLimits;
-use crate::vehicle_export::{self, Fmu, Target};
+use crate::vehicle_export::{self, Form, Target};
 use crate::vehicle_file::Stated;
 
 /// What is said of a vehicle beside its models: options of `seatrial gains`, `turn` and `export`. Everything has a default.
@@ -108,36 +106,35 @@ pub enum ModelFile {
 /// How a file is made.
 enum Made {
     Gains(Format, VehicleType),
-    Vehicle(Target),
-    VehicleToml,
-    VehicleJson,
-    Fmu,
+    Vehicle(Form),
 }
 
 impl ModelFile {
     fn made(self) -> Made {
         use VehicleType::{Surface, Underwater};
+        let gains = Made::Gains;
+        let of_vehicle = |target| Made::Vehicle(Form::For(target));
         match self {
-            Self::ArdupilotSurface => Made::Gains(Format::Ardupilot, Surface),
-            Self::ArdupilotUnderwater => Made::Gains(Format::Ardupilot, Underwater),
-            Self::Px4Surface => Made::Gains(Format::Px4, Surface),
-            Self::Px4Underwater => Made::Gains(Format::Px4, Underwater),
-            Self::Ros2 => Made::Gains(Format::Ros2, Surface),
-            Self::Json => Made::Gains(Format::Json, Surface),
-            Self::C => Made::Gains(Format::C, Surface),
-            Self::Vehicle => Made::VehicleToml,
-            Self::VehicleJson => Made::VehicleJson,
-            Self::Fmu => Made::Fmu,
-            Self::Python => Made::Vehicle(Target::Numpy),
-            Self::Casadi => Made::Vehicle(Target::Casadi),
-            Self::Mujoco => Made::Vehicle(Target::Mujoco),
-            Self::Octave => Made::Vehicle(Target::Octave),
-            Self::Gazebo => Made::Vehicle(Target::Gazebo),
-            Self::Moos => Made::Vehicle(Target::Moos),
-            Self::Nav2 => Made::Vehicle(Target::Nav2),
-            Self::Ros2Control => Made::Vehicle(Target::Ros2Control),
-            Self::Ros2ControlUrdf => Made::Vehicle(Target::Ros2ControlUrdf),
-            Self::Guidance => Made::Vehicle(Target::Guidance),
+            Self::ArdupilotSurface => gains(Format::Ardupilot, Surface),
+            Self::ArdupilotUnderwater => gains(Format::Ardupilot, Underwater),
+            Self::Px4Surface => gains(Format::Px4, Surface),
+            Self::Px4Underwater => gains(Format::Px4, Underwater),
+            Self::Ros2 => gains(Format::Ros2, Surface),
+            Self::Json => gains(Format::Json, Surface),
+            Self::C => gains(Format::C, Surface),
+            Self::Vehicle => Made::Vehicle(Form::Toml),
+            Self::VehicleJson => Made::Vehicle(Form::Json),
+            Self::Fmu => Made::Vehicle(Form::Fmu),
+            Self::Python => of_vehicle(Target::Numpy),
+            Self::Casadi => of_vehicle(Target::Casadi),
+            Self::Mujoco => of_vehicle(Target::Mujoco),
+            Self::Octave => of_vehicle(Target::Octave),
+            Self::Gazebo => of_vehicle(Target::Gazebo),
+            Self::Moos => of_vehicle(Target::Moos),
+            Self::Nav2 => of_vehicle(Target::Nav2),
+            Self::Ros2Control => of_vehicle(Target::Ros2Control),
+            Self::Ros2ControlUrdf => of_vehicle(Target::Ros2ControlUrdf),
+            Self::Guidance => of_vehicle(Target::Guidance),
         }
     }
 
@@ -148,19 +145,13 @@ impl ModelFile {
 
     /// How its name ends.
     pub fn extension(self) -> &'static str {
-        match self {
-            Self::ArdupilotSurface | Self::ArdupilotUnderwater => "param",
-            Self::Px4Surface | Self::Px4Underwater => "params",
-            Self::Ros2 | Self::Nav2 | Self::Ros2Control => "yaml",
-            Self::Json | Self::VehicleJson => "json",
-            Self::C => "h",
-            Self::Vehicle | Self::Guidance => "toml",
-            Self::Python | Self::Casadi | Self::Mujoco => "py",
-            Self::Octave => "m",
-            Self::Fmu => "fmu",
-            Self::Gazebo => "sdf",
-            Self::Moos => "moos",
-            Self::Ros2ControlUrdf => "urdf",
+        match self.made() {
+            Made::Gains(Format::Ardupilot, _) => "param",
+            Made::Gains(Format::Px4, _) => "params",
+            Made::Gains(Format::Ros2, _) => "yaml",
+            Made::Gains(Format::Json, _) => "json",
+            Made::Gains(Format::C, _) => "h",
+            Made::Vehicle(form) => form.extension(),
         }
     }
 }
@@ -222,42 +213,23 @@ impl ModelRequest {
     /// What `seatrial gains --export` and `seatrial export` refuse: [`Error::Rejected`] where only [`accept`](Self::accept) writes it.
     pub fn file(&self, models: &Models, file: ModelFile) -> Result<FileOfModels, Error> {
         let models = self.limited(models)?;
-        let made = match file.made() {
+        let form = match file.made() {
             Made::Gains(format, vehicle) => return self.gains_file(&models, file, format, vehicle),
-            made => made,
+            Made::Vehicle(form) => form,
         };
         let stated = Stated {
             full_rudder_rad: self.full_rudder_deg.map(f64::to_radians),
             ..Stated::default()
         };
         let vehicle = stated.vehicle(&models)?;
-        let mut notes = vehicle.provenance.assumptions.clone();
-        let unwritten = |error: &dyn Display| Error::Input(format!("{}: {error}", vehicle.name));
-        let bytes = match made {
-            Made::Fmu => {
-                let fmu = Fmu::of(&vehicle)?;
-                notes.extend(fmu.without_binary.map(|reason| {
-                    format!("the FMU holds source code only ({reason}); `fmpy compile FILE.fmu` adds a binary")
-                }));
-                fmu.bytes
-            }
-            Made::Vehicle(target) => {
-                if !self.accept {
-                    let not_to_be_used = "its models are not to be used".to_owned();
-                    let rejected = (!models.rejected.is_empty()).then_some(&not_to_be_used);
-                    vehicle_export::check_usable(&vehicle, target, None, rejected)?;
-                }
-                vehicle_export::text(&vehicle, target, None)?.into_bytes()
-            }
-            Made::VehicleJson => vehicle
-                .to_json()
-                .map_err(|error| unwritten(&error))?
-                .into_bytes(),
-            Made::VehicleToml | Made::Gains(..) => vehicle
-                .to_toml()
-                .map_err(|error| unwritten(&error))?
-                .into_bytes(),
-        };
+        if let Some(target) = form.target().filter(|_| !self.accept) {
+            let not_to_be_used = "its models are not to be used".to_owned();
+            let rejected = (!models.rejected.is_empty()).then_some(&not_to_be_used);
+            vehicle_export::check_usable(&vehicle, target, None, rejected)?;
+        }
+        let (bytes, note) = vehicle_export::file(&vehicle, form, None)?;
+        let mut notes = vehicle.provenance.assumptions;
+        notes.extend(note);
         Ok(FileOfModels {
             bytes,
             extension: file.extension(),

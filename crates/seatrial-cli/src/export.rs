@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use seatrial_app::vehicle_export::{self, Fmu, Target as Form};
+use seatrial_app::vehicle_export::{self, Form, Target as Export};
 use seatrial_app::vehicle_file::Stated;
 use seatrial_sim::IdentifiedVehicle;
 use serde::Serialize;
@@ -109,35 +109,22 @@ enum Target {
 }
 
 impl Target {
-    /// The form, where it is a text other than the vehicle file itself.
-    fn form(self) -> Option<Form> {
-        Some(match self {
-            Self::Vehicle | Self::VehicleJson | Self::Fmu => return None,
-            Self::Python => Form::Numpy,
-            Self::Casadi => Form::Casadi,
-            Self::Mujoco => Form::Mujoco,
-            Self::Octave => Form::Octave,
-            Self::Gazebo => Form::Gazebo,
-            Self::Moos => Form::Moos,
-            Self::Nav2 => Form::Nav2,
-            Self::Ros2Control => Form::Ros2Control,
-            Self::Ros2ControlUrdf => Form::Ros2ControlUrdf,
-            Self::Guidance => Form::Guidance,
+    fn form(self) -> Form {
+        Form::For(match self {
+            Self::Vehicle => return Form::Toml,
+            Self::VehicleJson => return Form::Json,
+            Self::Fmu => return Form::Fmu,
+            Self::Python => Export::Numpy,
+            Self::Casadi => Export::Casadi,
+            Self::Mujoco => Export::Mujoco,
+            Self::Octave => Export::Octave,
+            Self::Gazebo => Export::Gazebo,
+            Self::Moos => Export::Moos,
+            Self::Nav2 => Export::Nav2,
+            Self::Ros2Control => Export::Ros2Control,
+            Self::Ros2ControlUrdf => Export::Ros2ControlUrdf,
+            Self::Guidance => Export::Guidance,
         })
-    }
-
-    fn suffix(self) -> &'static str {
-        match self {
-            Self::Vehicle | Self::Guidance => "toml",
-            Self::Python | Self::Casadi | Self::Mujoco => "py",
-            Self::VehicleJson => "json",
-            Self::Octave => "m",
-            Self::Fmu => "fmu",
-            Self::Gazebo => "sdf",
-            Self::Moos => "moos",
-            Self::Nav2 | Self::Ros2Control => "yaml",
-            Self::Ros2ControlUrdf => "urdf",
-        }
     }
 }
 
@@ -152,10 +139,11 @@ struct Drawn {
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let (vehicle, exit) = args.vehicle.vehicle()?;
     vehicle.provenance.assumptions.iter().for_each(say);
-    if let Some(form) = args.to.form().filter(|_| !args.accept) {
+    let form = args.to.form();
+    if let Some(target) = form.target().filter(|_| !args.accept) {
         let not_to_be_used = "its models are not to be used".to_owned();
         let rejected = (exit == Exit::Rejected).then_some(&not_to_be_used);
-        vehicle_export::check_usable(&vehicle, form, args.at_thrust, rejected).map_err(
+        vehicle_export::check_usable(&vehicle, target, args.at_thrust, rejected).map_err(
             |error| Failure::rejected(format!("{error}; --accept writes it all the same")),
         )?;
     }
@@ -174,13 +162,13 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             output.save(path, file(args, &vehicle)?)?;
             output.print(&vehicle, || format!("{}\n", path.display()))?;
         }
-        (None, _) if args.to == Target::Fmu => {
+        (None, _) if form == Form::Fmu => {
             return Err(Failure::usage(
                 "--to fmu writes no text: say where it goes with --out FILE.fmu",
             ));
         }
         (None, _) => {
-            let text = text(args, &vehicle)?;
+            let text = String::from_utf8(file(args, &vehicle)?).map_err(Failure::internal)?;
             output.print(&vehicle, || text)?;
         }
     }
@@ -188,25 +176,11 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 }
 
 fn file(args: &Args, vehicle: &IdentifiedVehicle) -> Result<Vec<u8>, Failure> {
-    if args.to != Target::Fmu {
-        return text(args, vehicle).map(String::into_bytes);
+    let (bytes, note) = vehicle_export::file(vehicle, args.to.form(), args.at_thrust)?;
+    if let Some(note) = note {
+        say(format!("{}: {note}", vehicle.name));
     }
-    let fmu = Fmu::of(vehicle)?;
-    if let Some(reason) = fmu.without_binary {
-        say(format!(
-            "{}: the FMU holds source code only ({reason}); `fmpy compile FILE.fmu` adds a binary",
-            vehicle.name
-        ));
-    }
-    Ok(fmu.bytes)
-}
-
-fn text(args: &Args, vehicle: &IdentifiedVehicle) -> Result<String, Failure> {
-    match args.to.form() {
-        Some(form) => Ok(vehicle_export::text(vehicle, form, args.at_thrust)?),
-        None if args.to == Target::VehicleJson => vehicle.to_json().map_err(Failure::internal),
-        None => vehicle.to_toml().map_err(Failure::internal),
-    }
+    Ok(bytes)
 }
 
 /// Writes vehicles that are drawn, numbered from 1.
@@ -234,7 +208,10 @@ fn draw(
         .map(|number| {
             let mut drawn = vehicle.drawn(args.seed.wrapping_add(number - 1));
             drawn.name = format!("{} {number:0digits$}", vehicle.name);
-            let path = folder.join(format!("vehicle-{number:0digits$}.{}", args.to.suffix()));
+            let path = folder.join(format!(
+                "vehicle-{number:0digits$}.{}",
+                args.to.form().extension()
+            ));
             output.save(&path, file(args, &drawn)?)?;
             Ok(path)
         })

@@ -12,12 +12,12 @@ use seatrial_app::gains_export::{Format, GainsFile, check_usable};
 use seatrial_app::models::{Models, of_campaign, of_document, of_document_text, of_schedule_file};
 use seatrial_app::outputs::{OutputError, Outputs};
 use seatrial_app::turning::{MeasuredUTurn, TurningLimits};
-use seatrial_app::vehicle_export::{self, Fmu, Target};
+use seatrial_app::vehicle_export::{self, Form, Target};
 use seatrial_app::vehicle_file::Stated;
 use seatrial_core::YawModel;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 
-use crate::{Document, answer, error, failed, json, usage};
+use crate::{Document, answer, failed, json, usage};
 
 /// Where models come from, a mapping of the Python part: one of its entries is given.
 #[derive(FromPyObject)]
@@ -216,18 +216,20 @@ pub fn export_vehicle(
     at_thrust: Option<f64>,
     accept: bool,
 ) -> PyResult<(Cow<'static, [u8]>, Vec<String>)> {
-    let target = match to {
-        "vehicle" | "vehicle-json" | "fmu" => None,
-        "python" => Some(Target::Numpy),
-        "casadi" => Some(Target::Casadi),
-        "mujoco" => Some(Target::Mujoco),
-        "octave" => Some(Target::Octave),
-        "gazebo" => Some(Target::Gazebo),
-        "moos" => Some(Target::Moos),
-        "nav2" => Some(Target::Nav2),
-        "ros2_control" => Some(Target::Ros2Control),
-        "ros2_control-urdf" => Some(Target::Ros2ControlUrdf),
-        "guidance" => Some(Target::Guidance),
+    let form = match to {
+        "vehicle" => Form::Toml,
+        "vehicle-json" => Form::Json,
+        "fmu" => Form::Fmu,
+        "python" => Form::For(Target::Numpy),
+        "casadi" => Form::For(Target::Casadi),
+        "mujoco" => Form::For(Target::Mujoco),
+        "octave" => Form::For(Target::Octave),
+        "gazebo" => Form::For(Target::Gazebo),
+        "moos" => Form::For(Target::Moos),
+        "nav2" => Form::For(Target::Nav2),
+        "ros2_control" => Form::For(Target::Ros2Control),
+        "ros2_control-urdf" => Form::For(Target::Ros2ControlUrdf),
+        "guidance" => Form::For(Target::Guidance),
         other => return Err(usage(py, format!("to={other:?}: no such form"))),
     };
     let models = source.models(py)?;
@@ -242,32 +244,14 @@ pub fn export_vehicle(
     let vehicle = stated
         .vehicle(&models)
         .map_err(|error| failed(py, &error))?;
-    if let Some(target) = target.filter(|_| !accept) {
+    if let Some(target) = form.target().filter(|_| !accept) {
         vehicle_export::check_usable(&vehicle, target, at_thrust, models.rejected.first())
             .map_err(|error| failed(py, &error))?;
     }
     let assumptions = vehicle.provenance.assumptions.iter().cloned();
     let mut warnings: Vec<String> = warnings(&models).into_iter().chain(assumptions).collect();
-    let file = match target {
-        None if to == "fmu" => {
-            let fmu = Fmu::of(&vehicle).map_err(|error| failed(py, &error))?;
-            let source_only = fmu.without_binary.map(|reason| {
-                format!("the FMU holds source code only ({reason}); `fmpy compile FILE.fmu` adds a binary")
-            });
-            warnings.extend(source_only);
-            fmu.bytes
-        }
-        None if to == "vehicle-json" => vehicle
-            .to_json()
-            .map_err(|found| error(py, "SeatrialError", found))?
-            .into_bytes(),
-        None => vehicle
-            .to_toml()
-            .map_err(|found| error(py, "SeatrialError", found))?
-            .into_bytes(),
-        Some(target) => vehicle_export::text(&vehicle, target, at_thrust)
-            .map_err(|error| failed(py, &error))?
-            .into_bytes(),
-    };
+    let (file, note) =
+        vehicle_export::file(&vehicle, form, at_thrust).map_err(|error| failed(py, &error))?;
+    warnings.extend(note);
     Ok((file.into(), advice::all(warnings, Reader::Python)))
 }

@@ -11,12 +11,13 @@ mod nav2;
 mod program;
 mod ros2_control;
 
+use std::fmt::Display;
+
 use seatrial_sim::IdentifiedVehicle;
 use seatrial_sim::identified::IdentifiedSpeed;
 
-pub use fmu::Fmu;
-
 use crate::Error;
+use fmu::Fmu;
 
 /// What a vehicle is written for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +43,69 @@ pub enum Target {
     Ros2ControlUrdf,
     /// What a path follower has to know, TOML.
     Guidance,
+}
+
+/// The form of a file of a vehicle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// The vehicle file, TOML.
+    Toml,
+    /// The vehicle file, JSON.
+    Json,
+    /// A Functional Mock-up Unit, FMI 3.0 for co-simulation.
+    Fmu,
+    /// A text for a target.
+    For(Target),
+}
+
+impl Form {
+    /// How its name ends.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Toml | Self::For(Target::Guidance) => "toml",
+            Self::Json => "json",
+            Self::Fmu => "fmu",
+            Self::For(Target::Numpy | Target::Casadi | Target::Mujoco) => "py",
+            Self::For(Target::Octave) => "m",
+            Self::For(Target::Gazebo) => "sdf",
+            Self::For(Target::Moos) => "moos",
+            Self::For(Target::Nav2 | Target::Ros2Control) => "yaml",
+            Self::For(Target::Ros2ControlUrdf) => "urdf",
+        }
+    }
+
+    /// The target, where it is a text for one.
+    pub fn target(self) -> Option<Target> {
+        match self {
+            Self::For(target) => Some(target),
+            Self::Toml | Self::Json | Self::Fmu => None,
+        }
+    }
+}
+
+/// The bytes of a vehicle's file, and what to know about it; `thrust` as for [`text`].
+///
+/// # Errors
+/// What the target cannot carry, and a thrust that is none.
+pub fn file(
+    vehicle: &IdentifiedVehicle,
+    form: Form,
+    thrust: Option<f64>,
+) -> Result<(Vec<u8>, Option<String>), Error> {
+    let unwritten = |error: &dyn Display| Error::Input(format!("{}: {error}", vehicle.name));
+    let text = match form {
+        Form::Fmu => {
+            let fmu = Fmu::of(vehicle)?;
+            let note = fmu.without_binary.map(|reason| {
+                format!("the FMU holds source code only ({reason}); `fmpy compile FILE.fmu` adds a binary")
+            });
+            return Ok((fmu.bytes, note));
+        }
+        Form::Toml => vehicle.to_toml().map_err(|error| unwritten(&error))?,
+        Form::Json => vehicle.to_json().map_err(|error| unwritten(&error))?,
+        Form::For(target) => text(vehicle, target, thrust)?,
+    };
+    Ok((text.into_bytes(), None))
 }
 
 /// Writes a vehicle for a target; one that has a model of a single speed gets that at `thrust`, the fastest without.
