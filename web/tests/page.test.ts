@@ -137,7 +137,7 @@ test("two trials are validated, compared and looked at over speed", async () => 
 
   await visit("#/history/campaign/3");
   const slider = page.getByRole("slider");
-  await page.getByText("phase margin").waitFor();
+  await page.locator("dt", { hasText: "phase margin" }).waitFor();
   const middle = await slider.getAttribute("aria-valuetext");
   await slider.press("End");
   await until("the slider is answered", async () => (await slider.getAttribute("aria-valuetext")) !== middle);

@@ -381,21 +381,24 @@ fn has_keys(_: &[u8]) -> bool {
 }
 
 /// Delimited text, in whatever encoding.
+#[cfg(feature = "containers")]
 fn text(mut file: Input) -> Result<Box<dyn Table>, Fault> {
     let first = start(&mut file)?;
     file.rewind().map_err(Fault::read)?;
-    #[cfg(feature = "containers")]
-    {
-        if let Some(encoding) = crate::as_text::encoding(&first) {
-            return Ok(Box::new(AsText::encoded(file, encoding)?));
-        }
-        if has_keys(&first) {
-            let lines = crate::key_value::Lines::open(&file)?;
-            return Ok(Box::new(AsText::new(Format::Csv, file, lines, Vec::new())?));
-        }
-        Ok(Box::new(Text::open(file)?))
+    if let Some(encoding) = crate::as_text::encoding(&first) {
+        return Ok(Box::new(AsText::encoded(file, encoding)?));
     }
-    #[cfg(not(feature = "containers"))]
+    if has_keys(&first) {
+        let lines = crate::key_value::Lines::open(&file)?;
+        return Ok(Box::new(AsText::new(Format::Csv, file, lines, Vec::new())?));
+    }
+    Ok(Box::new(Text::open(file)?))
+}
+
+/// Delimited text.
+#[cfg(not(feature = "containers"))]
+fn text(mut file: Input) -> Result<Box<dyn Table>, Fault> {
+    file.rewind().map_err(Fault::read)?;
     Ok(Box::new(Text::open(file)?))
 }
 
