@@ -1,8 +1,9 @@
 //! What the contest of hypotheses hands over: the nearest first-order model with its interval, and the model beyond first order.
 
+use nalgebra::Vector3;
 use seatrial_core::YawModel;
 
-use super::intervals::normal_intervals;
+use super::intervals::{normal_intervals, widened};
 use super::robust::estimate::MODEL_ERROR;
 use crate::gain_allowance::{DAMPING_RATIO, GainAllowance, sampled};
 use crate::identification::{EstimateMethod, HigherOrder, Refined, WIDEST_A22, WIDEST_B2};
@@ -53,7 +54,28 @@ pub fn beyond_first_order(
         .iter()
         .chain(refined.covariance.as_flattened())
         .all(|x| x.is_finite());
-    is_finite.then_some((refined, found))
+    is_finite.then(|| {
+        (
+            reaching_behind_play(refined, contest, rudder_amplitude_rad),
+            found,
+        )
+    })
+}
+
+/// With intervals that hold the model behind the play of the gear, too: at larger angles more of the rudder reaches the blade.
+fn reaching_behind_play(refined: Refined, contest: &Contest, amplitude_rad: f64) -> Refined {
+    let behind = contest.moments(&|vehicle, offset_rad_s2| {
+        let without = Vehicle {
+            play_rad: 0.0,
+            ..*vehicle
+        };
+        first_order_at(&without, offset_rad_s2, amplitude_rad)
+    });
+    let model = Vector3::from(refined.model.theta());
+    match behind.map(|behind| (behind.mean - model) / NORMAL_95) {
+        Some(away) if away != Vector3::zeros() => widened(&refined, &(away * away.transpose())),
+        _ => refined,
+    }
 }
 
 /// Mean and variance of the log of the gain K, 1/s, that the hypotheses' steady turns have at a rudder amplitude, rad.

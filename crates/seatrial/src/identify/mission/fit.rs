@@ -282,6 +282,13 @@ impl<'a> Problem<'a> {
         Some(here)
     }
 
+    /// By how much a step of scoring from a fit lowers the cost, as far as its slope and information tell.
+    pub fn next_gain(&self, here: &Fit) -> Option<f64> {
+        let derivatives = self.derivatives(here);
+        let (information, slope) = (derivatives.information(), derivatives.slope());
+        Some(0.5 * slope.dot(&information.cholesky()?.solve(&slope)))
+    }
+
     /// The fit a step further, where that is better. No scaled parameter moves far at once.
     fn moved(&self, here: &Fit, free: &[usize], step: &DVector<f64>) -> Option<Fit> {
         const LONGEST: f64 = 1.0;

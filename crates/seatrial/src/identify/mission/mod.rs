@@ -16,6 +16,7 @@
 mod filter;
 mod fit;
 mod information;
+mod play;
 mod prediction;
 mod record;
 
@@ -25,7 +26,7 @@ use seatrial_core::{Sample, YawModel};
 use super::intervals::normal_intervals;
 use super::log_statistics::LogStatistics;
 use super::online::Pass;
-use super::robust::estimate::MODEL_ERROR;
+use super::robust::estimate::{LEAST_EVIDENCE, MODEL_ERROR};
 use super::training::manoeuvre_to_learn_from;
 use super::validation::ValidationData;
 use super::{ExaminedRecord, IdentifyError, valid_range};
@@ -39,7 +40,7 @@ use crate::propagation::NORMAL_95;
 use crate::record::{Window, duration_s};
 use crate::segmentation::{self, Kind};
 use filter::SpeedLaw;
-use fit::{Fit, Hypothesis, Problem};
+use fit::{Fit, Hypothesis, Problem, Scale};
 use information::Uncertainty;
 pub(super) use prediction::LEAST_HORIZON_S;
 use prediction::Prediction;
@@ -104,8 +105,8 @@ pub fn is_ordinary_steering(samples: &[Sample<f64>]) -> bool {
     of_manoeuvres < MANOEUVRES * all
 }
 
-/// Every hypothesis fitted to legs, each from a simpler one. `None` where they determine nothing.
-fn fits(legs: &Legs) -> Option<Vec<(Fit, Uncertainty)>> {
+/// Every hypothesis fitted to legs, each from a simpler one, and the scale of their parameters. `None` where they determine nothing.
+fn fits(legs: &Legs) -> Option<(Vec<(Fit, Uncertainty)>, Scale)> {
     let (problem, look) = Problem::new(legs)?;
     let simple = look.hypothesis;
     let mut fits = vec![problem.fit(simple, &look.x)?];
@@ -126,7 +127,7 @@ fn fits(legs: &Legs) -> Option<Vec<(Fit, Uncertainty)>> {
         let uncertainty = problem.uncertainty(&fit)?;
         Some((fit, uncertainty))
     });
-    Some(uncertain.collect())
+    Some((uncertain.collect(), problem.scale))
 }
 
 /// What all hypotheses say of a log.
@@ -137,12 +138,46 @@ struct Estimate {
     pub covariance: Matrix4<f64>,
     /// The heaviest hypothesis.
     pub heaviest: Fit,
+    /// Log evidence of the likeliest hypothesis.
+    pub log_evidence: f64,
+    /// Play of the rudder from stop to stop, rad, where the log asks for it: the covariance holds the model behind it.
+    pub play_rad: Option<f64>,
 }
 
 impl Estimate {
     /// Of legs. `None` where they determine nothing.
     fn of(legs: &Legs) -> Option<Self> {
-        let found = fits(legs)?;
+        let (found, scale) = fits(legs)?;
+        let estimate = Self::of_fits(&found)?;
+        let behind = play::likely_play_rad(legs, scale, &estimate.heaviest)
+            .and_then(|play_rad| Some((play_rad, fits(&legs.behind_play(play_rad))?.0)))
+            .and_then(|(play_rad, found)| Some((play_rad, Self::of_fits(&found)?)));
+        if let Some((p, b)) = &behind {
+            eprintln!(
+                "play {p} {:?} {} {}",
+                b.mean, b.log_evidence, estimate.log_evidence
+            );
+        }
+        Some(match behind {
+            Some((play_rad, behind))
+                if behind.log_evidence - estimate.log_evidence > LEAST_EVIDENCE =>
+            {
+                estimate.reaching_behind(play_rad, &behind)
+            }
+            _ => estimate,
+        })
+    }
+
+    /// With a covariance that holds the estimate behind play, too.
+    fn reaching_behind(mut self, play_rad: f64, other: &Self) -> Self {
+        let away = (other.mean - self.mean) / NORMAL_95;
+        self.covariance += away * away.transpose();
+        self.play_rad = Some(play_rad);
+        self
+    }
+
+    /// Of all hypotheses, weighed by their evidence.
+    fn of_fits(found: &[(Fit, Uncertainty)]) -> Option<Self> {
         let evidence = found.iter().map(|(_, u)| u.log_evidence);
         let most = evidence.fold(f64::NEG_INFINITY, f64::max);
         let weights: Vec<f64> = (found.iter())
@@ -163,6 +198,8 @@ impl Estimate {
             mean,
             covariance,
             heaviest: heaviest.clone(),
+            log_evidence: most,
+            play_rad: None,
         })
     }
 
@@ -237,6 +274,8 @@ pub(super) struct Steering {
     pub refined: Refined,
     /// The model behind the delay of its rudder, where there is one.
     pub lagging: Option<HigherOrder>,
+    /// Play of the rudder from stop to stop, rad, where the log asks for it.
+    pub play_rad: Option<f64>,
     /// What it was validated on.
     pub held_out: HeldOut,
 }
@@ -266,6 +305,7 @@ impl Steering {
             share: legs.share,
             refined: estimate.refined(),
             lagging: estimate.lagging(),
+            play_rad: estimate.play_rad,
             samples,
             held_out,
         }))

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use seatrial_core::{Real, Sample};
 
 use crate::identify::pace::Pace;
+use crate::identify::robust::play::fin_behind;
 use crate::likelihood::leg::deviation;
 use crate::record::{duration_s, median, median_interval_s};
 use crate::record_series::RecordSeries;
@@ -147,6 +148,29 @@ impl Legs {
             legs,
             ..self.clone()
         })
+    }
+
+    /// The legs with the rudder that its command leaves behind this play, rad.
+    pub fn behind_play(&self, play_rad: f64) -> Self {
+        Self {
+            legs: (self.legs.iter())
+                .map(|leg| leg.behind_play(play_rad))
+                .collect(),
+            ..self.clone()
+        }
+    }
+
+    /// Largest command that acts for a hundredth of the time on either side of the middle one, rad.
+    pub fn rudder_amplitude_rad(&self) -> f64 {
+        let mut commands: Vec<f64> = (self.legs.iter())
+            .flat_map(|leg| leg.commands(0.0, self.interval_s))
+            .collect();
+        commands.sort_by(f64::total_cmp);
+        let at = |share: f64| commands.get((share * commands.len() as f64) as usize);
+        match (at(0.01), at(0.99)) {
+            (Some(least), Some(most)) => 0.5 * (most - least),
+            _ => 0.0,
+        }
     }
 
     /// Standard deviation of the speed over its mean.
@@ -293,14 +317,6 @@ impl Leg {
         speed: impl Fn(usize) -> f64,
     ) -> Self {
         let unwrapped = RecordSeries::new(samples, 1).heading_rad;
-        let (mut once, mut twice) = (0.0, 0.0);
-        let mut integrals = vec![[0.0; 2]];
-        for pair in samples.windows(2) {
-            let (h, command) = (pair[1].time_s - pair[0].time_s, pair[0].rudder_rad);
-            twice += h * (once + 0.5 * h * command);
-            once += h * command;
-            integrals.push([once, twice]);
-        }
         let picked = || (0..samples.len()).step_by(step);
         Self {
             time_s: picked().map(|i| samples[i].time_s).collect(),
@@ -312,11 +328,24 @@ impl Leg {
                 false => Vec::new(),
             },
             speed: picked().map(speed).collect(),
-            commands: Arc::new(Commands {
-                change_s: samples.iter().map(|s| s.time_s).collect(),
-                command_rad: samples.iter().map(|s| s.rudder_rad).collect(),
-                integrals,
-            }),
+            commands: Arc::new(Commands::new(
+                samples.iter().map(|s| s.time_s).collect(),
+                samples.iter().map(|s| s.rudder_rad).collect(),
+            )),
+        }
+    }
+
+    /// The leg with the rudder that its command leaves behind this play, rad.
+    fn behind_play(&self, play_rad: f64) -> Self {
+        let Commands {
+            change_s,
+            command_rad,
+            ..
+        } = &*self.commands;
+        let fin_rad = fin_behind(command_rad, play_rad);
+        Self {
+            commands: Arc::new(Commands::new(change_s.clone(), fin_rad)),
+            ..self.clone()
         }
     }
 
@@ -381,6 +410,22 @@ impl Leg {
 }
 
 impl Commands {
+    fn new(change_s: Vec<f64>, command_rad: Vec<f64>) -> Self {
+        let (mut once, mut twice) = (0.0, 0.0);
+        let mut integrals = vec![[0.0; 2]];
+        for (times, command) in change_s.windows(2).zip(&command_rad) {
+            let h = times[1] - times[0];
+            twice += h * (once + 0.5 * h * command);
+            once += h * command;
+            integrals.push([once, twice]);
+        }
+        Self {
+            change_s,
+            command_rad,
+            integrals,
+        }
+    }
+
     fn from(&self, time_s: f64, by_s: f64) -> Cursor<'_> {
         let after = self
             .change_s

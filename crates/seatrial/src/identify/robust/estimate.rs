@@ -31,7 +31,7 @@ const WIDEST: f64 = 0.5;
 const LEAST_PROMPT: f64 = 0.02;
 
 /// Log of how much likelier a record must be with play than without: play is believed in one rudder of twenty.
-const LEAST_EVIDENCE: f64 = 3.0;
+pub const LEAST_EVIDENCE: f64 = 3.0;
 
 /// 97.5 % of a normal distribution are below so many standard deviations.
 const NORMAL_95: f64 = 1.96;

@@ -7,13 +7,13 @@ use super::noise::whitened_products;
 use super::record::{B2, DELAY, FIRST, LAG2, PARAMETERS, Record};
 
 /// Plays that are looked for, from stop to stop, in amplitudes of the rudder.
-const PLAYS: [f64; 6] = [0.02, 0.05, 0.1, 0.15, 0.25, 0.4];
+pub const PLAYS: [f64; 6] = [0.02, 0.05, 0.1, 0.15, 0.25, 0.4];
 
 /// Columns of parameters, the residual, and what each play adds.
 const ALL: usize = COLUMNS + PLAYS.len();
 
 /// Twice the log of how much likelier a record must be with play: a first look, before the record is held against both in full.
-const LIKELIER: f64 = 12.0;
+pub const LIKELIER: f64 = 12.0;
 
 /// The fin behind play, rad: at rest it stands where the first command is.
 ///

@@ -318,15 +318,7 @@ impl Weighing {
                 ),
             );
         }
-        if let Some(play_rad) = checked.explained.play_rad() {
-            self.note(
-                ReasonCode::RudderPlay,
-                format!(
-                    "the record is likelier of a rudder with about {:.1} deg of play than of one that goes where the log says: a22 and b2 hold for rudder angles like those of the record, their intervals hold the model behind the play; take the slack out of the linkage, or log the rudder's own angle",
-                    play_rad.to_degrees()
-                ),
-            );
-        }
+        self.play(checked.explained.play_rad());
         if let Explained::Disturbed { share, .. } = checked.explained {
             self.note(
                 ReasonCode::Disturbed,
@@ -336,6 +328,18 @@ impl Weighing {
                 ),
             );
         }
+    }
+
+    /// Notes play of the rudder from stop to stop, rad, where a record asks for it.
+    pub(super) fn play(&mut self, play_rad: Option<f64>) {
+        let Some(play_rad) = play_rad else { return };
+        self.note(
+            ReasonCode::RudderPlay,
+            format!(
+                "the record is likelier of a rudder with about {:.1} deg of play than of one that goes where the log says: a22 and b2 hold for rudder angles like those of the record, their intervals hold the model behind the play; take the slack out of the linkage, or log the rudder's own angle",
+                play_rad.to_degrees()
+            ),
+        );
     }
 
     fn training_fit(&mut self, checked: &Checked) {

@@ -116,6 +116,7 @@ impl Weighing {
                 format!("something other than the rudder turned the vehicle with {} % of the rudder's own effect: waves, gusts or a current; the intervals allow for it", percent(share)),
             );
         }
+        self.play(steering.play_rad);
         if let Some(lagging) = &steering.lagging {
             self.note(
                 ReasonCode::ModelOrder,
