@@ -6,7 +6,7 @@
 //! | symbol | meaning | unit |
 //! |---|---|---|
 //! | d, b, c | damping -a22, rudder effect b2, offset C0 | 1/s, 1/s^2, rad/s^2 |
-//! | u | speed over the mean speed of the log; d goes with u and b with u^2 where the log asks for it | |
+//! | u | speed over the median speed of the log; d goes with u and b with u^2 where the log asks for it | |
 //! | shift, lag | time by which the record of the rudder is early, lag of the gear | s |
 //! | sea, waves | Gauss-Markov and narrow-band yaw acceleration | rad/s^2 |
 //!
@@ -270,6 +270,8 @@ pub(super) struct Steering {
     /// Minutes of it that were fitted, and their share of the window.
     pub minutes: f64,
     pub share: f64,
+    /// The speed at which a22 and b2 hold, m/s, where the speed of the log changes.
+    pub speed_m_s: Option<f64>,
     /// The model.
     pub refined: Refined,
     /// The model behind the delay of its rudder, where there is one.
@@ -303,6 +305,7 @@ impl Steering {
             log: LogStatistics::of(record, training, &manoeuvre, pass, 0),
             minutes: legs.legs.iter().map(|leg| leg.duration_s()).sum::<f64>() / 60.0,
             share: legs.share,
+            speed_m_s: (legs.speed_m_s).filter(|_| legs.speed_change() > LEAST_SPEED_CHANGE),
             refined: estimate.refined(),
             lagging: estimate.lagging(),
             play_rad: estimate.play_rad,

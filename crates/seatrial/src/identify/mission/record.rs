@@ -64,7 +64,7 @@ pub struct Legs {
     pub legs: Vec<Leg>,
     /// The usual interval between comparisons, s.
     pub interval_s: f64,
-    /// The mean speed of the legs, m/s, where it is logged.
+    /// The median speed of the legs, m/s, where it is logged: parameters are those at it.
     pub speed_m_s: Option<f64>,
     /// Share of the log that the legs hold.
     pub share: f64,
@@ -98,17 +98,16 @@ impl Legs {
                 part.push(i);
             }
         }
-        let mean_speed_m_s = speeds.as_ref().map(|(_, speeds)| {
-            let used: Vec<f64> = parts.iter().flatten().map(|i| speeds[*i]).collect();
-            used.iter().sum::<f64>() / used.len().max(1) as f64
-        });
+        let speed_m_s = speeds
+            .as_ref()
+            .and_then(|(_, speeds)| median(parts.iter().flatten().map(|i| speeds[*i]).collect()));
         let legs: Vec<Leg> = parts
             .iter()
             .filter(|part| part.len() / step >= FEWEST)
             .map(|part| {
                 let own: Vec<Sample<f64>> = part.iter().map(|i| samples[*i]).collect();
-                let speed = |i: usize| match (&speeds, mean_speed_m_s) {
-                    (Some((_, speeds)), Some(mean)) => speeds[part[i]] / mean,
+                let speed = |i: usize| match (&speeds, speed_m_s) {
+                    (Some((_, speeds)), Some(usual)) => speeds[part[i]] / usual,
                     _ => 1.0,
                 };
                 Leg::new(&own, step, has_rate, speed)
@@ -120,7 +119,7 @@ impl Legs {
         (!legs.is_empty()).then_some(Self {
             legs: most_excited(legs, interval_s),
             interval_s,
-            speed_m_s: mean_speed_m_s,
+            speed_m_s,
             share: used_s / total_s,
         })
     }
@@ -183,7 +182,7 @@ impl Legs {
         deviation(&speeds)
     }
 
-    /// The legs with speeds over the mean speed of others.
+    /// The legs with speeds over the median speed of others.
     pub fn over_speed_of(&self, others: &Self) -> Self {
         let ratio = match (self.speed_m_s, others.speed_m_s) {
             (Some(own), Some(other)) => own / other,

@@ -139,10 +139,13 @@ impl Weighing {
             } else {
                 String::new()
             };
+            let speed = steering.speed_m_s.map_or_else(String::new, |speed_m_s| {
+                format!("; a22 and b2 are those at {} m/s", three_figures(speed_m_s))
+            });
             reasons.push(Reason::new(
                 ReasonCode::Ok,
                 format!(
-                    "the model of {} minutes of ordinary steering predicts what was held out over {} s: R^2 of heading {}, of yaw rate {}{cut}",
+                    "the model of {} minutes of ordinary steering predicts what was held out over {} s: R^2 of heading {}, of yaw rate {}{cut}{speed}",
                     three_figures(steering.minutes),
                     three_figures(prediction.horizon_s),
                     r2_text(prediction.r2_heading()),
