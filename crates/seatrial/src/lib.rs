@@ -89,6 +89,7 @@ pub mod identify;
 pub mod legs;
 pub mod likelihood;
 pub mod manoeuvre;
+pub mod over_speed;
 pub mod pitch;
 pub mod plain_text;
 pub mod plausibility;
