@@ -20,6 +20,7 @@ pub fn page(found: &IdentifiedLog, path: &Path) -> String {
     let models = found.models.as_deref().unwrap_or_default();
     let windows = foremost(models).map(|model| ("Windows", windows_text(&model.windows)));
     provenance.extend(windows);
+    provenance.extend(found.law_text().map(|text| ("Law over speed", text)));
     provenance.extend(
         logs.validation_log
             .iter()

@@ -3,22 +3,36 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use seatrial::identification::{Outcome, ReasonCode};
+use seatrial::identification::{Intervals, Outcome, ReasonCode};
 use seatrial::identify::{IdentifySettings, ValidationData, identify_joined};
 use seatrial_app::identify_log::{IdentifiedLog, Options, identify_log};
+use seatrial_app::models::Models;
 use seatrial_app::simulated_log::play;
+use seatrial_core::excitation::Excitation;
 use seatrial_core::{List, Plan, Sample};
 use seatrial_sim::{FirstOrderVehicle, SimulatedVehicle, VehicleConfig};
 
 /// A log with the trials of both vehicles at their thrusts, one after the other.
 fn identified(trials: [(f64, VehicleConfig); 2], folder: &Path) -> IdentifiedLog {
+    of_plans(trials.map(|(thrust, config)| (at(thrust), config)), folder)
+}
+
+/// The paper's plan at one thrust.
+fn at(thrust: f64) -> Plan<f64> {
+    Plan {
+        thrusts: List::from_slice(&[thrust]).unwrap(),
+        ..Plan::paper()
+    }
+}
+
+/// A log with the trials of vehicles by their plans, one after the other.
+fn of_plans(
+    trials: impl IntoIterator<Item = (Plan<f64>, VehicleConfig)>,
+    folder: &Path,
+) -> IdentifiedLog {
     let mut text = String::from("time_s,heading_rad,rudder_rad,surge_speed_m_s\n");
     let mut start_s = 0.0;
-    for (seed, (thrust, config)) in (1..).zip(trials) {
-        let plan = Plan {
-            thrusts: List::from_slice(&[thrust]).unwrap(),
-            ..Plan::paper()
-        };
+    for (seed, (plan, config)) in (1..).zip(trials) {
         let vehicle = FirstOrderVehicle::new(config, seed).unwrap();
         let mut vehicle = SimulatedVehicle::FirstOrder(Box::new(vehicle));
         let samples: Vec<Sample<f64>> = play(&mut vehicle, plan).unwrap().samples;
@@ -79,5 +93,68 @@ fn parity_speeds_identified_together_and_alone() {
             identify_joined(record, &windows.training, held_out, &settings).unwrap();
         assert_eq!(model.joined, joined);
         assert_eq!(model.identification.as_ref(), Some(&alone));
+    }
+}
+
+/// Of five speeds three have half the rudder: they are nearly as well known as with all of it, and gains come from what is shared.
+#[test]
+fn recover_speeds_with_little_excitation_borrow_from_the_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut config = VehicleConfig::starfish();
+    for point in &mut config.speeds {
+        let speed_m_s = point.surge_speed_m_s;
+        point.a22_per_s = -(0.3 + 0.5 * speed_m_s);
+        point.b2_per_s2 = 0.4 * speed_m_s * speed_m_s;
+    }
+    let thrusts = [0.6, 0.7, 0.8, 0.9, 1.0];
+    let log = |share: f64| {
+        let weaker = thrusts.into_iter().zip([share, 1.0].into_iter().cycle());
+        let plans = weaker.map(|(thrust, share)| {
+            let mut plan = at(thrust);
+            for manoeuvre in [&mut plan.training, &mut plan.validation] {
+                manoeuvre.excitation = Excitation::Doublet {
+                    amplitude_rad: share * manoeuvre.excitation.amplitude_rad(),
+                    period_s: 4.0,
+                };
+            }
+            (plan, config.clone())
+        });
+        of_plans(plans, folder.path())
+    };
+    let (full, weak) = (log(1.0), log(0.5));
+    let law = weak.law.unwrap();
+    for (coefficient, truth) in [(law.d0_per_s, 0.3), (law.d1_per_m, 0.5)] {
+        let [low, high] = coefficient.interval_95;
+        assert!((low..=high).contains(&truth), "{law:?}");
+    }
+    let models = |log: &IdentifiedLog| log.models.clone().unwrap();
+    let width = |[low, high]: [f64; 2]| high - low;
+    let mut ratios = Vec::new();
+    for (weak, full) in models(&weak).iter().zip(&models(&full)).step_by(2) {
+        let own = &full.own.as_ref().unwrap().interval_95;
+        let alone = &weak.own.as_ref().unwrap().interval_95;
+        let refined = weak
+            .identification
+            .as_ref()
+            .unwrap()
+            .refined
+            .clone()
+            .unwrap();
+        let speed_m_s = weak.surge_speed_m_s.unwrap();
+        let found = &refined.interval_95;
+        for of in [|i: &Intervals| i.a22_per_s, |i: &Intervals| i.b2_per_s2] {
+            assert!(width(of(found)) < 0.8 * width(of(alone)), "{found:?}");
+            ratios.push(width(of(found)) / width(of(own)));
+        }
+        let truth = -(0.3 + 0.5 * speed_m_s);
+        let [low, high] = found.a22_per_s;
+        assert!((low..=high).contains(&truth), "{truth}: {found:?}");
+    }
+    let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+    assert!(mean < 1.2, "{ratios:?}");
+    let handed_over = Models::of_log(&weak, None).unwrap();
+    for (point, model) in handed_over.points.iter().zip(models(&weak)) {
+        let refined = model.identification.unwrap().refined.unwrap();
+        assert_eq!(point.point.model, refined.model);
     }
 }

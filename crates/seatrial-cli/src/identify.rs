@@ -165,6 +165,9 @@ pub fn text(found: &IdentifiedLog, call: &str, schedule: Option<&Path>, width: u
     {
         text += &labelled("", &offset, width);
     }
+    if let Some(law) = found.law_text() {
+        text += &labelled("Law    ", &law, width);
+    }
     text += &cause_text(verdict, "--verbose", width);
     let mut reasons = verdict.reasons.iter();
     if let Some(sign) = reasons.find(|reason| reason.code == ReasonCode::SignReversed) {

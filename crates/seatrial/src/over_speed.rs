@@ -36,9 +36,15 @@
 //! assert!(found.models[1].covariance[0][0] < 0.2 * own[1].covariance[0][0]);
 //! ```
 
-use nalgebra::{DMatrix, DVector, Matrix2, Matrix2x1, SVector};
-use serde::Serialize;
+use std::fmt;
 
+use nalgebra::{DMatrix, DVector, Matrix2, Matrix2x1, SVector};
+use seatrial_core::YawModel;
+use serde::{Deserialize, Serialize};
+
+use crate::figures::{percent, three_figures};
+use crate::identification::{EstimateMethod, Identification, ReasonCode, Refined};
+use crate::identify::intervals::normal_intervals;
 use crate::likelihood::fit::log_determinant;
 use crate::propagation::NORMAL_95;
 
@@ -66,19 +72,105 @@ pub struct SpeedEstimate {
     pub covariance: [[f64; 3]; 3],
 }
 
+/// A coefficient of the law.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Coefficient {
+    /// The value.
+    pub value: f64,
+    /// `[low, high]`
+    pub interval_95: [f64; 2],
+}
+
 /// The likeliest law without a bend.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SpeedLaw {
-    /// Damping at rest, 1/s, and its 95 % interval.
-    pub d0_per_s: [f64; 3],
-    /// What a unit of speed adds to it, and its 95 % interval.
-    pub d1_per_m: [f64; 3],
-    /// Rudder effect at a speed of 1, and its 95 % interval.
-    pub b: [f64; 3],
+    /// Damping at rest, 1/s.
+    pub d0_per_s: Coefficient,
+    /// What a unit of speed adds to it.
+    pub d1_per_m: Coefficient,
+    /// Rudder effect at a speed of 1.
+    pub b: Coefficient,
     /// Exponent of the speed in the rudder effect.
     pub exponent: f64,
     /// Deviation of a22 and b2 from the law, over them.
     pub scatter: f64,
+}
+
+impl SpeedEstimate {
+    /// A refined model of this speed; its covariance is as wide as its intervals.
+    fn of(speed: f64, refined: &Refined) -> Self {
+        let intervals = &refined.interval_95;
+        let widths = [
+            intervals.a22_per_s,
+            intervals.b2_per_s2,
+            intervals.c0_rad_per_s2,
+        ];
+        let scale = |i: usize| {
+            let [low, high] = widths[i];
+            0.5 * (high - low) / (NORMAL_95 * refined.covariance[i][i].sqrt())
+        };
+        Self {
+            speed,
+            theta: refined.model.theta(),
+            covariance: core::array::from_fn(|i| {
+                core::array::from_fn(|j| scale(i) * scale(j) * refined.covariance[i][j])
+            }),
+        }
+    }
+}
+
+/// Gives accepted models of several speeds, each with its speed, what one law over speed tells of them, and returns that law.
+///
+/// Models that are not of first order by themselves keep what they are: they depend on the rudder angle, and so on more than the speed.
+pub fn share(models: &mut [(f64, &mut Identification)]) -> Option<SpeedLaw> {
+    let mut taking: Vec<(SpeedEstimate, &mut Identification)> = Vec::new();
+    for (speed, identification) in models.iter_mut().filter(|(_, i)| is_of_first_order(i)) {
+        let refined = identification.refined.as_ref()?;
+        taking.push((SpeedEstimate::of(*speed, refined), identification));
+    }
+    let own: Vec<SpeedEstimate> = taking.iter().map(|(estimate, _)| *estimate).collect();
+    let found = over_speed(&own)?;
+    for (shared, (_, identification)) in found.models.iter().zip(taking) {
+        let model = YawModel::from_theta(shared.theta);
+        identification.nomoto = model.nomoto();
+        if let Some(refined) = &mut identification.refined {
+            refined.model = model;
+            refined.delta0_rad = model.delta0_rad();
+            refined.interval_95 = normal_intervals(&model, &shared.covariance.into());
+            refined.covariance = shared.covariance;
+        }
+    }
+    Some(found.law)
+}
+
+fn is_of_first_order(identification: &Identification) -> bool {
+    let verdict = &identification.verdict;
+    let method = identification
+        .refined
+        .as_ref()
+        .map(|refined| &refined.method);
+    verdict.accepted
+        && !verdict.has(&ReasonCode::Unstable)
+        && matches!(
+            method,
+            Some(EstimateMethod::AveragedRestrictedLikelihood | EstimateMethod::RudderLag)
+        )
+}
+
+impl fmt::Display for SpeedLaw {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let [rest, rise, effect] = [self.d0_per_s, self.d1_per_m, self.b].map(|c| c.value);
+        let sign = if rise < 0.0 { '-' } else { '+' };
+        write!(
+            f,
+            "a22 = -({} {sign} {} u), b2 = {} u^{}; each speed lies within {} % of it",
+            three_figures(rest),
+            three_figures(rise.abs()),
+            three_figures(effect),
+            self.exponent,
+            percent(self.scatter.max(SCATTERS[1]))
+        )
+    }
 }
 
 /// What several speeds tell of each other.
@@ -257,12 +349,11 @@ impl Data {
         let with_interval = |i: usize, scale: f64| {
             let half = NORMAL_95 * covariance[(i, i)].max(0.0).sqrt();
             let value = coefficients[i];
-            let ends = [
-                value * scale,
-                (value - half) * scale,
-                (value + half) * scale,
-            ];
-            [ends[0], ends[1].min(ends[2]), ends[1].max(ends[2])]
+            let ends = [-half, half].map(|away| (value + away) * scale);
+            Coefficient {
+                value: value * scale,
+                interval_95: [ends[0].min(ends[1]), ends[0].max(ends[1])],
+            }
         };
         let power = libm::pow(self.mean_speed, under.exponent);
         SpeedLaw {

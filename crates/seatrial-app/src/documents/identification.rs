@@ -6,6 +6,7 @@ use seatrial::identification::{
     HigherOrder, LagEffect, Online, Reader, Refined, RejectedSamples, Restoring, Settings,
     ValidRange, Validation, Verdict,
 };
+use seatrial::over_speed::SpeedLaw;
 use seatrial_core::Nomoto;
 use seatrial_core::heading_loop::LoopTiming;
 use serde::{Deserialize, Serialize};
@@ -54,6 +55,9 @@ pub struct IdentificationDocument {
     pub verdict: Verdict,
     /// The model of each speed, where the log has several manoeuvres; the model above is the surest of them.
     pub models: Option<Vec<SpeedModel>>,
+    /// The law over speed by which these models borrow from each other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub over_speed: Option<SpeedLaw>,
 }
 
 /// A log, and how many of its samples reached the estimator.
@@ -109,6 +113,7 @@ impl IdentificationDocument {
             ),
             verdict: found.verdict().clone(),
             models: found.models.clone(),
+            over_speed: found.law,
         }
     }
 

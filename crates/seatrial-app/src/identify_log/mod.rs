@@ -9,6 +9,7 @@ use seatrial::identification::{Reason, ReasonCode, Verdict};
 use seatrial::identify::Proposal;
 use seatrial::identify::mission::is_ordinary_steering;
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, identify};
+use seatrial::over_speed::SpeedLaw;
 use seatrial::pitch;
 use seatrial::{Identification, Window};
 use seatrial_core::Axis;
@@ -18,7 +19,7 @@ use crate::Error;
 use crate::logs::{Observer, OpenedLog, ReadSettings, Unobserved};
 
 pub use speeds::{SpeedModel, foremost, identify_speeds};
-use speeds::{identify_proposals, whole_verdict};
+use speeds::{identify_proposals, share_over_speed, whole_verdict};
 pub use windows::{Logs, Windows};
 
 /// How a log is read and identified. The default is what `seatrial identify LOG` does.
@@ -45,6 +46,8 @@ pub struct IdentifiedLog {
     pub logs: Logs,
     /// The model of each speed, slowest first, where manoeuvres were looked for and found.
     pub models: Option<Vec<SpeedModel>>,
+    /// The law over speed by which these models borrow from each other, where one does.
+    pub law: Option<SpeedLaw>,
     model: Option<Box<Identification>>,
     verdict: Verdict,
 }
@@ -89,6 +92,7 @@ pub fn identify_opened(
     Ok(IdentifiedLog {
         axis: options.axis,
         models: found.models,
+        law: found.law,
         model: found.model,
         verdict: match &logs.log.other_heading {
             Some(other) => other.before(naming_another_rudder(found.verdict, &logs.log)),
@@ -133,6 +137,7 @@ pub fn verdict_of(log: &OpenedLog, proposals: Vec<Proposal>) -> Result<Verdict, 
 /// The models of a log, the foremost one and the verdict on all.
 struct Found {
     models: Option<Vec<SpeedModel>>,
+    law: Option<SpeedLaw>,
     model: Option<Box<Identification>>,
     verdict: Verdict,
 }
@@ -148,6 +153,7 @@ impl Found {
     fn refused(reason: Reason) -> Self {
         Self {
             models: None,
+            law: None,
             model: None,
             verdict: Verdict::refused(reason),
         }
@@ -174,7 +180,8 @@ fn models_of(
         None => identify_speeds(log, settings, observer)?,
     };
     match models {
-        Some(models) => Ok(Found {
+        Some(mut models) => Ok(Found {
+            law: share_over_speed(&mut models),
             model: foremost(&models).and_then(|model| model.identification.clone().map(Box::new)),
             verdict: whole_verdict(&models),
             models: Some(models),
@@ -201,6 +208,7 @@ fn one_model(
     match found {
         Ok(identification) => Ok(Found {
             models: None,
+            law: None,
             verdict: identification.verdict.clone(),
             model: Some(Box::new(identification)),
         }),
@@ -224,6 +232,19 @@ impl IdentifiedLog {
     /// The model, or the surest of several. `None` where the data refused one; the verdict says why.
     pub fn identification(&self) -> Option<&Identification> {
         self.model.as_deref()
+    }
+
+    /// The law over speed by which the models borrow from each other, for people.
+    pub fn law_text(&self) -> Option<String> {
+        let first = self.models.as_ref()?.first()?;
+        let unit = match first.surge_speed_m_s {
+            Some(_) => "u in m/s",
+            None => "u the thrust, 1 is full",
+        };
+        Some(format!(
+            "{}, {unit}: speeds with little excitation borrow from the others",
+            self.law?
+        ))
     }
 
     /// May the models be used? Of several it is no better than the verdict on any of those that may be.

@@ -1,10 +1,11 @@
 //! The models of a long log: one for each speed at which manoeuvres were found in it.
 
 use seatrial::campaign_check::{SpeedResult, contradictions};
-use seatrial::identification::{Identification, Outcome, Reason, ReasonCode, Verdict};
+use seatrial::identification::{Identification, Outcome, Reason, ReasonCode, Refined, Verdict};
 use seatrial::identify::joined::Joined;
 use seatrial::identify::{ExaminedRecord, IdentifyError, IdentifySettings, ValidationData};
 use seatrial::identify::{Proposal, propose};
+use seatrial::over_speed::{SpeedLaw, share};
 use seatrial::segmentation::find;
 use seatrial::several_speeds::{Part, missing, remarks, whole};
 use serde::{Deserialize, Serialize};
@@ -27,6 +28,9 @@ pub struct SpeedModel {
     pub joined: Option<Joined>,
     /// The model.
     pub identification: Option<Identification>,
+    /// What its own manoeuvres say, where the model has more from the other speeds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub own: Option<Refined>,
     /// May it be used?
     pub verdict: Verdict,
 }
@@ -63,6 +67,27 @@ pub(super) fn identify_proposals(
     .collect::<Result<Vec<_>, _>>()?;
     refuse_contradictions(&mut models);
     Ok(Some(models))
+}
+
+/// Gives each accepted model what one law over speed, or over thrust where a speed is not known, tells of it. `None` where none does.
+pub(super) fn share_over_speed(models: &mut [SpeedModel]) -> Option<SpeedLaw> {
+    let knows_speed = models.iter().all(|model| model.surge_speed_m_s.is_some());
+    let refined = |model: &SpeedModel| model.identification.as_ref()?.refined.clone();
+    let own: Vec<_> = models.iter().map(refined).collect();
+    let mut taking = Vec::new();
+    for model in models.iter_mut() {
+        let key = match knows_speed {
+            true => model.surge_speed_m_s,
+            false => model.thrust,
+        };
+        taking.extend(key.zip(model.identification.as_mut()));
+    }
+    let law = share(&mut taking)?;
+    for (model, own) in models.iter_mut().zip(own) {
+        let is_shared = refined(model) != own;
+        model.own = own.filter(|_| is_shared);
+    }
+    Some(law)
 }
 
 /// Where speeds contradict each other, none of their models may be used.
@@ -222,6 +247,7 @@ impl SpeedModel {
             windows: proposal,
             joined,
             identification,
+            own: None,
             verdict,
         })
     }

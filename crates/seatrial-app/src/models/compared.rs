@@ -10,7 +10,8 @@ use seatrial::{Run, Window};
 use seatrial_core::{RudderUnit, Sample};
 use seatrial_logbook::CampaignId;
 
-use super::{ModelPoint, Models, campaign_named, of_document, of_schedule_file, undamaged};
+use super::document::of_document_alone;
+use super::{ModelPoint, Models, campaign_named, of_schedule_file, undamaged};
 use crate::Error;
 use crate::documents::Source;
 use crate::identify_log::{identify_speeds, no_model};
@@ -105,7 +106,7 @@ fn from_file(
         ));
     }
     if begins_with_brace(path)? {
-        let source = of_document(path, None)?;
+        let source = of_document_alone(path)?;
         if source.points.iter().any(|point| point.covariance.is_none()) {
             return Err(Error::Input(format!(
                 "{}: a model without refined estimate has no uncertainty, and cannot be tested; identify without --as-paper",

@@ -55,6 +55,8 @@ struct StoredRun {
     thrust: Option<f64>,
     surge_speed_m_s: Option<f64>,
     identification: Option<StoredIdentification>,
+    /// What its own manoeuvres say, where the model has more from the other speeds.
+    own: Option<StoredRefined>,
     verdict: Option<StatedVerdict>,
 }
 
@@ -148,6 +150,30 @@ pub fn of_document_text(
     surge_speed_m_s: Option<f64>,
 ) -> Result<Models, Error> {
     let document: StoredDocument = read(&origin, text)?;
+    of_stored(origin, document, surge_speed_m_s)
+}
+
+/// [`of_document`] with what the manoeuvres of each speed say by themselves: models that borrow from each other are no independent ones.
+pub(super) fn of_document_alone(path: &Path) -> Result<Models, Error> {
+    let origin = path.display().to_string();
+    let mut document: StoredDocument = read(&origin, &read_text(path)?)?;
+    let runs = document.models.iter_mut().flatten();
+    for (own, identification) in
+        runs.filter_map(|run| run.own.take().zip(run.identification.as_mut()))
+    {
+        identification.refined = Some(own);
+        identification.nomoto = None;
+        document.head.refined = None;
+        document.head.online = None;
+    }
+    of_stored(origin, document, None)
+}
+
+fn of_stored(
+    origin: String,
+    document: StoredDocument,
+    surge_speed_m_s: Option<f64>,
+) -> Result<Models, Error> {
     let rudder_unit = document.source.rudder_unit;
     let trial = document.trial();
     let full_rudder = document
