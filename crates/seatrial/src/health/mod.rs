@@ -15,6 +15,7 @@
 
 mod cause;
 mod change;
+mod estimate;
 mod not_compared;
 mod pool;
 mod watch;

@@ -1,4 +1,4 @@
-//! A drift watch over ordinary mission logs: since when is a re-trial due?
+//! A drift watch over mission logs: since when is a re-trial due?
 
 use std::collections::BTreeMap;
 
@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::cause::{self, Explanation};
 use super::change::mean_delta0_rad;
+use super::estimate::{accepted_estimate, missions, steady_speed_m_s};
 use super::not_compared::NotCompared;
 use super::pool::{Deviation, Pooled, ReferenceError};
 use super::{
@@ -17,9 +18,8 @@ use super::{
 use crate::identification::{Refined, Verdict};
 use crate::identify::misfit::{disturbance_share, is_large_share};
 use crate::identify::whole_record::robust_estimate_behind;
-use crate::identify::{IdentifySettings, identify};
 use crate::manoeuvre::Manoeuvre;
-use crate::record::{Record, Window, mean, median};
+use crate::record::{Record, Window, median};
 use crate::record_series::RecordSeries;
 
 /// A window lasts so many time constants of the vehicle, about as long as a trial's training stage.
@@ -38,9 +38,6 @@ const WIDEST_RUDDER_INTERVAL: f64 = 0.5;
 /// of some five.
 const WIDEST_PROMISE: f64 = 0.1;
 
-/// The halves of a window differ in mean speed by less than this share of it.
-const STEADY_SPEED: f64 = 0.05;
-
 /// A longer gap than this share of a window breaks it.
 const LARGEST_GAP: f64 = 0.1;
 
@@ -55,7 +52,8 @@ const LARGEST_GAP: f64 = 0.1;
 /// A generalised likelihood ratio test on windows in which the rudder excites the vehicle: a short span finds a large
 /// change at once, a long one a small change in time. Dividing the rate by the number of tests (Bonferroni) bounds
 /// the probability of any false alarm in all that was read, whatever the correlation of the tests through the
-/// reference they share. Each window is identified by itself, so wind, current and the heading noise of the day
+/// reference they share. A mission of ordinary steering is one window, identified as a whole; others are cut into windows of a manoeuvre's length.
+/// Each is identified by itself, so wind, current and the heading noise of the day
 /// are estimated with it. Where the reference is behind a lag of the rudder, so are the windows: what is not known of the lag is the
 /// reference's error, and no change.
 #[derive(Clone, Debug)]
@@ -157,6 +155,16 @@ impl Watch {
         };
         self.read_s += last.time_s - first.time_s;
         let length_s = WINDOW_TIME_CONSTANTS * self.time_constant_s();
+        let missions = missions(&record, length_s);
+        for (window, speed, refined) in &missions {
+            match self.compare(name, *window, *speed, refined) {
+                Ok(kept) => self.windows.push(kept),
+                Err(why) => self.skip(why, window.to_s - window.from_s),
+            }
+        }
+        if !missions.is_empty() {
+            return;
+        }
         let step_s = length_s / STARTS_PER_WINDOW as f64;
         let mut window = Window {
             from_s: first.time_s,
@@ -272,6 +280,18 @@ impl Watch {
         } else {
             refined
         };
+        self.compare(name, window, speed, &refined)
+    }
+
+    /// Compares the estimate of a window with the reference.
+    fn compare(
+        &self,
+        name: &str,
+        window: Window,
+        speed: Option<f64>,
+        refined: &Refined,
+    ) -> Result<(WatchedWindow, Deviation), NotCompared> {
+        let expected = self.reference.at_speed(speed)?;
         let now = SpeedModel {
             thrust: None,
             surge_speed_m_s: speed,
@@ -456,43 +476,4 @@ fn largest_gap_s(samples: &[Sample<f64>]) -> Option<f64> {
         .windows(2)
         .map(|pair| pair[1].time_s - pair[0].time_s)
         .reduce(f64::max)
-}
-
-/// The estimate of a window in which something else than the rudder turns the vehicle as well. With sway or a slow servo
-/// the verdict accepts it, under a disturbance that is too strong it does not. Which of the two it is the window does not say, so
-/// the covariance is that of both.
-fn accepted_estimate(
-    record: &Record,
-    window: Window,
-    refined: &Refined,
-) -> Result<Refined, NotCompared> {
-    let accepted = identify(record, window, None, &IdentifySettings::default())
-        .ok()
-        .filter(|identification| identification.verdict.accepted)
-        .and_then(|identification| identification.refined)
-        .ok_or(NotCompared::Disturbed)?;
-    let covariance = std::array::from_fn(|i| {
-        std::array::from_fn(|j| accepted.covariance[i][j] + refined.covariance[i][j])
-    });
-    Ok(Refined {
-        covariance,
-        ..accepted
-    })
-}
-
-/// The mean speed of a window, `None` where there is no speed, or why there is none.
-fn steady_speed_m_s(samples: &[Sample<f64>]) -> Result<Option<f64>, NotCompared> {
-    let mean = |samples: &[Sample<f64>]| {
-        let speeds = samples.iter().filter_map(|s| s.surge_speed_m_s);
-        mean(speeds.filter(|speed| speed.is_finite()))
-    };
-    let (early, late) = samples.split_at(samples.len() / 2);
-    let (Some(early), Some(late)) = (mean(early), mean(late)) else {
-        return Ok(mean(samples));
-    };
-    let speed = 0.5 * (early + late);
-    if (late - early).abs() > STEADY_SPEED * speed.abs() {
-        return Err(NotCompared::SpeedNotSteady);
-    }
-    Ok(Some(speed))
 }
