@@ -174,11 +174,14 @@ fn manoeuvre(trace: &Trace, chain: &Chain, found: &[Segment]) -> Option<Segment>
         _ => false,
     };
     if !stands_alone {
-        let before_s = found
+        let previous_s = found
             .iter()
             .map(|other| other.window.to_s)
             .filter(|end_s| *end_s <= window.from_s)
-            .fold(window.from_s - LEAD_IN_STROKES * first_stroke_s, f64::max);
+            .reduce(f64::max);
+        let before_s = previous_s
+            .unwrap_or(f64::NEG_INFINITY)
+            .max(window.from_s - LEAD_IN_STROKES * first_stroke_s);
         let before = Window {
             from_s: before_s,
             to_s: window.from_s,
@@ -187,7 +190,6 @@ fn manoeuvre(trace: &Trace, chain: &Chain, found: &[Segment]) -> Option<Segment>
             from_s: window.to_s,
             to_s: window.to_s + STEP_STROKES * first_stroke_s,
         };
-        let lead_in = trace.indices(before);
         let during = trace.indices(Window {
             to_s: window.to_s + first_stroke_s,
             ..window
@@ -203,7 +205,14 @@ fn manoeuvre(trace: &Trace, chain: &Chain, found: &[Segment]) -> Option<Segment>
             }
             _ => rests(before, LEAST_LEAD_IN_STROKES, REST),
         };
-        if !(stands_out && trace.departure(lead_in, during) > LEAST_DEPARTURE) {
+        let departs_from = |from_s: f64| {
+            let lead_in = trace.indices(Window { from_s, ..before });
+            trace.departure(lead_in, during.clone()) > LEAST_DEPARTURE
+        };
+        // Behind another manoeuvre the vehicle is still on its way back.
+        let departs = departs_from(before_s)
+            || previous_s == Some(before_s) && departs_from(0.5 * (before_s + window.from_s));
+        if !(stands_out && departs) {
             return None;
         }
     }

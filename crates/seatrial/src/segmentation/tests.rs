@@ -55,6 +55,23 @@ fn regress_a_trim_hides_no_doublet() {
     }
 }
 
+/// Doublets that begin while the vehicle is on its way back from the one before, by a heading that is half a second late.
+#[test]
+fn recover_doublets_that_follow_closely() {
+    let mut samples = steered(60.0, |t| {
+        let side = |from_s: f64| 0.35 * strokes(t, from_s, &[1.5, 1.5]);
+        side(20.0) - side(27.5) + side(35.0)
+    });
+    for row in (10..samples.len()).rev() {
+        samples[row].heading_rad = samples[row - 10].heading_rad;
+    }
+    let found = find(&samples);
+    let doublets = kinds(&found)
+        .into_iter()
+        .filter(|kind| *kind == Kind::Doublet);
+    assert_eq!(doublets.count(), 3, "{found:?}");
+}
+
 #[test]
 fn exact_every_kind_is_recognised() {
     let cases: [(&[f64], Kind); 6] = [
