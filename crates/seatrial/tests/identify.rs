@@ -1,7 +1,7 @@
 //! Identification of the recorded and simulated logs, against an independent implementation and the
 //! figures that have to hold.
 
-use seatrial::identification::{EstimateMethod, Outcome};
+use seatrial::identification::{EstimateMethod, Outcome, Reason, ReasonCode};
 use std::path::PathBuf;
 
 use rand::{RngExt, SeedableRng};
@@ -10,6 +10,7 @@ use rand_pcg::Pcg64;
 use seatrial::compare::{ComparedMethod, compare, split};
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, identify, simplex};
 use seatrial::servo::Servo;
+use seatrial::stated_units::Origin;
 use seatrial::{Identification, Record, Window};
 use seatrial_core::model::YawState;
 use seatrial_core::{Action, Sample, Steering, Vehicle, YawModel};
@@ -303,6 +304,83 @@ fn recover_a_vehicle_behind_a_lag_from_logs_with_missing_rows() {
                 refined.model
             );
         }
+    }
+}
+
+/// Doublets of a boat of 2 s with a compass of 0.25 deg, behind a rudder that lags and a low-pass filter of the heading, without a gyro.
+fn boat_behind(rudder_lag_s: f64, filter_s: f64, seed: u64) -> Record {
+    let model = YawModel::from_theta([-0.5, 0.3, 0.0]);
+    let noise = Normal::new(0.0, 0.25_f64.to_radians()).unwrap();
+    let mut chance = Pcg64::seed_from_u64(seed);
+    let commanded: Vec<Sample<f64>> = (0..1600)
+        .map(|k| Sample {
+            time_s: f64::from(k) * 0.1,
+            rudder_rad: match k % 240 {
+                100..140 => 0.35,
+                140..180 => -0.35,
+                _ => 0.0,
+            },
+            ..Sample::default()
+        })
+        .collect();
+    let acting = Servo::new(0.0, rudder_lag_s).unwrap().acting(&commanded);
+    let (mut state, mut filtered) = (YawState::default(), 0.0);
+    let share = if filter_s > 0.0 {
+        1.0 - (-0.1 / filter_s).exp()
+    } else {
+        1.0
+    };
+    let mut record: Record = commanded
+        .iter()
+        .zip(&acting)
+        .map(|(commanded, acting)| {
+            let measured = state.heading_rad + noise.sample(&mut chance);
+            filtered += share * (measured - filtered);
+            state = model.advance(state, acting.rudder_rad, 0.1);
+            Sample {
+                heading_rad: filtered,
+                ..*commanded
+            }
+        })
+        .collect();
+    record.units.heading.origin = Origin::Stated;
+    record
+}
+
+/// A heading that was smoothed is named and no rudder accused; a lag as long as the time constant of the vehicle may be either; of a short
+/// lag both explanations are told.
+#[test]
+fn recover_what_may_be_late_without_a_gyro() {
+    let verdict = |rudder_lag_s, filter_s, seed| {
+        let record = boat_behind(rudder_lag_s, filter_s, seed);
+        let data = ValidationData {
+            record: &record,
+            window: window(100.0, 160.0),
+        };
+        let training = window(0.0, 100.0);
+        let found = identify(&record, training, Some(data), &IdentifySettings::default());
+        found.unwrap().verdict
+    };
+    for seed in 0..3 {
+        let smoothed = verdict(0.0, 1.5, seed);
+        assert_eq!(smoothed.outcome(), Outcome::DoNotUse, "{smoothed:?}");
+        assert!(smoothed.has(&ReasonCode::CompassLate), "{smoothed:?}");
+        assert!(!smoothed.has(&ReasonCode::ModelOrder), "{smoothed:?}");
+
+        let slow = verdict(2.5, 0.0, seed);
+        assert_eq!(slow.outcome(), Outcome::DoNotUse, "{slow:?}");
+        let cause = slow.cause().unwrap();
+        assert!(cause.text.contains("two lags"), "{slow:?}");
+
+        let short = verdict(0.6, 0.0, seed);
+        assert!(
+            short.accepted && !short.has(&ReasonCode::CompassLate),
+            "{short:?}"
+        );
+        let is_order = |reason: &&Reason| reason.code == ReasonCode::ModelOrder;
+        let order = short.reasons.iter().find(is_order).unwrap();
+        let both = "the rudder lags, or the heading is late or smoothed";
+        assert!(order.measured().contains(both), "{order:?}");
     }
 }
 

@@ -111,7 +111,7 @@ impl<'a> Checked<'a> {
             online: prepared.online,
             needs_interval: prepared.is_to_be_refined(),
             explained,
-            doubts: doubts(prepared, chosen, data),
+            doubts: doubts(prepared, explained, chosen, data),
             chosen,
             higher_order: higher_order(explained, data_in_time)?,
             training_fit: match chosen.simulated() {
@@ -195,7 +195,12 @@ fn higher_order(
 }
 
 /// Doubts about the log that trains, about the one that validates, and about how often the vehicle was looked at.
-fn doubts(prepared: &Prepared, chosen: &Chosen, data: Option<ValidationData>) -> Vec<Doubt> {
+fn doubts(
+    prepared: &Prepared,
+    explained: &Explained,
+    chosen: &Chosen,
+    data: Option<ValidationData>,
+) -> Vec<Doubt> {
     let mut doubts = prepared.log.unit_doubts.clone();
     let others = data.map_or_else(Vec::new, |data| {
         let mut others = prepared.record.unit_doubts_of(data.record);
@@ -226,8 +231,25 @@ fn doubts(prepared: &Prepared, chosen: &Chosen, data: Option<ValidationData>) ->
             chosen.model.a22_per_s,
         ));
     }
+    doubts.extend(heading_smoothed(prepared, explained, chosen));
     doubts.extend(prepared.log.unchecked.iter().cloned());
     doubts
+}
+
+/// A smoothed heading, where that may be what a first-order model leaves unexplained.
+fn heading_smoothed(prepared: &Prepared, explained: &Explained, chosen: &Chosen) -> Option<Doubt> {
+    explained.structural_misfit()?;
+    let record = prepared.record.record();
+    let is_checked = record.units.are_given() || prepared.log.compass.shows_late;
+    if is_checked || !plausibility::heading_is_smoothed(&record.samples) {
+        return None;
+    }
+    let late_s = match explained {
+        Explained::BehindLag { lagging, .. } => Some(lagging.model.rudder_lag_s),
+        _ => None,
+    };
+    let effect = late_s.unwrap_or(0.0) * chosen.model.a22_per_s.abs();
+    Some(Doubt::HeadingSmoothed { late_s, effect })
 }
 
 fn rudder_variance(samples: &[Sample<f64>]) -> f64 {

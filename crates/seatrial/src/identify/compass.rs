@@ -34,6 +34,8 @@ pub struct CompassError {
     pub scale_error: Option<f64>,
     /// The heading is this much later than the yaw rate, s; negative where it is earlier.
     pub late_s: Option<f64>,
+    /// Could a late heading be found: nothing jumped, and no half second is missing?
+    pub shows_late: bool,
 }
 
 /// A jump of the heading within a second.
@@ -117,9 +119,9 @@ impl CompassError {
         let inverse = normal.inverse();
         let covariance = variance * &inverse
             + walk_rad * walk_rad * &inverse * (steps.transpose() * &steps) * &inverse;
+        let is_whole = largest_jump.is_none() && path.longest_interval_s < MEAN_OVER_S;
         let significant = |value: f64, term: usize| {
             let limit = SIGNIFICANCE * covariance[(term, term)].sqrt();
-            let is_whole = largest_jump.is_none() && path.longest_interval_s < MEAN_OVER_S;
             (is_whole && value.abs() > limit).then_some(value)
         };
         Some(Self {
@@ -127,6 +129,7 @@ impl CompassError {
             scale_error: significant(found[2] - 1.0, 2),
             late_s: significant(found[3] + found[2] * (shift_s - smoothed_s), 3)
                 .map(|early| -early / found[2]),
+            shows_late: is_whole,
         })
     }
 }

@@ -101,6 +101,12 @@ impl LogStatistics {
             unchecked: examined.unchecked().to_vec(),
         }
     }
+
+    /// Is there no yaw rate to compare the heading with?
+    pub fn is_heading_unchecked(&self) -> bool {
+        let is_of_heading = |doubt: &Doubt| matches!(doubt, Doubt::HeadingUnchecked { .. });
+        self.unchecked.iter().any(is_of_heading)
+    }
 }
 
 fn jump_beside(record: &Record, training: Window) -> Option<Jump> {

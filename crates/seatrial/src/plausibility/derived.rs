@@ -28,6 +28,16 @@ const MOST_ROWS: usize = 4000;
 const LARGEST_REST: f64 = 0.1;
 /// The correlation of third differences in a row: -0.75 of white noise, -0.67 of a mean of it, 1 without noise.
 const NOISE: f64 = -0.4;
+/// Of a compass, and by how much more it is of a smoothed heading: half of the way to that, and three deviations of chance.
+const WHITE: f64 = -0.75;
+const LEAST_SMOOTHED: f64 = 0.035;
+const CHANCE: f64 = 1.3;
+/// The share of equal neighbours from which the steps of a heading hide its noise.
+const MOST_EQUAL: f64 = 0.25;
+/// Beyond it there is more motion than noise.
+const LEAST_NOISE: f64 = -0.5;
+/// Rows apart at which noise has nothing in common.
+const MOTION: std::ops::RangeInclusive<usize> = 4..=12;
 /// For a normal matrix of columns that depend on each other.
 const RIDGE: f64 = 1e-11;
 
@@ -38,10 +48,7 @@ pub(super) fn is_derived(samples: &[Sample<f64>]) -> bool {
 
 /// Is the yaw rate a filter of the heading's differences, by noise that the two have in common?
 fn is_filtered(samples: &[Sample<f64>]) -> bool {
-    let slopes: Vec<f64> = samples
-        .windows(2)
-        .map(|pair| change(&pair[0], &pair[1]) / (pair[1].time_s - pair[0].time_s))
-        .collect();
+    let slopes = slopes(samples);
     if !is_noisy(&slopes) {
         return false;
     }
@@ -99,14 +106,53 @@ fn rest(terms: &DMatrix<f64>, targets: &DVector<f64>) -> Option<f64> {
 
 /// Do differences of a heading alternate as noise does?
 fn is_noisy(slopes: &[f64]) -> bool {
-    let third: Vec<f64> = slopes
-        .windows(3)
-        .map(|three| three[2] - 2.0 * three[1] + three[0])
-        .filter(|third| third.is_finite())
-        .collect();
-    let square: f64 = third.iter().map(|third| third * third).sum();
-    let lagged: f64 = third.windows(2).map(|pair| pair[0] * pair[1]).sum();
-    lagged < NOISE * square
+    correlation(&third_differences(slopes), 1) < NOISE
+}
+
+fn third_differences(slopes: &[f64]) -> Vec<f64> {
+    let third = |three: &[f64]| three[2] - 2.0 * three[1] + three[0];
+    let thirds = slopes.windows(3).map(third);
+    thirds.filter(|third| third.is_finite()).collect()
+}
+
+/// The correlation of numbers so many rows apart whose mean is 0.
+fn correlation(numbers: &[f64], rows: usize) -> f64 {
+    let square: f64 = numbers.iter().map(|number| number * number).sum();
+    let later = numbers.iter().skip(rows);
+    let lagged: f64 = numbers
+        .iter()
+        .zip(later)
+        .map(|(one, other)| one * other)
+        .sum();
+    lagged / square
+}
+
+/// Was the heading smoothed, so that the noise of a row is in those behind it, too? Then its differences are as white as the noise of a
+/// compass is itself. A heading without noise, or in steps that hide it, may be either.
+///
+/// ```text
+/// rho = (rho_1 - m) / (1 - m),   m = mean of rho_4 to rho_12
+/// ```
+///
+/// `rho_i` is the correlation of third differences i rows apart and m the share that the vehicle's own motion has in them; rho is -0.75 of
+/// a compass, and -0.67 behind a filter.
+pub fn heading_is_smoothed(samples: &[Sample<f64>]) -> bool {
+    let slopes = slopes(samples);
+    let equal = slopes.iter().filter(|slope| **slope == 0.0).count();
+    if equal as f64 > MOST_EQUAL * slopes.len() as f64 {
+        return false;
+    }
+    let thirds = third_differences(&slopes);
+    let motion = MOTION.map(|rows| correlation(&thirds, rows)).sum::<f64>() / MOTION.count() as f64;
+    let noise = (correlation(&thirds, 1) - motion) / (1.0 - motion);
+    let chance = CHANCE / (thirds.len() as f64).sqrt();
+    noise > WHITE + chance.max(LEAST_SMOOTHED) && noise < LEAST_NOISE
+}
+
+fn slopes(samples: &[Sample<f64>]) -> Vec<f64> {
+    let slope =
+        |pair: &[Sample<f64>]| change(&pair[0], &pair[1]) / (pair[1].time_s - pair[0].time_s);
+    samples.windows(2).map(slope).collect()
 }
 
 fn change(one: &Sample<f64>, other: &Sample<f64>) -> f64 {
@@ -269,6 +315,34 @@ mod tests {
                 assert!(is_derived(&rows), "{name} of {noise_deg} deg");
             }
         }
+    }
+
+    #[test]
+    fn recover_a_smoothed_heading_by_its_noise() {
+        for noise_deg in [0.05_f64, 0.25, 1.0] {
+            let measured = rows(noise_deg.to_radians(), |_, truth| truth.to_vec());
+            let smoothed = |smooth: &dyn Fn(&[f64]) -> Vec<f64>| {
+                let headings: Vec<f64> = measured.iter().map(|row| row.heading_rad).collect();
+                let mut rows = measured.clone();
+                for (row, heading_rad) in rows.iter_mut().zip(smooth(&headings)) {
+                    row.heading_rad = heading_rad;
+                }
+                heading_is_smoothed(&rows)
+            };
+            assert!(!heading_is_smoothed(&measured), "{noise_deg}");
+            assert!(smoothed(&|h| low_passed(h, 0.06)), "{noise_deg}");
+            assert!(smoothed(&|h| low_passed(h, 0.3)), "{noise_deg}");
+            assert!(smoothed(&|h| averaged(h, 8)), "{noise_deg}");
+            let whole_rad = noise_deg.to_radians();
+            let rounded = |h: &[f64]| {
+                h.iter()
+                    .map(|h| (h / whole_rad).round() * whole_rad)
+                    .collect()
+            };
+            assert!(!smoothed(&rounded), "{noise_deg}");
+        }
+        // Without noise it may be either.
+        assert!(!heading_is_smoothed(&rows(0.0, |_, truth| truth.to_vec())));
     }
 
     #[test]

@@ -103,6 +103,13 @@ pub enum Doubt {
         /// The interval between measured headings, s.
         every_s: f64,
     },
+    /// The heading was smoothed, which looks like a rudder that lags.
+    HeadingSmoothed {
+        /// The lag that it may explain, s; none where it looks like another vehicle.
+        late_s: Option<f64>,
+        /// That lag over the vehicle's time constant.
+        effect: f64,
+    },
     /// The heading jumped, as a gyro proves; the jumps were taken off.
     HeadingJumped(HeadingJumps),
     /// Between two headings beside north the log passes through south.
@@ -141,6 +148,8 @@ pub enum Doubt {
 pub(super) const LARGEST_HEADING_EFFECT: f64 = 0.08;
 /// The share of a22 that a held rudder may take where the estimate cannot tell when it moved.
 pub(super) const LARGEST_RUDDER_EFFECT: f64 = 0.3;
+/// The lag of a smoothed heading, in time constants, up to which the model behind it holds.
+const LARGEST_SMOOTHING: f64 = 0.3;
 
 impl Doubt {
     /// Its name for programs.
@@ -170,6 +179,7 @@ impl Doubt {
             Self::RateMismatch(mismatch) if mismatch.is_reversed() => ReasonCode::YawRateReversed,
             Self::RateMismatch(_) => ReasonCode::YawRateContradicts,
             Self::HeadingHeld { .. } | Self::HeadingInterpolated { .. } => ReasonCode::HeadingHeld,
+            Self::HeadingSmoothed { .. } => ReasonCode::CompassLate,
             Self::RudderHeld { .. } => ReasonCode::RudderHeld,
             Self::TimesShared { .. } => ReasonCode::TimesShared,
             Self::ClockJumped { .. } => ReasonCode::ClockJumped,
@@ -187,6 +197,9 @@ impl Doubt {
         match self {
             Self::HeadingHeld { effect, .. } => *effect > LARGEST_HEADING_EFFECT,
             Self::RudderHeld { effect, .. } => *effect > LARGEST_RUDDER_EFFECT,
+            Self::HeadingSmoothed { late_s, effect } => {
+                late_s.is_none() || *effect > LARGEST_SMOOTHING
+            }
             Self::RateMismatch(mismatch) => !mismatch.is_reversed(),
             // A unit that was given settles what is possible.
             Self::HeadingUnit {
@@ -255,7 +268,7 @@ impl Doubt {
                 three_figures(*interval_s),
                 time_units(units)
             ),
-            Self::HeadingInterpolated { .. } | Self::HeadingJumped(_) | Self::HeadingThroughSouth { .. } | Self::HeadingHalfTurn | Self::TurnsTooFast { is_of_heading: true, .. } => self.text_of_heading(),
+            Self::HeadingInterpolated { .. } | Self::HeadingSmoothed { .. } | Self::HeadingJumped(_) | Self::HeadingThroughSouth { .. } | Self::HeadingHalfTurn | Self::TurnsTooFast { is_of_heading: true, .. } => self.text_of_heading(),
             Self::TurnsTooFast { yaw_rate_rad_s, .. } => format!(
                 "by the time column the heading turns by {} deg/s, which no vessel does: say the unit of the time, such as --unit time=s, or name another column with --time",
                 three_figures(yaw_rate_rad_s.to_degrees())

@@ -18,6 +18,16 @@ impl Doubt {
                 "the heading is interpolated between values {} s apart, as straight lines of the same length show: the rows between them were left out, and the model is that of the values; log every heading once, with the time of its measurement",
                 three_figures(*every_s)
             ),
+            Self::HeadingSmoothed { late_s, .. } => format!(
+                "the noise of the heading is in the rows behind it, too, as a filter or a mean leaves it: {}, and no yaw rate tells which; log the heading unfiltered, or a gyro's yaw rate",
+                late_s.map_or_else(
+                    || "what looks like another kind of vehicle may be that filter".into(),
+                    |late_s| format!(
+                        "the lag of {} s between rudder and heading may be that filter's or a slow rudder's, and the model is the one behind it, which gains must allow for as a delay",
+                        three_figures(late_s)
+                    )
+                )
+            ),
             Self::HeadingJumped(jumps) => format!(
                 "the heading steps in one row beside the yaw rate {} times, by up to {:.1} deg at {} s, which no vehicle does: the steps were taken off, and the model is that of the rest; look at the compass, or at the satellites that it sees",
                 jumps.count,
@@ -40,6 +50,11 @@ impl Doubt {
                     "The heading was measured every {} s only and is interpolated between: those rows were left out.",
                     three_figures(*every_s)
                 ),
+                ..reason
+            },
+            Self::HeadingSmoothed { .. } => Reason {
+                text: "The heading was smoothed. It follows the rudder late, and the log does not show whether the smoothing or a slow rudder is the cause.".into(),
+                action: "Log the heading unfiltered, or the yaw rate of a gyro beside it.".into(),
                 ..reason
             },
             Self::HeadingJumped(jumps) => Reason {

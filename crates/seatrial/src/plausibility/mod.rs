@@ -12,6 +12,7 @@
 //! | heading that is a course | the name of its column |
 //! | clock that jumped | the heading's change over a gap in time with its rate before and after |
 //! | heading that was interpolated | straight lines that end after the same number of rows, and lines from one side of north to the other through south |
+//! | heading that was smoothed | the noise of neighbouring rows, where the heading follows the rudder late |
 //! | heading that jumped | its step from one row to the next beside the yaw rate, where it stands out from the steps about it |
 //! | heading that stood still | equal headings in a row with the yaw rate, where the heading else changes in every row |
 //! | heading that is late beside another | the shift that leaves least of their difference |
@@ -36,6 +37,7 @@ mod units;
 use seatrial_core::Sample;
 
 use crate::record::Record;
+pub use derived::heading_is_smoothed;
 pub use doubt::Doubt;
 pub use mismatch::RateMismatch;
 pub use stood::heading_stood;

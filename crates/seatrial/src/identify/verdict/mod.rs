@@ -198,6 +198,11 @@ impl Weighing {
         self.rejections.iter().any(|reason| reason.code == *code)
     }
 
+    /// Is this among what refuses or what is noted?
+    fn says(&self, code: &ReasonCode) -> bool {
+        self.has(code) || self.notes.iter().any(|reason| reason.code == *code)
+    }
+
     /// What in the log may not mean what it says.
     fn doubts(&mut self, doubts: &[Doubt]) {
         for doubt in doubts {

@@ -28,6 +28,10 @@ const LARGEST_DISAGREEMENT: f64 = 0.75;
 /// Effect of a lag that is not in the log, in half widths of the 95 % interval, from which it is noted.
 const NOTED_LAG_EFFECT: f64 = 0.5;
 
+/// Lag in the vehicle's time constants from which the two are told apart too seldom: of a lag of three quarters of the time constant a22 is off
+/// by two half widths at most, of an equal one by up to eight.
+const LONGEST_LAG: f64 = 0.7;
+
 /// Share of the parameter under which the effect of a lag is not noted, whatever the interval.
 const LEAST_LAG_EFFECT: f64 = 0.02;
 
@@ -223,7 +227,7 @@ impl Weighing {
                         "The rudder may follow its command late: a heading in steps of {} deg does not show how late.",
                         degrees(step_rad)
                     ),
-                    action: "Log the heading with more digits, or the measured rudder angle.".into(),
+                    action: "Log the heading with more digits, or the measured rudder angle and say --rudder-lag 0.".into(),
                     ..reason
                 },
                 None => reason,
@@ -282,6 +286,7 @@ impl Weighing {
             );
         }
         self.misfit(checked);
+        self.lag_like_the_vehicle(checked);
         let refined = checked.refined();
         self.sign(refined.map_or(model.b2_per_s2, |refined| refined.interval_95.b2_per_s2[1]));
         self.training_fit(checked);
@@ -298,32 +303,17 @@ impl Weighing {
     }
 
     fn misfit(&mut self, checked: &Checked) {
-        if let Some(share) = checked.explained.structural_misfit() {
-            self.note(
-                ReasonCode::ModelOrder,
-                format!(
-                    "what a first-order model does not explain is {} % of the rudder's own effect: {}; {}",
-                    percent(share),
-                    checked.higher_order.as_ref().map_or_else(|| "sway or a slow servo".into(), beyond_first_order),
-                    if matches!(checked.chosen.source, ModelSource::BehindLag(_)) {
-                        "a22, b2 and C0 are those behind the lag, which gains must allow for as a delay"
-                    } else if matches!(checked.chosen.source, ModelSource::Beyond(_)) {
-                        match checked.explained {
-                            Explained::HigherOrder { most_gain: None, .. } => "a22, b2 and C0 are those of the first-order vehicle with the same steady turn at the rudder of the record",
-                            _ => "a22, b2 and C0 are those of the first-order vehicle with the same steady turn at the rudder of the record, and a22's interval reaches the damping for which the gain holds on the vehicle",
-                        }
-                    } else {
-                        "the model is the first-order one whose simulation is nearest, and holds for rudder and headings like those of the record"
-                    }
-                ),
-            );
+        if let Some(share) = checked.explained.structural_misfit()
+            && !self.says(&ReasonCode::CompassLate)
+        {
+            self.note(ReasonCode::ModelOrder, beyond_first_order(checked, share));
         }
         self.play(checked.explained.play_rad());
         if let Explained::Disturbed { share, .. } = checked.explained {
             self.note(
                 ReasonCode::Disturbed,
                 format!(
-                    "something other than the rudder turned the vehicle with {} % of the rudder's own effect, and not as sway or a slow servo would: waves, gusts or a current; the intervals allow for it, calmer water or more rudder narrows them",
+                    "something other than the rudder turned the vehicle, {} % as strongly as the rudder did, and not as sway or a slow servo would: waves, gusts or a current; the intervals allow for it, calmer water or more rudder narrows them",
                     percent(*share)
                 ),
             );
@@ -340,6 +330,42 @@ impl Weighing {
                 play_rad.to_degrees()
             ),
         );
+    }
+
+    /// A lag about as long as the vehicle's own time constant may change places with it: the heading is the same.
+    fn lag_like_the_vehicle(&mut self, checked: &Checked) {
+        let lags = |higher: &&HigherOrder| higher.structure.lag && !higher.structure.sway;
+        let Some(higher) = checked.explained.beyond().filter(lags) else {
+            return;
+        };
+        let (lag_s, own_s) = (
+            higher.model.rudder_lag_s,
+            1.0 / higher.model.a22_per_s.abs(),
+        );
+        if lag_s < LONGEST_LAG * own_s {
+            return;
+        }
+        let (lag, own) = (three_figures(lag_s), three_figures(own_s));
+        let (of, gyro) = match checked.log.is_heading_unchecked() {
+            true => (
+                "the rudder's or a heading filter's",
+                ", and a gyro's yaw rate",
+            ),
+            false => ("the rudder's", ""),
+        };
+        let reason = Reason::new(
+            ReasonCode::NotIdentifiable,
+            format!(
+                "the heading follows the rudder behind two lags of {own} and {lag} s, and does not show which is the vehicle's and which {of}: a22 may be that of either; log the measured rudder angle{gyro}"
+            ),
+        );
+        self.rejections.push(Reason {
+            text: format!(
+                "The heading follows the rudder behind two lags, of {own} and {lag} s, and does not show which is the vehicle's and which {of}."
+            ),
+            action: format!("Log the measured rudder angle{gyro}."),
+            ..reason
+        });
     }
 
     fn training_fit(&mut self, checked: &Checked) {
@@ -368,8 +394,36 @@ fn holds_zero([low, high]: [f64; 2]) -> bool {
     low <= 0.0 && high >= 0.0
 }
 
+/// What a first-order model does not explain, and of what the model is.
+fn beyond_first_order(checked: &Checked, share: f64) -> String {
+    let found = checked.higher_order.as_ref();
+    format!(
+        "to explain this log by a first-order model something else would have to turn the vehicle {} % as strongly as the rudder: {}; {}",
+        percent(share),
+        found.map_or_else(
+            || "sway or a slow servo".into(),
+            |higher| higher_order(higher, checked.log.is_heading_unchecked())
+        ),
+        match (&checked.chosen.source, checked.explained) {
+            (ModelSource::BehindLag(_), _) =>
+                "a22, b2 and C0 are those behind the lag, which gains must allow for as a delay",
+            (
+                ModelSource::Beyond(_),
+                Explained::HigherOrder {
+                    most_gain: None, ..
+                },
+            ) =>
+                "a22, b2 and C0 are those of the first-order vehicle with the same steady turn at the rudder of the record",
+            (ModelSource::Beyond(_), _) =>
+                "a22, b2 and C0 are those of the first-order vehicle with the same steady turn at the rudder of the record; the interval of a22 is so wide that the heading gain computed from it also suits the vehicle itself",
+            _ =>
+                "the model is the first-order one whose simulation is nearest, and holds for rudder and headings like those of the record",
+        }
+    )
+}
+
 /// What the higher order is, in words.
-fn beyond_first_order(higher: &HigherOrder) -> String {
+fn higher_order(higher: &HigherOrder, is_heading_unchecked: bool) -> String {
     let model = &higher.model;
     let mut text = format!("the record asks for {}", higher.structure.in_words());
     if let Some(heaviest) = higher.hypotheses.first() {
@@ -380,8 +434,18 @@ fn beyond_first_order(higher: &HigherOrder) -> String {
         );
     }
     if let Some([low, high]) = higher.lag_interval_s {
+        let (late, action) = match is_heading_unchecked {
+            true => (
+                "the rudder lags, or the heading is late or smoothed,",
+                "log the measured rudder angle, and a gyro's yaw rate, which tells which of the two",
+            ),
+            false => (
+                "the rudder lags",
+                "log the measured angle rather than the command",
+            ),
+        };
         text += &format!(
-            "; the rudder lags by {} s ({} to {} s): log the measured angle rather than the command",
+            "; {late} by {} s ({} to {} s): {action}",
             three_figures(model.rudder_lag_s),
             three_figures(low),
             three_figures(high)

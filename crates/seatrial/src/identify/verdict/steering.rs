@@ -113,7 +113,7 @@ impl Weighing {
         if is_large_share(share) {
             self.note(
                 ReasonCode::Disturbed,
-                format!("something other than the rudder turned the vehicle with {} % of the rudder's own effect: waves, gusts or a current; the intervals allow for it", percent(share)),
+                format!("something other than the rudder turned the vehicle, {} % as strongly as the rudder did: waves, gusts or a current; the intervals allow for it", percent(share)),
             );
         }
         self.play(steering.play_rad);

@@ -262,6 +262,18 @@ fn exact_each_defect_is_refused_under_its_own_code() {
     }
 }
 
+/// What a late compass makes of a vehicle is no other kind of vehicle.
+#[test]
+fn exact_a_late_compass_explains_the_misfit() {
+    let misfit = Chain::of(refined(0.05)).with_misfit(0.5);
+    assert!(misfit.judge().has(&ReasonCode::ModelOrder));
+    let mut late = misfit;
+    late.log.compass.late_s = Some(0.1);
+    let verdict = late.judge();
+    assert!(verdict.has(&ReasonCode::CompassLate));
+    assert!(!verdict.has(&ReasonCode::ModelOrder));
+}
+
 #[test]
 fn exact_notes_do_not_refuse() {
     let mut noted = Chain::of(refined_at([-1.07, -1.08, 0.012], 0.05));
