@@ -98,6 +98,11 @@ pub enum Doubt {
         /// Length of the gap, s.
         gap_s: f64,
     },
+    /// The rudder stays on one side of neutral, as a throttle does.
+    RudderOfOneSide {
+        /// Its ends, shares of full rudder.
+        shares: [f64; 2],
+    },
     /// The heading was interpolated between measured values; the rows between them were left out.
     HeadingInterpolated {
         /// The interval between measured headings, s.
@@ -158,9 +163,10 @@ impl Doubt {
             Self::HeadingUnit { .. } | Self::HeadingHalfTurn | Self::HeadingCounts { .. } => {
                 ReasonCode::HeadingUnitDoubtful
             }
-            Self::RudderUnit { .. } | Self::RudderAgainstName | Self::RudderBeyondFull { .. } => {
-                ReasonCode::RudderUnitDoubtful
-            }
+            Self::RudderUnit { .. }
+            | Self::RudderAgainstName
+            | Self::RudderOfOneSide { .. }
+            | Self::RudderBeyondFull { .. } => ReasonCode::RudderUnitDoubtful,
             Self::RudderScale { .. } => ReasonCode::RudderScaleUnknown,
             Self::ScaleAssumed { columns } => match columns[0].0 {
                 "heading" => ReasonCode::HeadingUnitDoubtful,
@@ -279,6 +285,11 @@ impl Doubt {
                 "the rudder is said to be a share of full and reaches {} of it: say its unit with --unit rudder=percent or --unit rudder=deg",
                 three_figures(*largest)
             ),
+            Self::RudderOfOneSide { shares: [from, to] } => format!(
+                "the rudder goes from {} to {} of full rudder and never through neutral, as the throttle of one motor does or a rudder whose neutral is not 0: of two motors take half the difference, columns = [\"PORT\", \"STARBOARD\"] under [channels.rudder] in a file for --channels; of a rudder give its neutral as offset there, or with --rudder-trim for a pulse width",
+                three_figures(*from),
+                three_figures(*to)
+            ),
             Self::TimeIsIndex { is_stated: true } => "the time counts 0, 1, 2 and was read in seconds, as its column says; if it is the number of a row, a22 and b2 are as wrong as that: say --unit time=s where a row is a second".into(),
             Self::TimeIsIndex { is_stated: false } => "the time counts 0, 1, 2 like the number of a row, and there is no yaw rate to show that a row takes a second: say so with --unit time=s, or choose another column with --time".into(),
             Self::RateMismatch(mismatch) => mismatch.text(),
@@ -367,6 +378,15 @@ impl Doubt {
                     three_figures(*largest)
                 ),
                 action: "Give its unit with --unit rudder=percent or --unit rudder=deg.".into(),
+                ..reason
+            },
+            Self::RudderOfOneSide { shares: [from, to] } => Reason {
+                text: format!(
+                    "The rudder stays on one side, from {} to {} of full: it is the throttle of one motor, or its neutral is not 0.",
+                    three_figures(*from),
+                    three_figures(*to)
+                ),
+                action: "Of two motors take half the difference: columns = [\"PORT\", \"STARBOARD\"] under [channels.rudder] in a file for --channels. Of a rudder give its neutral: offset there, or --rudder-trim of a pulse width.".into(),
                 ..reason
             },
             Self::TimeIsIndex { is_stated: true } => Reason {

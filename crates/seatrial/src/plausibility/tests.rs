@@ -235,6 +235,29 @@ fn exact_a_rudder_without_scale_is_found() {
     assert_eq!(codes(&pulses), []);
 }
 
+/// One motor's throttle stays on one side; one that stops at neutral, and an angle, do not show it.
+#[test]
+fn exact_a_throttle_is_no_rudder() {
+    let of = |from: f64, unit: RudderUnit| {
+        let mut record = record(stated_degrees());
+        record.rudder_unit = unit;
+        record.units.rudder = ColumnUnit::default();
+        for sample in &mut record.samples {
+            sample.rudder_rad += 0.26 + from;
+        }
+        record
+    };
+    let refused = refusals(&of(0.1, RudderUnit::FullRudder));
+    assert!(
+        matches!(refused[..], [Doubt::RudderOfOneSide { .. }]),
+        "{refused:?}"
+    );
+    assert!(refused[0].text().contains("half the difference"));
+    for record in [of(-0.01, RudderUnit::FullRudder), of(0.1, RudderUnit::Rad)] {
+        assert_eq!(refusals(&record), []);
+    }
+}
+
 #[test]
 fn exact_a_yaw_rate_finds_the_unit_of_time() {
     let text = |time: f64| {

@@ -75,10 +75,14 @@ fn largest(numbers: &[f64]) -> f64 {
         .fold(0.0, |largest: f64, n| largest.max(n.abs()))
 }
 
+/// The lowest and the highest number.
+fn ends(numbers: &[f64]) -> Option<[f64; 2]> {
+    let low = numbers.iter().copied().reduce(f64::min)?;
+    Some([low, numbers.iter().copied().reduce(f64::max)?])
+}
+
 fn range(numbers: &[f64]) -> f64 {
-    let low = numbers.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    (high - low).max(0.0)
+    ends(numbers).map_or(0.0, |[low, high]| high - low)
 }
 
 fn heading(record: &Record) -> Option<Doubt> {
@@ -172,6 +176,11 @@ fn rudder(record: &Record) -> Option<Doubt> {
     let share = largest / unit.per_si;
     if !is_angle && unit.origin != Origin::Assumed && share > LARGEST_SHARE {
         return Some(Doubt::RudderBeyondFull { largest: share });
+    }
+    let of_one_side = ends(&rudders).filter(|[low, high]| low * high > 0.0 && *low != *high);
+    if let Some(ends) = of_one_side.filter(|_| !is_angle && !record.units.are_given()) {
+        let shares = ends.map(|rudder| rudder / unit.per_si);
+        return Some(Doubt::RudderOfOneSide { shares });
     }
     if !unit.is_open() || largest == 0.0 {
         return None;
