@@ -76,6 +76,9 @@ pub struct StatedUnits {
     pub rudder: ColumnUnit,
     /// Yaw rate.
     pub yaw_rate: ColumnUnit,
+    /// Speed.
+    #[serde(default)]
+    pub speed: ColumnUnit,
     /// Does the column of the heading name a course over ground?
     #[serde(default)]
     pub heading_is_course: bool,

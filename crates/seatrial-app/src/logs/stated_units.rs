@@ -19,6 +19,7 @@ pub(crate) fn stated_units(description: &LogDescription, counts: &Counts) -> Sta
         heading: of(Quantity::Heading),
         rudder: of(Quantity::Rudder),
         yaw_rate: of(Quantity::YawRate),
+        speed: of(Quantity::Speed),
         heading_is_course: channel(Quantity::Heading)
             .is_some_and(|heading| names_a_course(&heading.column)),
         time_is_a_date: description.start_utc.is_some(),

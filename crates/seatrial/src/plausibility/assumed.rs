@@ -4,10 +4,12 @@ use super::doubt::Doubt;
 use super::turn;
 use super::units::{LEAST_PULSE, numbers, wraps_at};
 use crate::record::{Record, RudderUnit};
-use crate::stated_units::Origin;
+use crate::stated_units::{ColumnUnit, Origin};
 
 /// Units of time by their counts in a second.
 const TIMES: [(f64, &str); 4] = [(1.0, "s"), (1e2, "cs"), (1e3, "ms"), (1e6, "us")];
+/// Units of speed by their counts in 1 m/s.
+const SPEEDS: [(f64, &str); 2] = [(1.0, "m/s"), (1.95, "kn")];
 
 /// The columns whose unit nobody stated and nothing in the log shows. A turn through north shows that of the heading, a date that of the
 /// time, and a yaw rate in a unit that is known both, where it agrees; of the rudder a pulse width alone shows itself.
@@ -31,8 +33,11 @@ pub(super) fn doubt(record: &Record) -> Option<Doubt> {
     } else {
         "rad"
     };
-    let is_of = |(per_s, _): &&(f64, &str)| units.time.per_si < 1.01 * per_s;
-    let time = TIMES.iter().find(is_of).map_or("ns", |(_, unit)| *unit);
+    let first = |units: &[(f64, &'static str)], of: &ColumnUnit, last| {
+        let is_of = |(per_si, _): &&(f64, &str)| of.per_si < 1.01 * per_si;
+        units.iter().find(is_of).map_or(last, |(_, unit)| *unit)
+    };
+    let time = first(&TIMES, &units.time, "ns");
     let of_log = [
         ("heading", heading, is_heading && !wraps && !is_measured),
         ("rudder", rudder, is_rudder && !is_pulse),
@@ -42,10 +47,14 @@ pub(super) fn doubt(record: &Record) -> Option<Doubt> {
             is_time && !units.time_is_a_date && !is_measured,
         ),
     ];
-    let columns: Vec<_> = of_log
+    let mut columns: Vec<_> = of_log
         .into_iter()
         .filter(|(_, _, is_assumed)| *is_assumed)
         .map(|(column, unit, _)| (column, unit))
         .collect();
+    // By itself it makes no model doubtful.
+    if !columns.is_empty() && units.speed.origin == Origin::Assumed {
+        columns.push(("speed", first(&SPEEDS, &units.speed, "km/h")));
+    }
     (!columns.is_empty()).then_some(Doubt::ScaleAssumed { columns })
 }

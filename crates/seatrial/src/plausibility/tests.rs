@@ -116,6 +116,14 @@ fn exact_an_assumed_scale_is_told_until_something_shows_it() {
         "{}",
         doubt.text()
     );
+    // A speed makes no model doubtful by itself, and is settled with the others.
+    let mut with_speed = bare.clone();
+    with_speed.units.speed = assumed(3600.0 / 1852.0);
+    let text = unit_doubts(&with_speed)[0].text();
+    assert!(text.ends_with("--unit time=s --unit speed=kn"), "{text}");
+    with_speed.units = stated_degrees();
+    with_speed.units.speed = assumed(1.0);
+    assert_eq!(codes(&with_speed), []);
     bare.units.time_is_a_date = true;
     bare.units.heading.origin = Origin::Given;
     assert_eq!(codes(&bare), []);
