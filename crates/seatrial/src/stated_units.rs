@@ -100,6 +100,9 @@ pub struct StatedUnits {
     /// Do rows that differ share a time? The clock is then coarser than the rows.
     #[serde(default)]
     pub times_are_shared: bool,
+    /// Were rows left out for want of a number? Intervals over them say nothing of the clock.
+    #[serde(default)]
+    pub rows_are_missing: bool,
     /// Was a part of the log left out because it is damaged?
     #[serde(default)]
     pub is_damaged: bool,

@@ -5,8 +5,10 @@ use seatrial_logs::{Channel, Counts, LogDescription, Quantity, UnitSource, names
 
 /// A clock is coarser than its rows where more than this share of them differs from the row before at the same time.
 const SHARED: f64 = 0.05;
+/// Where more than this share of the rows lacks a number, intervals are longer for that.
+const MISSING: f64 = 0.01;
 
-/// Which units a log states for time, heading, rudder and yaw rate, and who says so. A column that a channel file scales
+/// Which units a log states for time, heading, rudder, yaw rate and speed, and who says so. A column that a channel file scales
 /// or turns was looked at by a person, and counts as given.
 pub(crate) fn stated_units(description: &LogDescription, counts: &Counts) -> StatedUnits {
     let channel = |quantity| {
@@ -28,6 +30,7 @@ pub(crate) fn stated_units(description: &LogDescription, counts: &Counts) -> Sta
         heading_every_s: None,
         heading_jumps: None,
         times_are_shared: counts.differing_at_a_time as f64 > SHARED * counts.rows as f64,
+        rows_are_missing: counts.missing as f64 > MISSING * counts.rows as f64,
         is_damaged: counts.is_damaged,
     }
 }

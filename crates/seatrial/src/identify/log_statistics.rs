@@ -85,7 +85,7 @@ impl LogStatistics {
             heading_step_rad: smallest_heading_step_rad(samples),
             surge_speed_m_s: surge_speeds_m_s(samples),
             interval_s: usual_and_long_interval_s(samples),
-            rounded_time_s: rounded_time_s(samples),
+            rounded_time_s: rounded_time_s(samples).filter(|_| !record.units.rows_are_missing),
             is_turning_circle: is_turning_circle(samples, manoeuvre),
             pace: Pace::of(samples),
             compass: CompassError::of(&pass.accepted),
