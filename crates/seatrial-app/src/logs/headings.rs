@@ -22,7 +22,7 @@ pub struct OtherHeading {
 }
 
 impl OtherHeading {
-    /// The first column that is named for a heading and not read, where nobody said which is to be. It is compared with the one that is read.
+    /// The first column that is named for a heading and not read; of a heading that somebody chose, only where it is later than that one.
     pub(super) fn find(
         path: &Path,
         settings: &ReadSettings,
@@ -31,7 +31,7 @@ impl OtherHeading {
     ) -> Option<Self> {
         let choice = settings.choice().ok()?;
         let is_said = choice.columns.contains_key(&Quantity::Heading);
-        if is_said || description.format != Format::Csv {
+        if description.format != Format::Csv {
             return None;
         }
         let is_heading = |channel: &&Channel| channel.quantity == Quantity::Heading;
@@ -54,7 +54,7 @@ impl OtherHeading {
             let kept: Vec<Sample<f64>> = rows.filter(|s| kept.contains(s.time_s)).collect();
             heading_later_s(samples, &kept)
         });
-        Some(Self {
+        (late_s.is_some() || !is_said).then_some(Self {
             read,
             column,
             late_s,
@@ -92,6 +92,9 @@ impl OtherHeading {
             action: format!("Read column `{column}` for the heading."),
             ..Reason::new(ReasonCode::CompassLate, measured)
         };
+        // A late heading is what looks like a rudder that lags.
+        let is_else = |reason: &Reason| reason.code != ReasonCode::ModelOrder;
+        verdict.reasons.retain(is_else);
         verdict
             .reasons
             .insert(usize::from(verdict.accepted), reason);
