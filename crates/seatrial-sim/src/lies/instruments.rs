@@ -144,8 +144,7 @@ fn headings(
         let true_rad = match (&filtered, channel.course_over_ground) {
             (Some(filtered), _) => {
                 let place = (at_s / voyage.step_s + 1e-6) as usize;
-                // The filter takes most of the noise, too.
-                return filtered[place.min(filtered.len() - 1)] + 0.2 * noise_rad;
+                return filtered[place.min(filtered.len() - 1)];
             }
             (None, Some([north, east])) => {
                 let moment = voyage.at(at_s);
@@ -215,7 +214,7 @@ fn in_the_file(setup: &Setup, heading_rad: f64) -> f64 {
     }
 }
 
-/// The heading behind a low-pass filter at every step of the truth.
+/// The heading and its noise behind a low-pass filter, at every step of the truth.
 fn low_passed(setup: &Setup, voyage: &Voyage) -> Option<Vec<f64>> {
     let time_constant_s = setup.heading.low_pass_s;
     if time_constant_s == 0.0 {
@@ -223,11 +222,14 @@ fn low_passed(setup: &Setup, voyage: &Voyage) -> Option<Vec<f64>> {
     }
     let share = -libm::expm1(-voyage.step_s / time_constant_s);
     let mut filtered = voyage.moments[0].heading_rad;
-    let follow = |moment: &super::voyage::Moment| {
-        filtered += share * (moment.heading_rad - filtered);
+    let last = voyage.noise_rad.len() - 1;
+    let follow = |(step, moment): (usize, &super::voyage::Moment)| {
+        let tick = (step as f64 * voyage.step_s / setup.control_s + 1e-6) as usize;
+        let measured = moment.heading_rad + voyage.noise_rad[tick.min(last)];
+        filtered += share * (measured - filtered);
         filtered
     };
-    Some(voyage.moments.iter().map(follow).collect())
+    Some(voyage.moments.iter().enumerate().map(follow).collect())
 }
 
 /// The number in the rudder column of each row.

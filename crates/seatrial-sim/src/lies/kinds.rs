@@ -161,7 +161,7 @@ pub const KINDS: [Kind; 122] = [
     wiring("wiring_heading_1e4_rad", "heading", "`heading` holds units of 1e-4 rad.", |s, d| scale(s, d, 62_831.853)),
     wiring("wiring_heading_mirrored", "heading", "The heading counts to port.", |s, d| { any(s, d); s.heading.mirrored = true; }),
     wiring("wiring_heading_late", "heading", "A heading late by a tenth to half of the time constant.", |s, d| { any(s, d); s.heading.late_s = d.within(0.1, 0.5) * s.time_constant_s(); }),
-    wiring("wiring_heading_smoothed", "heading", "A low-pass filter of a tenth to 0.4 of the time constant before the heading.", |s, d| { any(s, d); s.heading.low_pass_s = d.within(0.1, 0.4) * s.time_constant_s(); }),
+    wiring("wiring_heading_smoothed", "heading", "A low-pass filter of a tenth to 0.8 of the time constant behind the compass.", |s, d| { any(s, d); s.heading.low_pass_s = d.within(0.1, 0.8) * s.time_constant_s(); }),
     wiring("wiring_rudder_tenths", "rudder", "`rudder` holds tenths of a degree.", |s, d| { any(s, d); s.columns.rudder = Column::new("rudder", 10.0 * DEG); }),
     wiring("wiring_rudder_mirrored", "rudder", "The rudder's sign is turned over.", |s, d| { any(s, d); s.rudder.sense = -1.0; }),
     wiring("wiring_rudder_half_sum", "rudder", "Half the sum of two thrusters stands for half their difference.", |s, d| { any(s, d); s.rudder.half_sum = true; }),
