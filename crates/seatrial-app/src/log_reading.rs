@@ -126,7 +126,7 @@ impl LogReading {
         channels.drop_invalid = self.drop_invalid.unwrap_or(false);
         Ok(ReadSettings {
             channels,
-            servo: (servo.late_s() > 0.0).then_some(servo),
+            servo: (delay_s.is_some() || lag_s.is_some()).then_some(servo),
             ..ReadSettings::default()
         })
     }

@@ -87,21 +87,11 @@ pub struct ChannelArgs {
     #[arg(long, value_name = "DEG")]
     pub rudder_range_deg: Option<f64>,
     /// Dead time of the rudder behind the logged command.
-    #[arg(
-        long,
-        value_name = "S",
-        default_value_t = 0.0,
-        allow_negative_numbers = true
-    )]
-    pub rudder_delay: f64,
-    /// Time constant with which the rudder follows the logged command: the model is then the one behind the servo.
-    #[arg(
-        long,
-        value_name = "S",
-        default_value_t = 0.0,
-        allow_negative_numbers = true
-    )]
-    pub rudder_lag: f64,
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub rudder_delay: Option<f64>,
+    /// Time constant with which the rudder follows the logged command: the model is then the one behind the servo; 0 of a measured angle.
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub rudder_lag: Option<f64>,
     /// Leave rows with text, NaN, missing cells or reversed time out instead of refusing the log.
     #[arg(long)]
     pub drop_invalid: bool,
@@ -153,9 +143,11 @@ impl ChannelArgs {
 
     /// The servo that is given, if any.
     fn servo(&self) -> Result<Option<Servo>, Failure> {
-        let servo = Servo::new(self.rudder_delay, self.rudder_lag)
+        let times = [self.rudder_delay, self.rudder_lag];
+        let [delay_s, lag_s] = times.map(|time| time.unwrap_or(0.0));
+        let servo = Servo::new(delay_s, lag_s)
             .map_err(|invalid| Failure::usage(format!("--rudder-{invalid}")))?;
-        Ok((self.rudder_delay > 0.0 || self.rudder_lag > 0.0).then_some(servo))
+        Ok(times.iter().any(Option::is_some).then_some(servo))
     }
 
     fn choice(&self) -> Result<ChannelChoice, Failure> {

@@ -220,3 +220,33 @@ fn cli_options_go_before_the_servo_of_the_plan() {
         assert!(said.contains("--rudder-lag 101"), "{said}");
     }
 }
+
+/// A compass in steps of 2 deg does not show how late the rudder is: a lag that is said, 0 of a measured angle, settles it.
+#[test]
+fn cli_a_lag_of_0_is_a_known_lag() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("boat.csv");
+    let (mut heading_deg, mut rate_deg_s) = (41.3, 0.0);
+    let mut text = String::from("time_s,heading_deg,rudder_deg\n");
+    for row in 0..350 {
+        let rudder_deg = match row % 120 {
+            50..70 => 12.0,
+            70..90 => -12.0,
+            _ => 0.0,
+        };
+        let steps = f64::round(heading_deg / 2.0) * 2.0;
+        text += &format!("{:.1},{steps:.0},{rudder_deg}\n", 0.2 * f64::from(row));
+        for _ in 0..200 {
+            rate_deg_s += 0.001 * (0.6 * rudder_deg - rate_deg_s);
+            heading_deg += 0.001 * rate_deg_s;
+        }
+    }
+    std::fs::write(&log, text).unwrap();
+    let remarks = |arguments: &[&str]| {
+        let (document, _) = identify(&log, arguments);
+        let reasons = document["verdict"]["reasons"].as_array().unwrap().clone();
+        reasons.iter().any(|reason| reason["code"] == "lag_unknown")
+    };
+    assert!(remarks(&[]));
+    assert!(!remarks(&["--rudder-lag", "0"]));
+}

@@ -24,8 +24,8 @@ pub struct Reading {
     units: BTreeMap<String, String>,
     full_rudder_rad: Option<f64>,
     rudder_trim_us: Option<f64>,
-    rudder_delay_s: f64,
-    rudder_lag_s: f64,
+    rudder_delay_s: Option<f64>,
+    rudder_lag_s: Option<f64>,
     drop_invalid: bool,
 }
 
@@ -55,13 +55,13 @@ impl Reading {
             let unit = unit.parse().map_err(|why| usage(py, why))?;
             channels.units.insert(quantity(name)?, unit);
         }
-        let servo =
-            Servo::new(self.rudder_delay_s, self.rudder_lag_s).map_err(|why| usage(py, why))?;
-        let has_servo = self.rudder_delay_s > 0.0 || self.rudder_lag_s > 0.0;
+        let times = [self.rudder_delay_s, self.rudder_lag_s];
+        let [delay_s, lag_s] = times.map(|time| time.unwrap_or(0.0));
+        let servo = Servo::new(delay_s, lag_s).map_err(|why| usage(py, why))?;
         let mut settings = ReadSettings::default();
         settings.channels_file = self.channels_file.clone();
         settings.channels = channels;
-        settings.servo = has_servo.then_some(servo);
+        settings.servo = times.iter().any(Option::is_some).then_some(servo);
         Ok(settings)
     }
 }

@@ -11,6 +11,7 @@ use seatrial::identify::mission::is_ordinary_steering;
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, identify};
 use seatrial::over_speed::SpeedLaw;
 use seatrial::pitch;
+use seatrial::servo::Servo;
 use seatrial::{Identification, Window};
 use seatrial_core::Axis;
 use seatrial_logs::Quantity;
@@ -87,7 +88,7 @@ pub fn identify_opened(
         false => models_of(&logs.log, options, None, observer)?,
     };
     if let Some(servo) = logs.log.servo {
-        found.identifications().for_each(|i| i.behind(servo));
+        found.behind(servo);
     }
     Ok(IdentifiedLog {
         axis: options.axis,
@@ -148,6 +149,15 @@ impl Found {
         of_speeds
             .filter_map(|model| model.identification.as_mut())
             .chain(self.model.as_deref_mut())
+    }
+
+    /// The lag that was given is known, and 0 of a measured angle.
+    fn behind(&mut self, servo: Servo) {
+        self.identifications().for_each(|i| i.behind(servo));
+        let of_speeds = self.models.iter_mut().flatten().map(|m| &mut m.verdict);
+        of_speeds
+            .chain([&mut self.verdict])
+            .for_each(Verdict::lag_is_known);
     }
 
     fn refused(reason: Reason) -> Self {

@@ -78,7 +78,7 @@ impl LogQuestion {
         let mut settings = ReadSettings::default();
         settings.channels_file = self.channels_file.clone();
         settings.channels.drop_invalid = self.drop_invalid;
-        settings.servo = (delay_s > 0.0 || lag_s > 0.0).then_some(servo);
+        settings.servo = times.iter().any(Option::is_some).then_some(servo);
         Ok(settings)
     }
 

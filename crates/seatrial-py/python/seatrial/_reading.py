@@ -31,7 +31,7 @@ class Reading:
     rudder_trim_us
         Pulse width of the neutral rudder, us; 1500 without.
     rudder_delay_s, rudder_lag_s
-        Dead time and time constant of the rudder behind the logged command, s; the model is then the one behind them.
+        Dead time and time constant of the rudder behind the logged command, s; the model is then the one behind them; 0 of a measured angle.
     drop_invalid
         Leave rows with text, NaN, missing cells or reversed time out instead of refusing the log.
     """
@@ -41,8 +41,8 @@ class Reading:
     units: Optional[dict[str, str]] = None
     full_rudder_rad: Optional[float] = None
     rudder_trim_us: Optional[float] = None
-    rudder_delay_s: float = 0.0
-    rudder_lag_s: float = 0.0
+    rudder_delay_s: Optional[float] = None
+    rudder_lag_s: Optional[float] = None
     drop_invalid: bool = False
 
     def native(self) -> dict[str, Any]:
@@ -53,8 +53,8 @@ class Reading:
             "units": self.units or {},
             "full_rudder_rad": self.full_rudder_rad,
             "rudder_trim_us": self.rudder_trim_us,
-            "rudder_delay_s": float(self.rudder_delay_s),
-            "rudder_lag_s": float(self.rudder_lag_s),
+            "rudder_delay_s": self.rudder_delay_s,
+            "rudder_lag_s": self.rudder_lag_s,
             "drop_invalid": self.drop_invalid,
         }
 

@@ -107,8 +107,9 @@ impl Identification {
         refined.map_or(&self.online.method, |r| &r.method)
     }
 
-    /// Says that the rudder of the record was the one behind this servo: a loop waits for it, too.
+    /// Says that the rudder of the record was the one behind this servo: a loop waits for it, too, and its lag is known.
     pub fn behind(&mut self, servo: Servo) {
+        self.verdict.lag_is_known();
         if let Some(timing) = &mut self.loop_timing {
             timing.delay_s += servo.late_s();
         }

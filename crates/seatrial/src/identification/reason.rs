@@ -95,6 +95,12 @@ impl Verdict {
         self.reasons.iter().filter(|reason| reason.is_cause())
     }
 
+    /// Drops the remark that the lag of the rudder is not known.
+    pub fn lag_is_known(&mut self) {
+        let is_else = |reason: &Reason| reason.code != ReasonCode::LagUnknown;
+        self.reasons.retain(is_else);
+    }
+
     /// Is this among its reasons?
     pub fn has(&self, code: &ReasonCode) -> bool {
         self.reasons.iter().any(|reason| reason.code == *code)

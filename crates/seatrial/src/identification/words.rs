@@ -226,9 +226,9 @@ fn of_compass_and_rudder(code: &ReasonCode) -> Option<Words> {
         ),
         ReasonCode::LagUnknown => each(
             "The rudder may follow its command late, and the log does not show how late.",
-            "Log the measured rudder angle, or give the lag of the servo with --rudder-lag.",
-            "Log the measured rudder angle, or enter the time constant of the servo.",
-            "Log the measured rudder angle, or pass rudder_lag_s.",
+            "Log the measured rudder angle and say --rudder-lag 0, or give the lag of the servo with --rudder-lag.",
+            "Log the measured rudder angle, or enter the time constant of the servo, 0 of a measured angle.",
+            "Log the measured rudder angle and pass rudder_lag_s=0, or pass the lag of the servo.",
         ),
         ReasonCode::SignReversed => same(
             "A positive rudder angle turns the vehicle to decreasing heading.",
