@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
+use crate::computed::mirrored;
 use crate::formats::Formats;
 use crate::{Quantity, Unit};
 
@@ -30,7 +31,8 @@ use crate::{Quantity, Unit};
 pub struct ChannelChoice {
     /// Column of a quantity; `none` leaves an optional quantity out.
     pub columns: BTreeMap<Quantity, String>,
-    /// Quantities that are half the difference of two columns: fins of a pair, thrusters of both sides.
+    /// Quantities that are half the difference of two columns: fins of a pair, thrusters of both sides. A second column that counts the
+    /// other way is named with a minus.
     pub half_differences: BTreeMap<Quantity, [String; 2]>,
     /// Unit of a quantity's column.
     pub units: BTreeMap<Quantity, Unit>,
@@ -48,6 +50,14 @@ pub struct ChannelChoice {
     pub drop_invalid: bool,
     /// Formats that the program brings; they are asked before the built-in ones.
     pub formats: Formats,
+}
+
+impl ChannelChoice {
+    /// Is it half the difference of two columns that count alike? Their trims cancel.
+    pub(crate) fn is_a_difference(&self, quantity: Quantity) -> bool {
+        let pair = self.half_differences.get(&quantity);
+        pair.is_some_and(|[_, second]| mirrored(second).is_none())
+    }
 }
 
 /// scale (value - offset), in the unit of the column

@@ -62,28 +62,31 @@ pub(crate) struct Computed {
 
 #[derive(Debug)]
 enum Rule {
-    HalfDifference,
+    /// The second column has the sign that the other counts by.
+    HalfDifference { sign: f64 },
     /// Seconds, or hour, minute, second, or those behind year, month, day; then a fraction in counts of a second.
-    Parts {
-        per_second: Option<f64>,
-    },
+    Parts { per_second: Option<f64> },
     /// A date, and a time of day.
     DateAndTime,
     /// x, y, z, w: from east, north, up to a heading.
     Quaternion,
     /// Metres north of the first position, from a latitude.
-    North {
-        first: Option<f64>,
-    },
+    North { first: Option<f64> },
     /// Metres east of the first position, from a latitude and a longitude.
-    East {
-        first: Option<[f64; 2]>,
-    },
+    East { first: Option<[f64; 2]> },
+}
+
+/// A second column that counts the other way is named with a minus.
+pub(crate) fn mirrored(name: &str) -> Option<&str> {
+    name.strip_prefix('-')
 }
 
 /// The name of half the difference of two columns.
 pub(crate) fn half_difference_name([first, second]: &[String; 2]) -> String {
-    format!("({first} - {second}) / 2")
+    match mirrored(second) {
+        Some(second) => format!("({first} + {second}) / 2"),
+        None => format!("({first} - {second}) / 2"),
+    }
 }
 
 /// The columns that a choice or the names of columns ask for; those of names only for quantities without a column.
@@ -99,7 +102,9 @@ pub(crate) fn computed(
             quantity: *quantity,
             name: half_difference_name(pair),
             sources: pair_of_columns(pair, columns, *quantity)?.to_vec(),
-            rule: Rule::HalfDifference,
+            rule: Rule::HalfDifference {
+                sign: mirrored(&pair[1]).map_or(1.0, |_| -1.0),
+            },
         });
     }
     let names = Names::new(columns);
@@ -334,7 +339,7 @@ impl Computed {
     /// Its unit, where the rule says.
     pub fn unit(&self) -> Option<Unit> {
         match self.rule {
-            Rule::HalfDifference | Rule::DateAndTime => None,
+            Rule::HalfDifference { .. } | Rule::DateAndTime => None,
             Rule::Parts { .. } => Some(Unit::Second),
             Rule::Quaternion => Some(Unit::Radian),
             Rule::North { .. } | Rule::East { .. } => Some(Unit::Metre),
@@ -351,8 +356,8 @@ impl Computed {
 
     /// The cell of a row, from the cells of its sources.
     pub fn cell(&mut self, sources: &[Cell]) -> Cell {
-        if let (Rule::HalfDifference, [first, second]) = (&self.rule, sources) {
-            return half_difference(first, second);
+        if let (Rule::HalfDifference { sign }, [first, second]) = (&self.rule, sources) {
+            return half_difference(first, second, *sign);
         }
         if let (Rule::DateAndTime, [date, time]) = (&self.rule, sources) {
             return date_and_time(date, time);
@@ -460,10 +465,10 @@ fn coordinate(cell: &Cell) -> Cell {
     }
 }
 
-/// Half of what a cell has more than another.
-fn half_difference(first: &Cell, second: &Cell) -> Cell {
+/// Half of what a cell has more than another, which may count by the other sign.
+fn half_difference(first: &Cell, second: &Cell, sign: f64) -> Cell {
     match (first, second) {
-        (Cell::Number(first), Cell::Number(second)) => Cell::Number(0.5 * (first - second)),
+        (Cell::Number(first), Cell::Number(second)) => Cell::Number(0.5 * (first - sign * second)),
         (Cell::Number(_), other) | (other, _) => other.clone(),
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::choice::ChannelChoice;
+use crate::computed::mirrored;
 use crate::error::Fault;
 use crate::name::{ColumnName, StatedUnit};
 use crate::table::{Known, KnownChannel};
@@ -253,7 +254,7 @@ pub(crate) fn column_named(name: &str, columns: &[String]) -> Result<usize, Faul
     })
 }
 
-/// The two columns whose half difference is a quantity.
+/// The two columns whose half difference is a quantity; the second may be named with a minus.
 pub(crate) fn pair_of_columns(
     pair: &[String; 2],
     columns: &[String],
@@ -267,7 +268,8 @@ pub(crate) fn pair_of_columns(
             nearest: nearest(columns, &[name]),
         })
     };
-    Ok([position(&pair[0])?, position(&pair[1])?])
+    let second = mirrored(&pair[1]).map_or_else(|| pair[1].clone(), str::to_owned);
+    Ok([position(&pair[0])?, position(&second)?])
 }
 
 /// The column of this name: exactly, else whatever the case.

@@ -450,7 +450,7 @@ fn conversion(
         offset: match (offset, unit) {
             (Some(offset), _) => offset,
             // The trims of two outputs cancel.
-            (None, Unit::PulseWidth) if !choice.half_differences.contains_key(&quantity) => {
+            (None, Unit::PulseWidth) if !choice.is_a_difference(quantity) => {
                 choice.rudder_trim.unwrap_or(NEUTRAL_PULSE_US)
             }
             (None, _) => 0.0,

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use crate::Quantity;
 use crate::choice::ChannelChoice;
+use crate::computed::mirrored;
 use crate::content::table;
 use crate::description::{Format, LogDescription};
 use crate::error::{Fault, Place, ReadError, clipped};
@@ -82,7 +83,10 @@ impl Runs {
         for channel in &description.channels {
             choice.units.insert(channel.quantity, channel.unit);
             match choice.half_differences.get(&channel.quantity) {
-                Some(pair) => columns.extend(pair.iter().cloned()),
+                Some([first, second]) => {
+                    let second = mirrored(second).unwrap_or(second);
+                    columns.extend([first.clone(), second.to_owned()]);
+                }
                 None => {
                     choice
                         .columns

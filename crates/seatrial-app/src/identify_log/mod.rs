@@ -95,12 +95,22 @@ pub fn identify_opened(
         models: found.models,
         law: found.law,
         model: found.model,
-        verdict: match &logs.log.other_heading {
-            Some(other) => other.before(naming_another_rudder(found.verdict, &logs.log)),
-            None => naming_another_rudder(found.verdict, &logs.log),
-        },
+        verdict: naming_other_columns(found.verdict, &logs.log),
         logs,
     })
+}
+
+/// What another heading, the other motor of two, or another rudder of the log explains.
+fn naming_other_columns(verdict: Verdict, log: &OpenedLog) -> Verdict {
+    let verdict = naming_another_rudder(verdict, log);
+    let verdict = match &log.mirrored_motor {
+        Some(motor) => motor.before(verdict),
+        None => verdict,
+    };
+    match &log.other_heading {
+        Some(other) => other.before(verdict),
+        None => verdict,
+    }
 }
 
 /// A log may have both the command of the rudder and its measured angle: where one gives no model, the other may.

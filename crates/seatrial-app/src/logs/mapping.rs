@@ -21,7 +21,7 @@ struct Document {
 #[serde(deny_unknown_fields)]
 struct Channel {
     column: Option<String>,
-    /// Half their difference: fins of a pair, thrusters of both sides.
+    /// Half their difference: fins of a pair, thrusters of both sides; the second with a minus where it counts the other way.
     columns: Option<[String; 2]>,
     #[serde(default, deserialize_with = "unit")]
     unit: Option<Unit>,

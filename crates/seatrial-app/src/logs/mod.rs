@@ -3,6 +3,7 @@
 mod headings;
 mod mapping;
 mod most_excited;
+mod motors;
 mod source;
 mod stated_units;
 
@@ -21,6 +22,7 @@ use crate::Error;
 pub use headings::OtherHeading;
 use mapping::Mapping;
 use most_excited::MostExcited;
+pub use motors::MirroredMotor;
 pub use source::Source;
 pub(crate) use stated_units::stated_units;
 
@@ -100,6 +102,8 @@ pub struct OpenedLog {
     pub warnings: Vec<String>,
     /// A heading that the log has beside the one that was read.
     pub other_heading: Option<OtherHeading>,
+    /// One of two motors that counts the other way, where their half difference stands still.
+    pub mirrored_motor: Option<MirroredMotor>,
     /// The latitude and longitude from which north and east are, deg, where the log has them.
     pub origin_deg: Option<[f64; 2]>,
 }
@@ -205,6 +209,7 @@ pub fn open(
     late.extend(shortened(&record, samples_inside));
     let other_heading = OtherHeading::find(path, settings, reader.description(), &record.samples);
     late.extend(other_heading.as_ref().map(OtherHeading::warning));
+    let mirrored_motor = MirroredMotor::find(path, settings, &choice, &record.samples);
     leave_out_unsound(&mut record);
     late.iter().for_each(|text| observer.warned(text));
     warnings.extend(late);
@@ -218,6 +223,7 @@ pub fn open(
         origin_deg: reader.origin_deg(),
         warnings,
         other_heading,
+        mirrored_motor,
     })
 }
 
