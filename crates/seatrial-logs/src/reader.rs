@@ -6,7 +6,7 @@ use std::path::Path;
 use seatrial_core::{RudderUnit, Sample};
 
 use crate::choice::ChannelChoice;
-use crate::clock::Clock;
+use crate::clock::{Clock, Face};
 use crate::content::table;
 use crate::description::{Channel, Counts, LogDescription};
 use crate::error::{Fault, Place, ReadError, clipped};
@@ -29,6 +29,7 @@ pub struct LogReader {
     table: Box<dyn Table>,
     description: LogDescription,
     clock: Clock,
+    face: Face,
     /// Seconds that a second of the column stands for: of a column that counts rows, the interval between them.
     time_scale: f64,
     drop_invalid: bool,
@@ -131,6 +132,7 @@ impl LogReader {
             },
             table,
             clock: time.clock,
+            face: Face::default(),
             time_scale: time_scale(&choice),
             drop_invalid: choice.drop_invalid,
             look_ahead: rows,
@@ -182,6 +184,7 @@ impl LogReader {
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.table.warnings();
         warnings.extend(self.positions.as_ref().map(Positions::warning));
+        warnings.extend(self.face.warning());
         let Counts {
             rows,
             missing,
@@ -281,7 +284,7 @@ impl LogReader {
                         found: cell.to_string(),
                         expected: self.clock.expected(),
                     })?;
-                    Some(self.time_scale * time_s)
+                    Some(self.time_scale * self.face.on(&self.clock, time_s))
                 }
                 (_, Cell::Number(value)) => {
                     channel.check(*value, place)?;

@@ -287,6 +287,88 @@ fn io_tables_are_read_whatever_stands_before_and_in_them() {
     }
 }
 
+/// Two motors of which the second counts the other way are named with a minus.
+#[test]
+fn io_half_the_sum_of_two_columns_is_a_rudder() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log");
+    for (unit, neutral, per_deg) in [("deg", 0.0, 1.0), ("pwm", 1500.0, 10.0)] {
+        let of = |d: f64| neutral + per_deg * d;
+        let log = text("time_s,heading_deg,port,starboard\n", |(t, h, d)| {
+            format!("{t:.1},{h:.3},{},{}", of(d + 3.0), of(d - 3.0))
+        });
+        std::fs::write(&path, log).unwrap();
+        let mut choice = ChannelChoice::default();
+        let pair = ["port", "-starboard"].map(str::to_owned);
+        choice.half_differences.insert(Quantity::Rudder, pair);
+        choice.units.insert(Quantity::Rudder, unit.parse().unwrap());
+        // 400 us are full rudder.
+        choice.full_rudder_rad = (unit == "pwm").then(|| 40.0_f64.to_radians());
+        let reader = open(&path, &choice).unwrap();
+        let column = reader.description().channels.iter();
+        let mut column = column.filter(|channel| channel.quantity == Quantity::Rudder);
+        assert_eq!(column.next().unwrap().column, "(port + starboard) / 2");
+        for (sample, row) in reader.zip(run()) {
+            let moved = sample.unwrap().rudder_rad.to_degrees() - row.2;
+            assert!(moved.abs() < 1e-9, "{unit}: {moved}");
+        }
+    }
+}
+
+/// A minute before one o'clock on a clock of twelve hours, and before midnight.
+#[test]
+fn io_a_clock_that_begins_again_goes_on() {
+    let of_day = |from_s: f64, t: f64| {
+        let tenths = (10.0 * (from_s + t)).round() as u32;
+        let (hours, minutes) = (tenths / 36_000, tenths / 600 % 60);
+        (hours, minutes, f64::from(tenths % 600) / 10.0)
+    };
+    let one = |t: f64| {
+        let (hours, minutes, seconds) = of_day(46_740.0, t);
+        format!("{:02}:{minutes:02}:{seconds:04.1}", (hours + 11) % 12 + 1)
+    };
+    let midnight = |t: f64| {
+        let (hours, minutes, seconds) = of_day(86_340.0, t);
+        format!("{:02}:{minutes:02}:{seconds:04.1}", hours % 24)
+    };
+    let of = |names: &str, time: &dyn Fn(f64) -> String| {
+        let head = format!("{names},heading_deg,rudder_deg\n");
+        text(&head, |(t, h, d)| format!("{},{h:.3},{d:.2}", time(t)))
+    };
+    let twelve = "12 h were added";
+    for (name, written, warning) in [
+        ("12 hours", of("time", &one), twelve),
+        (
+            "12 hours in digits",
+            of("time", &|t| one(t).replace(':', "")),
+            twelve,
+        ),
+        (
+            "12 hours behind a date",
+            of("time", &|t| format!("2024-05-01 {}", one(t))),
+            twelve,
+        ),
+        (
+            "12 hours beside a date",
+            of("date,time", &|t| format!("2024-05-01,{}", one(t))),
+            twelve,
+        ),
+        ("midnight", of("time", &midnight), "24 h were added"),
+    ] {
+        let warnings = assert_is_the_run(name, written.as_bytes()).join("\n");
+        assert!(warnings.contains(warning), "{name}: {warnings}");
+    }
+    // A clock that was set back by ten hours did not begin again.
+    let set_back = of("time", &|t| match t < 60.0 {
+        true => one(t),
+        false => format!("02:59:{:04.1}", t - 60.0),
+    });
+    let folder = tempfile::tempdir().unwrap();
+    let mut reader = opened(set_back.as_bytes(), &folder).unwrap();
+    let read: Result<Vec<_>, _> = reader.by_ref().collect();
+    assert!(read.unwrap_err().to_string().contains("time goes back"));
+}
+
 /// A time of day says that it is in seconds, alone and beside a date; a number does not.
 #[test]
 fn io_a_time_of_day_states_its_unit() {

@@ -1,11 +1,14 @@
 //! Time: from what a log writes to the log's own seconds.
 
+mod face;
 mod text;
 
 use jiff::Timestamp;
 
 use crate::table::Cell;
 use crate::{Unit, UnitSource};
+pub(crate) use face::Face;
+use face::begins_again;
 pub(crate) use text::{instant, time_of_day};
 
 /// How the time column becomes seconds.
@@ -331,23 +334,22 @@ fn digits_per_second(numbers: &[f64]) -> Option<f64> {
 
 /// Are these times written as digits? A date shows by itself; a time of day by minutes that end at 59 seconds.
 fn are_digits(numbers: &[f64]) -> bool {
-    let Some(last) = numbers.last().filter(|_| numbers.len() > 1) else {
-        return false;
-    };
-    if numbers.iter().any(|number| of_digits(*number).is_none()) {
+    if numbers.len() < 2 || numbers.iter().any(|number| of_digits(*number).is_none()) {
         return false;
     }
     let is_date = numbers.iter().all(|number| *number >= 1e13);
     let passes_minutes = numbers.windows(2).any(|pair| pair[1] - pair[0] >= 40.0);
     let seconds = |number: &f64| of_digits(*number).unwrap_or(f64::NAN);
     let usual = median_step(numbers);
-    let longest = numbers
-        .windows(2)
-        .map(|pair| seconds(&pair[1]) - seconds(&pair[0]))
-        .fold(0.0, f64::max);
+    // Where the clock begins again it goes back.
+    let rises = || numbers.windows(2).filter(|pair| pair[1] > pair[0]);
+    let times = || rises().map(|pair| seconds(&pair[1]) - seconds(&pair[0]));
+    let risen: f64 = rises().map(|pair| pair[1] - pair[0]).sum();
     // What looks like a gap of 40 s in plain numbers is none in times.
-    let is_even = longest < 40.0 && last - numbers[0] > seconds(last) - seconds(&numbers[0]);
-    is_date || (passes_minutes && is_even && usual < 30.0)
+    let is_even = times().fold(0.0, f64::max) < 40.0 && risen > times().sum();
+    let turns = |pair: &[f64]| begins_again(seconds(&pair[0]), seconds(&pair[1])).is_some();
+    let is_of_a_face = numbers.windows(2).any(turns);
+    is_date || is_of_a_face || (passes_minutes && is_even && usual < 30.0)
 }
 
 /// Seconds since midnight of `hhmmss.sss`, since 1970 of `yyyymmddhhmmss.sss`.
