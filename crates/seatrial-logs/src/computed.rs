@@ -251,8 +251,8 @@ impl<'a> Names<'a> {
             self.words.iter().position(is_wanted)
         };
         let sources = [
-            of(&["date", "datum"])?,
-            of(&["time", "clock", "zeit", "uhrzeit", "utc", "gmt"])?,
+            of(&["date", "datum", "fecha"])?,
+            of(&["time", "clock", "zeit", "uhrzeit", "hora", "utc", "gmt"])?,
         ];
         let name = self.list(&sources);
         Some(self.of(Quantity::Time, name, &sources, Rule::DateAndTime))

@@ -1,4 +1,4 @@
-//! Names of columns in German, French and Japanese.
+//! Names of columns in German, French, Spanish, Italian and Japanese.
 
 use crate::Quantity;
 
@@ -11,7 +11,15 @@ pub(crate) struct Names {
 }
 
 const TIME: Names = Names {
-    clear: &["temps", "zeit", "時刻", "時間", "経過時間"],
+    clear: &[
+        "temps",
+        "zeit",
+        "tiempo",
+        "tempo",
+        "時刻",
+        "時間",
+        "経過時間",
+    ],
     vague: &[
         "heure",
         "horodatage",
@@ -20,6 +28,8 @@ const TIME: Names = Names {
         "zeitstempel",
         "sekunden",
         "uhrzeit",
+        "hora",
+        "ora",
         "日時",
     ],
 };
@@ -31,6 +41,8 @@ const HEADING: Names = Names {
         "angledelacet",
         "steuerkurs",
         "gierwinkel",
+        "rumbo",
+        "prua",
         "船首方位",
         "船首方位角",
         "ヨー角",
@@ -62,6 +74,11 @@ const RUDDER: Names = Names {
         "ruderwinkel",
         "ruderlage",
         "ruderausschlag",
+        "timón",
+        "timon",
+        "ángulodetimón",
+        "timone",
+        "angolotimone",
         "舵角",
         "実舵角",
     ],
@@ -91,6 +108,8 @@ const SPEED: Names = Names {
         "vitesse",
         "vitessefond",
         "geschwindigkeit",
+        "velocidad",
+        "velocità",
         "fahrtübergrund",
         "füg",
         "速度",
@@ -164,7 +183,7 @@ const THRUST: Names = Names {
     vague: &["poussee"],
 };
 
-/// The names of a quantity in German, French and Japanese.
+/// The names of a quantity in German, French, Spanish, Italian and Japanese.
 pub(crate) fn names(quantity: Quantity) -> &'static Names {
     match quantity {
         Quantity::Time => &TIME,

@@ -116,6 +116,7 @@ impl Quantity {
                 &["time", "t"],
                 &[
                     "timestamp",
+                    "ts",
                     "stamp",
                     "elapsed",
                     "elapsedtime",

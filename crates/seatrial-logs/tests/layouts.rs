@@ -144,6 +144,7 @@ fn io_times_in_parts_in_digits_and_of_other_eras_are_read() {
             "hundredths since 1970",
             of("timestamp", &|t| format!("{:.0}", 1e2 * (START_S + t))),
         ),
+        ("ts", of("ts", &|t| format!("{:.1}", START_S + t))),
     ] {
         assert_is_the_run(names, written.as_bytes());
     }
@@ -475,6 +476,15 @@ fn io_sentences_are_read_with_times_before_behind_and_between_them() {
         let rudder = sentence(&format!("IIXDR,C,20.0,C,AIR,A,{:.1},D,RUDDER", row.2));
         format!("{} {heading}\n{} {rudder}", iso(row.0), iso(row.0))
     });
+    let attitude = text("", |row| {
+        let body = format!(
+            "PASHR,{},{:.2},T,0.50,-0.20,0.00,0.1,0.1,0.1,1,1",
+            hhmmss(row.0),
+            row.1
+        );
+        let [_, rudder] = sentences(row);
+        sentence(&body) + "\n" + &rudder
+    });
     let none = |_: Row| String::new();
     let second = |(_, heading, _): Row| {
         let heading = (heading + 8.0).rem_euclid(360.0);
@@ -495,6 +505,7 @@ fn io_sentences_are_read_with_times_before_behind_and_between_them() {
         ),
         ("times behind", behind, ""),
         ("a rudder by its name", transducer, ""),
+        ("an attitude with its own time", attitude, ""),
     ] {
         let warnings = assert_is_the_run(name, log.as_bytes()).join("\n");
         assert!(warnings.contains(warning), "{name}: {warnings}");

@@ -422,7 +422,7 @@ impl Messages for Sentences {
         let found = names.join(", ");
         known.lacks(
             Quantity::Heading,
-            format!("expected HDT, THS, HDG, HDM or VHW sentences; found {found}"),
+            format!("expected HDT, THS, PASHR, HDG, HDM or VHW sentences; found {found}"),
         );
         known.lacks(
             Quantity::Rudder,

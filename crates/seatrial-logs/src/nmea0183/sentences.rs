@@ -69,9 +69,11 @@ fn angle_of(cells: &[&str], field: &str) -> Option<usize> {
 }
 
 /// Sentences that are read.
-pub(super) const SENTENCES: [(&str, &[Field]); 14] = [
+pub(super) const SENTENCES: [(&str, &[Field]); 15] = [
     ("HDT", &[field("heading_deg", 1)]),
     ("THS", &[flagged("heading_deg", 1, 2, "A")]),
+    // Of $PASHR, whose heading is that of several antennas and gyros.
+    ("SHR", &[flagged("heading_deg", 2, 3, "T")]),
     ("HDG", &[field("heading_deg", 1)]),
     ("HDM", &[field("heading_deg", 1)]),
     ("ROT", &[flagged("rate_deg_min", 1, 2, "A")]),
@@ -113,9 +115,10 @@ pub(super) const SENTENCES: [(&str, &[Field]); 14] = [
 /// The most fields of a sentence.
 pub(super) const MOST_FIELDS: usize = 3;
 
-pub(super) const CHANNELS: [(Quantity, &str, &str, Unit); 13] = [
+pub(super) const CHANNELS: [(Quantity, &str, &str, Unit); 14] = [
     (Quantity::Heading, "HDT", "heading_deg", Unit::Degree),
     (Quantity::Heading, "THS", "heading_deg", Unit::Degree),
+    (Quantity::Heading, "SHR", "heading_deg", Unit::Degree),
     (Quantity::Heading, "HDG", "heading_deg", Unit::Degree),
     (Quantity::Heading, "HDM", "heading_deg", Unit::Degree),
     (Quantity::Heading, "VHW", "heading_deg", Unit::Degree),

@@ -65,7 +65,7 @@ impl Clock {
             }
         }
         let time = match name {
-            "RMC" | "ZDA" | "GGA" => cell(1),
+            "RMC" | "ZDA" | "GGA" | "SHR" => cell(1),
             "GLL" => cell(5),
             _ => return,
         };
