@@ -89,6 +89,81 @@ fn cli_channels_of_a_file_turn_scale_and_pair_columns() {
     assert_eq!(b2_per_s2(&piped), b2);
 }
 
+/// Half the difference of two motors of which one counts the other way stands still: the motor is named, and a minus turns it.
+#[test]
+fn cli_a_mirrored_motor_is_named_with_what_turns_it() {
+    let folder = tempfile::tempdir().unwrap();
+    write_log(folder.path());
+    let path = folder.path().join("run.csv");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let mirrored = |line: &str| {
+        let (others, lower) = line.rsplit_once(',').unwrap();
+        match lower.parse::<f64>() {
+            Ok(lower) => format!("{others},{}\n", -lower),
+            Err(_) => format!("{line}\n"),
+        }
+    };
+    std::fs::write(&path, text.lines().map(mirrored).collect::<String>()).unwrap();
+    let identified = |mapping: &str| {
+        std::fs::write(folder.path().join("channels.toml"), mapping).unwrap();
+        let arguments = [
+            "identify",
+            "run.csv",
+            "--channels",
+            "channels.toml",
+            "--json",
+        ];
+        seatrial(&arguments, folder.path(), None)
+    };
+    let refused: Value = serde_json::from_slice(&identified(MAPPING).stdout).unwrap();
+    let cause = &refused["verdict"]["reasons"][0];
+    assert_eq!(cause["code"], "rudder_constant", "{cause}");
+    let said = |field: &str| cause[field].as_str().unwrap();
+    assert!(
+        said("text").contains("`lower` counts the other way"),
+        "{cause}"
+    );
+    assert!(
+        said("action").contains("columns = [\"upper\", \"-lower\"]"),
+        "{cause}"
+    );
+
+    let b2 = b2_per_s2(&identified(&MAPPING.replace("\"lower\"", "\"-lower\"")));
+    assert!((b2 - 1.08).abs() < 0.02 * 1.08, "{b2}");
+}
+
+/// A heading that somebody chose and that is later than another is told so, and no rudder is accused.
+#[test]
+fn cli_a_late_heading_that_was_chosen_names_the_other() {
+    let folder = tempfile::tempdir().unwrap();
+    write_log(folder.path());
+    let path = folder.path().join("run.csv");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let compass = |line: &str| line.split(',').nth(1).unwrap().to_owned();
+    let lines: Vec<&str> = text.lines().collect();
+    let rows = lines.iter().enumerate().map(|(row, line)| match row {
+        0 => format!("{line},heading_late\n"),
+        _ => format!("{line},{}\n", compass(lines[row.saturating_sub(12).max(1)])),
+    });
+    std::fs::write(&path, rows.collect::<String>()).unwrap();
+    let mapping = MAPPING.replace("\"compass\"", "\"heading_late\"");
+    std::fs::write(folder.path().join("channels.toml"), mapping).unwrap();
+    let arguments = [
+        "identify",
+        "run.csv",
+        "--channels",
+        "channels.toml",
+        "--json",
+    ];
+    let output = seatrial(&arguments, folder.path(), None);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("0.6 s later than `compass`"), "{said}");
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let reasons = document["verdict"]["reasons"].as_array().unwrap();
+    let has = |code: &str| reasons.iter().any(|reason| reason["code"] == code);
+    assert!(has("compass_late") && !has("model_order"), "{reasons:?}");
+}
+
 #[test]
 fn cli_errors_of_a_channels_file_name_file_line_and_field() {
     let folder = tempfile::tempdir().unwrap();
