@@ -13,7 +13,7 @@ use seatrial_core::Sample;
 use serde::{Deserialize, Serialize};
 
 use crate::record::Window;
-use stroke::{Chain, chains};
+use stroke::{Chain, Stroke, chains};
 use trace::Trace;
 
 /// Each level of rudder is half of the one before, from the largest angle in the record: the strokes of a
@@ -173,48 +173,13 @@ fn manoeuvre(trace: &Trace, chain: &Chain, found: &[Segment]) -> Option<Segment>
         Kind::ZigZag => chain.strokes.len() >= STROKES_WITHOUT_LEAD_IN,
         _ => false,
     };
-    if !stands_alone {
-        let previous_s = found
-            .iter()
-            .map(|other| other.window.to_s)
-            .filter(|end_s| *end_s <= window.from_s)
-            .reduce(f64::max);
-        let before_s = previous_s
-            .unwrap_or(f64::NEG_INFINITY)
-            .max(window.from_s - LEAD_IN_STROKES * first_stroke_s);
-        let before = Window {
-            from_s: before_s,
-            to_s: window.from_s,
-        };
-        let after = Window {
-            from_s: window.to_s,
-            to_s: window.to_s + STEP_STROKES * first_stroke_s,
-        };
-        let during = trace.indices(Window {
-            to_s: window.to_s + first_stroke_s,
-            ..window
-        });
-        let rests = |part: Window, strokes: f64, share: f64| {
-            let part = trace.indices(part);
-            trace.duration_s(&part) >= (1.0 - ROUNDING) * strokes * first_stroke_s
-                && trace.rudder_rms_rad(part) < share * chain.amplitude_rad()
-        };
-        let stands_out = match kind {
-            Kind::Step => {
-                rests(before, LEAD_IN_STROKES, STEP_REST) && rests(after, STEP_STROKES, STEP_REST)
-            }
-            _ => rests(before, LEAST_LEAD_IN_STROKES, REST),
-        };
-        let departs_from = |from_s: f64| {
-            let lead_in = trace.indices(Window { from_s, ..before });
-            trace.departure(lead_in, during.clone()) > LEAST_DEPARTURE
-        };
-        // Behind another manoeuvre the vehicle is still on its way back.
-        let departs = departs_from(before_s)
-            || previous_s == Some(before_s) && departs_from(0.5 * (before_s + window.from_s));
-        if !(stands_out && departs) {
-            return None;
-        }
+    let previous_s = found
+        .iter()
+        .map(|other| other.window.to_s)
+        .filter(|end_s| *end_s <= window.from_s)
+        .reduce(f64::max);
+    if !(stands_alone || stands_out(trace, chain, kind, previous_s)) {
+        return None;
     }
     Some(trace.segment(
         kind,
@@ -223,6 +188,48 @@ fn manoeuvre(trace: &Trace, chain: &Chain, found: &[Segment]) -> Option<Segment>
         first_stroke_s,
         chain.amplitude_rad(),
     ))
+}
+
+/// Does the rudder rest before the strokes, and the heading depart from its straight line with them? `previous_s` is the end of the manoeuvre
+/// before.
+fn stands_out(trace: &Trace, chain: &Chain, kind: Kind, previous_s: Option<f64>) -> bool {
+    let window = chain.window();
+    let first_stroke_s = chain.strokes.first().map_or(0.0, Stroke::duration_s);
+    let before_s = previous_s
+        .unwrap_or(f64::NEG_INFINITY)
+        .max(window.from_s - LEAD_IN_STROKES * first_stroke_s);
+    let before = Window {
+        from_s: before_s,
+        to_s: window.from_s,
+    };
+    let after = Window {
+        from_s: window.to_s,
+        to_s: window.to_s + STEP_STROKES * first_stroke_s,
+    };
+    let during = trace.indices(Window {
+        to_s: window.to_s + first_stroke_s,
+        ..window
+    });
+    let rests = |part: Window, strokes: f64, share: f64| {
+        let part = trace.indices(part);
+        trace.duration_s(&part) >= (1.0 - ROUNDING) * strokes * first_stroke_s
+            && trace.rudder_rms_rad(part) < share * chain.amplitude_rad()
+    };
+    let is_begun_from_rest = match kind {
+        Kind::Step => {
+            rests(before, LEAD_IN_STROKES, STEP_REST) && rests(after, STEP_STROKES, STEP_REST)
+        }
+        _ => rests(before, LEAST_LEAD_IN_STROKES, REST),
+    };
+    let departs_from = |from_s: f64| {
+        let lead_in = trace.indices(Window { from_s, ..before });
+        trace.departure(lead_in, during.clone()) > LEAST_DEPARTURE
+    };
+    // Behind another manoeuvre the vehicle is still on its way back.
+    let is_behind = previous_s == Some(before_s);
+    let departs =
+        departs_from(before_s) || is_behind && departs_from(0.5 * (before_s + window.from_s));
+    is_begun_from_rest && departs
 }
 
 fn kind(trace: &Trace, chain: &Chain) -> Option<Kind> {
