@@ -236,20 +236,15 @@ fn doubts(
     doubts
 }
 
-/// A smoothed heading, where that may be what a first-order model leaves unexplained.
+/// A smoothed heading, where that may be the lag behind which the vehicle is. Sway is none: real hulls have it.
 fn heading_smoothed(prepared: &Prepared, explained: &Explained, chosen: &Chosen) -> Option<Doubt> {
-    explained.structural_misfit()?;
+    let lags = |beyond: &&HigherOrder| beyond.structure.lag;
+    let late_s = explained.beyond().filter(lags)?.model.rudder_lag_s;
     let record = prepared.record.record();
     let is_checked = record.units.are_given() || prepared.log.compass.shows_late;
-    if is_checked || !plausibility::heading_is_smoothed(&record.samples) {
-        return None;
-    }
-    let late_s = match explained {
-        Explained::BehindLag { lagging, .. } => Some(lagging.model.rudder_lag_s),
-        _ => None,
-    };
-    let effect = late_s.unwrap_or(0.0) * chosen.model.a22_per_s.abs();
-    Some(Doubt::HeadingSmoothed { late_s, effect })
+    let effect = late_s * chosen.model.a22_per_s.abs();
+    (!is_checked && plausibility::heading_is_smoothed(&record.samples))
+        .then_some(Doubt::HeadingSmoothed { late_s, effect })
 }
 
 fn rudder_variance(samples: &[Sample<f64>]) -> f64 {

@@ -110,8 +110,8 @@ pub enum Doubt {
     },
     /// The heading was smoothed, which looks like a rudder that lags.
     HeadingSmoothed {
-        /// The lag that it may explain, s; none where it looks like another vehicle.
-        late_s: Option<f64>,
+        /// The lag that it may explain, s.
+        late_s: f64,
         /// That lag over the vehicle's time constant.
         effect: f64,
     },
@@ -203,9 +203,7 @@ impl Doubt {
         match self {
             Self::HeadingHeld { effect, .. } => *effect > LARGEST_HEADING_EFFECT,
             Self::RudderHeld { effect, .. } => *effect > LARGEST_RUDDER_EFFECT,
-            Self::HeadingSmoothed { late_s, effect } => {
-                late_s.is_none() || *effect > LARGEST_SMOOTHING
-            }
+            Self::HeadingSmoothed { effect, .. } => *effect > LARGEST_SMOOTHING,
             Self::RateMismatch(mismatch) => !mismatch.is_reversed(),
             // A unit that was given settles what is possible.
             Self::HeadingUnit {

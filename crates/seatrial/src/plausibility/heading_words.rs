@@ -19,14 +19,8 @@ impl Doubt {
                 three_figures(*every_s)
             ),
             Self::HeadingSmoothed { late_s, .. } => format!(
-                "the noise of the heading is in the rows behind it, too, as a filter or a mean leaves it: {}, and no yaw rate tells which; log the heading unfiltered, or a gyro's yaw rate",
-                late_s.map_or_else(
-                    || "what looks like another kind of vehicle may be that filter".into(),
-                    |late_s| format!(
-                        "the lag of {} s between rudder and heading may be that filter's or a slow rudder's, and the model is the one behind it, which gains must allow for as a delay",
-                        three_figures(late_s)
-                    )
-                )
+                "the noise of the heading is in the rows behind it, too, as a filter or a mean leaves it: the lag of {} s between rudder and heading may be that filter's or a slow rudder's, and no yaw rate tells which; the model is the one behind the lag, which gains must allow for as a delay; log the heading unfiltered, or a gyro's yaw rate",
+                three_figures(*late_s)
             ),
             Self::HeadingJumped(jumps) => format!(
                 "the heading steps in one row beside the yaw rate {} times, by up to {:.1} deg at {} s, which no vehicle does: the steps were taken off, and the model is that of the rest; look at the compass, or at the satellites that it sees",
