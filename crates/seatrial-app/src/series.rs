@@ -1,7 +1,8 @@
 //! Records as columns to be drawn.
 
-use seatrial::{Identification, Record, Window};
-use seatrial_core::Real;
+use seatrial::{Identification, Record, Run, Window};
+use seatrial_core::{Real, Sample};
+use seatrial_logs::{TrackFormat, write_track};
 use seatrial_report::overlay;
 
 use serde::{Deserialize, Serialize};
@@ -68,4 +69,22 @@ pub fn series_of(record: &Record, validated: Option<(&Identification, Window)>) 
         series.east_m.push(sample.east_m.and_then(finite));
     }
     series
+}
+
+/// The track of runs in a form that charts open. Their positions are metres from `origin_deg`, latitude and longitude; the first
+/// sample was taken at `start_utc`. `None`: they have no positions.
+pub fn track_of_runs(
+    format: TrackFormat,
+    runs: &[Run],
+    origin_deg: [f64; 2],
+    start_utc: &str,
+) -> Option<String> {
+    let samples = runs.iter().flat_map(|run| &run.record.samples);
+    let begin_s = samples.clone().next()?.time_s;
+    let since = |sample: &Sample<f64>| Sample {
+        time_s: sample.time_s - begin_s,
+        ..*sample
+    };
+    let samples: Vec<Sample<f64>> = samples.map(since).collect();
+    write_track(format, &samples, origin_deg, Some(start_utc))
 }

@@ -18,6 +18,7 @@ use crate::log::{self, LogArgs};
 use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::screen::{command, labelled, width, wrapped};
 use crate::table::Table;
+use crate::track;
 
 /// What is in a log: channels, rates, gaps, units and signs, manoeuvres; is it usable and if not why.
 #[derive(ClapArgs, Debug)]
@@ -30,6 +31,9 @@ pub struct Args {
     /// Write a page with the record and its manoeuvres shaded.
     #[arg(long, value_name = "FILE.html")]
     report: Option<OutputPath>,
+    /// Write the track for charts and maps, where the log has latitude and longitude.
+    #[arg(long, value_name = "FILE.gpx|FILE.kml")]
+    track: Option<OutputPath>,
 }
 
 /// Manoeuvres that the text lists; JSON lists all.
@@ -48,6 +52,9 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let inspection = Inspection::of(&opened);
     if let Some(path) = &args.report {
         output.save(path, report_page(&opened, &inspection))?;
+    }
+    if let Some(path) = &args.track {
+        output.save(path, track::of_log(&opened, path)?)?;
     }
     output.print(&inspection, || text(&opened, &inspection))?;
     Ok(Exit::of(&inspection.verdict))

@@ -13,7 +13,7 @@ use seatrial_app::models::{campaign_named, campaign_numbered};
 use seatrial_app::next;
 use seatrial_core::{Axis, Outcome};
 use seatrial_logbook::{CampaignEntry, Error, Logbook, State, Verification};
-use seatrial_logs::DAMAGE_MARK;
+use seatrial_logs::{DAMAGE_MARK, TrackFormat};
 use serde::Serialize;
 
 use crate::damage;
@@ -21,6 +21,7 @@ use crate::output::{Exit, Failure, Output};
 use crate::screen::{command, labelled, sentence, width};
 use crate::speed_table::{SpeedRow, promise_text, run_row, speed_table};
 use crate::table::decimals;
+use crate::track;
 
 /// Results of earlier trials: list, show, compare, export, verify.
 #[derive(clap::Args)]
@@ -59,9 +60,9 @@ enum LogbookAction {
         /// The other one.
         b: String,
     },
-    /// Samples and actions as CSV; with --json the results.
+    /// Samples and actions as CSV, or the track as GPX or KML; with --json the results.
     #[command(
-        after_help = "Example:\n  seatrial trial && seatrial logbook export 1 --out samples.csv"
+        after_help = "Example:\n  seatrial trial && seatrial logbook export 1 --out samples.csv\n  seatrial trial && seatrial logbook export 1 --out track.gpx --origin 54.33,10.15"
     )]
     Export(ExportArgs),
     /// Proves that nothing is damaged or altered; otherwise says what and where, exit 3.
@@ -81,9 +82,12 @@ struct ExportArgs {
     /// Only this run.
     #[arg(long, value_name = "NUMBER")]
     run: Option<u32>,
-    /// Write to this file instead of standard output.
+    /// Write to this file instead of standard output; one that ends in .gpx or .kml gets the track.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Latitude and longitude of the trial's position 0, 0, deg: a track needs them.
+    #[arg(long, value_name = "LAT,LON", allow_hyphen_values = true, requires = "out", value_parser = track::origin)]
+    origin: Option<[f64; 2]>,
     /// Export a campaign that is damaged all the same; what is written says so.
     #[arg(long)]
     accept: bool,
@@ -383,23 +387,25 @@ fn export(logbook: &Logbook, asked: &ExportArgs, output: &Output) -> Result<Exit
     if let Some(run) = run
         && runs.iter().all(|entry| entry.number != run)
     {
-        return Err(Failure::input(format!(
-            "{}: campaign {} has no run {run}; it has {}",
-            logbook.path().display(),
-            entry.id.0,
-            runs.len()
-        )));
+        let (path, id, count) = (logbook.path().display(), entry.id.0, runs.len());
+        let why = format!("{path}: campaign {id} has no run {run}; it has {count}");
+        return Err(Failure::input(why));
     }
     let entry = damage::warn(logbook, entry.id)?;
     if entry.damage.is_some() && !asked.accept {
+        let (path, id) = (logbook.path().display(), entry.id.0);
         return Err(Failure::input(format!(
-            "{}: campaign {} is damaged, and is not exported; --accept exports it all the same",
-            logbook.path().display(),
-            entry.id.0
+            "{path}: campaign {id} is damaged, and is not exported; --accept exports it all the same"
         )));
     }
     let mut runs = logbook.campaign(entry.id)?.runs;
     runs.retain(|found| run.is_none_or(|run| found.number == run));
+    let track = out.and_then(|out| Some((out, TrackFormat::of(out)?)));
+    if let Some((out, format)) = track {
+        let track = track::of_campaign(&entry, &runs, format, asked.origin)?;
+        output.save(out, track)?;
+        return Ok(Exit::Done);
+    }
     let results = Results {
         schema: "seatrial.logbook_results.v1",
         campaign: &entry,
@@ -420,10 +426,9 @@ fn export(logbook: &Logbook, asked: &ExportArgs, output: &Output) -> Result<Exit
         output.print(&results, || csv)?;
         return Ok(Exit::Done);
     };
-    let written = if output.json {
-        serde_json::to_string_pretty(&results).map_err(Failure::internal)?
-    } else {
-        csv
+    let written = match output.json {
+        true => serde_json::to_string_pretty(&results).map_err(Failure::internal)?,
+        false => csv,
     };
     output.save(out, written)?;
     Ok(Exit::Done)

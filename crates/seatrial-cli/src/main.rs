@@ -55,6 +55,7 @@ mod study;
 mod surge;
 mod surge_study;
 mod table;
+mod track;
 mod trial;
 mod turn;
 mod turn_rates;

@@ -225,4 +225,30 @@ fn cli_a_log_with_coordinates_gives_its_track() {
     assert_eq!(ask("track/kml", &located).send_for_bytes().0, 200);
     let (status, refused) = ask("track/gpx", &log).send();
     assert_eq!((status, &refused["code"]), (422, &json!("no_track")));
+
+    // The terminal writes the same.
+    std::fs::write(folder.path().join("located.csv"), &located).unwrap();
+    let inspect = |log: &str, track: &str| {
+        let line = ["inspect", log, "--track", track];
+        program()
+            .args(line)
+            .current_dir(folder.path())
+            .output()
+            .unwrap()
+    };
+    let written = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    assert!(inspect("located.csv", "track.gpx").status.success());
+    assert_eq!(written("track.gpx"), gpx);
+    assert!(inspect("located.csv", "track.KML").status.success());
+    assert!(written("track.KML").contains("<LineString>"));
+    for (log, track, code, why) in [
+        ("run.csv", "none.gpx", 3, "no latitude and longitude"),
+        ("located.csv", "track.txt", 2, ".gpx or .kml"),
+    ] {
+        let refused = inspect(log, track);
+        let said = String::from_utf8(refused.stderr).unwrap();
+        assert_eq!(refused.status.code(), Some(code), "{said}");
+        assert!(said.contains(why), "{said}");
+        assert!(!folder.path().join(track).exists());
+    }
 }

@@ -1,6 +1,7 @@
 //! The track of samples in GPX and KML, which charts and maps open.
 
 use std::fmt::Write;
+use std::path::Path;
 
 use jiff::Timestamp;
 use seatrial_core::Sample;
@@ -20,6 +21,13 @@ pub enum TrackFormat {
 }
 
 impl TrackFormat {
+    /// The form that the end of a file's name says.
+    pub fn of(file: &Path) -> Option<Self> {
+        let end = file.extension()?.to_ascii_lowercase();
+        let forms = [Self::Gpx, Self::Kml];
+        forms.into_iter().find(|form| end == form.extension())
+    }
+
     /// How a file of it ends.
     pub fn extension(self) -> &'static str {
         match self {
