@@ -153,8 +153,13 @@ impl From<trial_run::Change> for Change {
     }
 }
 
-/// A run, with the operator's decision on it where there is one.
-pub fn run_summary(run: &Run, review: Option<Review>) -> RunSummary {
+/// A run, judged within `whole`, the verdict of its campaign, once there is one, with the operator's decision on it where there is one.
+pub fn run_summary(
+    run: &Run,
+    whole: Option<&identification::Verdict>,
+    review: Option<Review>,
+) -> RunSummary {
+    let verdict = whole.map_or(&run.verdict, |whole| run.verdict_within(whole));
     RunSummary {
         number: run.number,
         thrust: run.thrust,
@@ -170,7 +175,7 @@ pub fn run_summary(run: &Run, review: Option<Review>) -> RunSummary {
             })
             .collect(),
         accepted: run.verdict.accepted,
-        verdict: (&run.verdict).into(),
+        verdict: verdict.into(),
         reasons: run
             .verdict
             .reasons

@@ -21,7 +21,7 @@ use seatrial_logs::{Estimate, Row, write_csv, write_mcap};
 
 use crate::api::{
     CampaignDetail, CampaignSummary, Comparison, Difference, Figure, Model, OperatingPoint, Reason,
-    RunSummary, Schedule, SchedulePoint, ThrustComparison, WhatChanged,
+    Schedule, SchedulePoint, ThrustComparison, WhatChanged,
 };
 use crate::convert::run_summary;
 use crate::refusal::Refusal;
@@ -50,10 +50,7 @@ pub fn detail(logbook: &Logbook, id: i64, running: Option<i64>) -> Result<Campai
         runs: campaign
             .runs
             .iter()
-            .map(|run| RunSummary {
-                verdict: run.verdict_within(&whole).into(),
-                ..run_summary(run, review_of(run))
-            })
+            .map(|run| run_summary(run, Some(&whole), review_of(run)))
             .collect(),
         counting_runs: campaign
             .accepted_runs()

@@ -3,13 +3,13 @@
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use seatrial::Step;
 use seatrial::campaign::Run;
 use seatrial::identification::{Reader, Refined};
+use seatrial::{Campaign, Step};
 use seatrial_app::advice;
 use seatrial_app::conduct::Watch;
 use seatrial_app::trial_run::{Begun, View};
-use seatrial_core::{Outcome, Trial};
+use seatrial_core::Trial;
 
 use crate::api::TrialState;
 use crate::convert::utc;
@@ -127,10 +127,10 @@ impl View for Shown {
     }
 
     /// Shows the end and frees the slot under one lock: a client that sees the end may begin the next trial.
-    fn ended(&mut self, outcome: Option<Outcome>, warnings: &[String]) {
+    fn ended(&mut self, campaign: &Campaign, warnings: &[String]) {
         let mut running = self.slot.running();
         let warnings = advice::all(warnings.iter().cloned(), Reader::Dashboard);
-        self.tap.ended(outcome, warnings);
+        self.tap.ended(campaign, warnings);
         *running = None;
         self.has_place = false;
     }
@@ -176,6 +176,7 @@ impl TrialState {
             envelope: Vec::new(),
             runs: Vec::new(),
             validation: None,
+            verdict: None,
             outcome: None,
             warnings: Vec::new(),
         }

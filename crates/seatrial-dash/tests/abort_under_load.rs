@@ -197,7 +197,7 @@ fn sail(served: &Served, folder: &Path, is_over: &AtomicBool, begun: &AtomicBool
         is_over.load(Ordering::Relaxed),
         "the trial was over before the measurement"
     );
-    going.shown.ended(conducted.campaign.outcome, &[]);
+    going.shown.ended(&conducted.campaign, &[]);
 }
 
 fn watch(mut sockets: Vec<WebSocket<TcpStream>>, is_over: &AtomicBool, counts: &Counts) {

@@ -251,7 +251,7 @@ fn trial(viewers: usize, measured: &mut Measured) {
     };
     let Conducted { campaign, .. } = conduct(&mut vehicle, plan, about, &mut watched).unwrap();
     assert!(campaign.runs.len() >= 5 && !stop.load(Ordering::Relaxed));
-    watched.shown.ended(campaign.outcome, &[]);
+    watched.shown.ended(&campaign, &[]);
     for messages in reading.join().unwrap() {
         assert!(messages > 100, "{messages} messages");
     }

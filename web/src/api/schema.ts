@@ -1200,8 +1200,11 @@ export interface components {
             validation?: components["schemas"]["ValidationOverlay"] | null;
         } | {
             outcome?: components["schemas"]["Outcome"] | null;
+            /** @description Its runs, each judged within the campaign. */
+            runs: components["schemas"]["RunSummary"][];
             /** @enum {string} */
             type: "trial_ended";
+            verdict?: components["schemas"]["Verdict"] | null;
             /** @description What could not be saved, or why the vehicle was given back. */
             warnings: string[];
         } | {
@@ -1958,6 +1961,7 @@ export interface components {
             validation?: components["schemas"]["ValidationOverlay"] | null;
             /** @description The vehicle by name. */
             vehicle: string;
+            verdict?: components["schemas"]["Verdict"] | null;
             /** @description What could not be saved, or why the vehicle was given back. */
             warnings: string[];
         };

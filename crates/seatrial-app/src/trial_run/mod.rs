@@ -21,7 +21,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::SystemTime;
 
 use seatrial::Campaign;
-use seatrial_core::{InvalidSetting, Outcome, Plan, Trial, Vehicle};
+use seatrial_core::{InvalidSetting, Plan, Trial, Vehicle};
 use seatrial_logbook::{CampaignId, Circumstances, Logbook, NewCampaign, Recorder};
 use seatrial_logs::RowWriter;
 
@@ -81,8 +81,9 @@ pub trait View: Watch {
     /// The vehicle's link was lost, or the program failed: why the vehicle is given back.
     fn faulted(&mut self, _why: &str) {}
 
-    /// The vehicle was handed back and everything is kept, except for what the warnings say.
-    fn ended(&mut self, _outcome: Option<Outcome>, _warnings: &[String]) {}
+    /// The vehicle was handed back and everything is kept, except for what the warnings say. The records of the runs that the logbook
+    /// has are left out.
+    fn ended(&mut self, _campaign: &Campaign, _warnings: &[String]) {}
 }
 
 /// A campaign that begins.

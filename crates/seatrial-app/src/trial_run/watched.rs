@@ -75,7 +75,7 @@ impl Watched {
         unsaved.extend(not_recorded.into_iter().flatten());
         let warnings: Vec<String> = fault.iter().chain(&unsaved).cloned().collect();
         for view in &mut self.views {
-            view.ended(campaign.outcome, &warnings);
+            view.ended(&campaign, &warnings);
         }
         Ended {
             number,

@@ -2,12 +2,12 @@
 
 use std::collections::VecDeque;
 
-use seatrial::Step;
 use seatrial::campaign::{Run, Stage};
 use seatrial::identification::Refined;
+use seatrial::{Campaign, Step};
 use seatrial_app::conduct::Watch;
 use seatrial_app::trial_run::{Begun, View};
-use seatrial_core::{AbortReason, Outcome, Sample, Trial};
+use seatrial_core::{AbortReason, Sample, Trial};
 
 use super::text::run_line;
 use crate::live::{Live, Parameter, Picture, Strip};
@@ -160,7 +160,7 @@ impl View for Terminal {
         self.live.line(why);
     }
 
-    fn ended(&mut self, _: Option<Outcome>, _: &[String]) {
+    fn ended(&mut self, _: &Campaign, _: &[String]) {
         self.live.end();
     }
 }

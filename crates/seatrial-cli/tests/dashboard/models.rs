@@ -108,6 +108,27 @@ fn cli_a_model_that_is_warned_of_is_written_where_that_is_accepted() {
     assert_eq!(written, accepted.stdout);
 }
 
+/// Live tells a trial that is over by the verdict of its campaign, as History does.
+#[test]
+fn cli_live_and_history_judge_a_campaign_alike() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::start(folder.path(), &[]);
+    let lease = server.control("Anna");
+    for (campaign, scenario, outcome) in [
+        (1, "broken_fin", "do_not_use"),
+        (2, "bad_compass", "do_not_use"),
+        (3, "heavier_payload", "use"),
+    ] {
+        let order = json!({"vehicle": "sim:starfish", "seed": 1, "scenario": scenario});
+        server.start_trial(&lease, &order);
+        let live = server.wait_for_end();
+        let kept = server.get(&format!("/campaigns/{campaign}"));
+        assert_eq!(live["verdict"]["outcome"], outcome, "{scenario}");
+        assert_eq!(live["verdict"], kept["verdict"], "{scenario}");
+        assert_eq!(live["runs"], kept["runs"], "{scenario}");
+    }
+}
+
 #[test]
 fn cli_a_campaign_ends_in_the_terminals_limits_and_vehicle_file() {
     let folder = tempfile::tempdir().unwrap();
@@ -137,6 +158,25 @@ fn cli_a_campaign_ends_in_the_terminals_limits_and_vehicle_file() {
         String::from_utf8(shown.stdout)
             .unwrap()
             .contains("heavier_payload")
+    );
+
+    let track = |options: &[&str]| {
+        let export = ["logbook", "export", "1", "--out", "track.gpx"];
+        seatrial(folder.path(), &[&export[..], options].concat())
+    };
+    let refused = track(&[]);
+    assert_eq!(refused.status.code(), Some(2), "{refused:?}");
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("--origin LAT,LON"));
+    assert!(track(&["--origin", "-54.33,10.15"]).status.success());
+    let gpx = std::fs::read_to_string(folder.path().join("track.gpx")).unwrap();
+    // Two speeds of 45 s, a point a second.
+    assert!(
+        (80..110).contains(&gpx.matches("<time>20").count()),
+        "{gpx}"
+    );
+    assert!(
+        gpx.contains("lat=\"-54.3") && gpx.contains("lon=\"10.1"),
+        "{gpx}"
     );
 
     let limits = server.get("/campaigns/1/limits");

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     CommissionState, Control, EnvelopeUse, EstimateNow, Health, Outcome, Progress, RunSummary,
-    Stage, TrialState, ValidationOverlay,
+    Stage, TrialState, ValidationOverlay, Verdict,
 };
 
 /// The client's first message.
@@ -95,6 +95,10 @@ pub enum LiveEvent {
     TrialEnded {
         /// How; null where it ended by a fault.
         outcome: Option<Outcome>,
+        /// That of the campaign; null where a fault of the program ended it.
+        verdict: Option<Verdict>,
+        /// Its runs, each judged within the campaign.
+        runs: Vec<RunSummary>,
         /// What could not be saved, or why the vehicle was given back.
         warnings: Vec<String>,
     },

@@ -3,7 +3,7 @@
 use seatrial_app::TrialPlan;
 use serde::{Deserialize, Serialize};
 
-use super::{Figure, Outcome, RunSummary, Stage, ValidationOverlay};
+use super::{Figure, Outcome, RunSummary, Stage, ValidationOverlay, Verdict};
 
 /// Starts a trial.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -162,6 +162,8 @@ pub struct TrialState {
     pub envelope: Vec<EnvelopeUse>,
     /// The runs that are over.
     pub runs: Vec<RunSummary>,
+    /// That of the campaign; null while it runs and where a fault of the program ended it.
+    pub verdict: Option<Verdict>,
     /// The newest validation.
     pub validation: Option<ValidationOverlay>,
     /// How it ended.

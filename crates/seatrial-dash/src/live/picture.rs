@@ -169,7 +169,7 @@ impl Picture {
             Report::Interval(intervals) => self.intervals = Some(intervals),
             Report::RunEnded(run) => {
                 self.flush();
-                let summary = run_summary(&run, None);
+                let summary = run_summary(&run, None, None);
                 let validation = validation_of(&run);
                 if let Some(trial) = &mut self.trial {
                     trial.runs.push(summary.clone());
@@ -180,14 +180,28 @@ impl Picture {
                     validation,
                 });
             }
-            Report::Ended { outcome, warnings } => {
+            Report::Ended {
+                outcome,
+                verdict,
+                runs,
+                warnings,
+            } => {
                 self.flush();
                 if let Some(trial) = &mut self.trial {
                     trial.running = false;
                     trial.outcome.clone_from(&outcome);
+                    trial.verdict.clone_from(&verdict);
+                    if !runs.is_empty() {
+                        trial.runs.clone_from(&runs);
+                    }
                     trial.warnings.clone_from(&warnings);
                 }
-                self.publish(LiveEvent::TrialEnded { outcome, warnings });
+                self.publish(LiveEvent::TrialEnded {
+                    outcome,
+                    verdict,
+                    runs,
+                    warnings,
+                });
             }
             Report::Commission(commission) => {
                 self.commission = Some((*commission).clone());

@@ -5,14 +5,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::time::Duration;
 
-use seatrial::Step;
 use seatrial::campaign::Run;
 use seatrial::identification::Refined;
+use seatrial::{Campaign, Step};
 use seatrial_app::conduct::Watch;
 use seatrial_core::progress::Status;
 use seatrial_core::{Plan, Sample, Trial, YawModel};
 
-use crate::api::{CommissionState, Control, Outcome, TrialState};
+use crate::api::{CommissionState, Control, Outcome, RunSummary, TrialState, Verdict};
+use crate::convert::run_summary;
 
 /// At most so many steps wait for the publisher; later ones are not shown.
 const MOST_WAITING: u64 = 16_384;
@@ -32,6 +33,8 @@ pub enum Report {
     RunEnded(Box<Run>),
     Ended {
         outcome: Option<Outcome>,
+        verdict: Option<Verdict>,
+        runs: Vec<RunSummary>,
         warnings: Vec<String>,
     },
     Control(Control),
@@ -82,9 +85,16 @@ impl Tap {
     }
 
     /// The trial is over and the vehicle handed back.
-    pub fn ended(&self, outcome: Option<seatrial_core::Outcome>, warnings: Vec<String>) {
+    pub fn ended(&self, campaign: &Campaign, warnings: Vec<String>) {
+        // A fault of the program leaves no runs; the logbook has those that were kept.
+        let whole = (!campaign.runs.is_empty()).then(|| campaign.verdict());
+        let runs = campaign.runs.iter();
         self.send(Report::Ended {
-            outcome: outcome.map(Outcome::from),
+            outcome: campaign.outcome.map(Outcome::from),
+            verdict: whole.as_ref().map(Verdict::from),
+            runs: runs
+                .map(|run| run_summary(run, whole.as_ref(), None))
+                .collect(),
             warnings,
         });
     }
