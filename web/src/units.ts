@@ -54,7 +54,10 @@ export function shown(value: number | null | undefined, quantity: Quantity, digi
   if (value === null || value === undefined || !Number.isFinite(value)) return MISSING;
   const { factor, unit } = scale(quantity);
   const tight = unit === "" || unit.startsWith("°");
-  return `${significant(value * factor, digits)}${tight ? "" : "\u00a0"}${unit}`;
+  const scaled = value * factor;
+  // A share is not known to less than that.
+  const number = unit === "%" && Math.abs(scaled) < 0.05 ? "0" : significant(scaled, digits);
+  return `${number}${tight ? "" : "\u00a0"}${unit}`;
 }
 
 /** So many significant digits, without an exponent where a person can read it without one. */

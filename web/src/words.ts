@@ -96,12 +96,14 @@ function underWay(trial: TrialState): Said {
 
 function ended(trial: TrialState): Said {
   const thrusts = new Set(planned(trial));
-  const accepted = new Set(trial.runs.filter((run) => run.accepted).map((run) => run.thrust));
+  const accepted = new Set(trial.runs.filter(isUsable).map((run) => run.thrust));
   const count = `${accepted.size} of ${thrusts.size} speeds have a usable model.`;
   const handedBack = trial.warnings.length === 0 ? ["The rudder is neutral and the vehicle is handed back."] : [];
-  const details = [...handedBack, count, ...trial.warnings];
+  const of = trial.verdict ?? null;
+  const judged = of === null ? [] : [`${signOf(of.outcome)} ${sentence(word(of.outcome))}`, ...causes(of)];
+  const details = [...judged, count, ...handedBack, ...trial.warnings];
   if (trial.outcome?.finished === true)
-    return { tone: accepted.size === thrusts.size ? "good" : "partly", loud: "The trial is finished", details };
+    return { tone: of === null ? "partly" : toneOf(of.outcome), loud: "The trial is finished", details };
   return { tone: "bad", loud: `The trial ended early: ${trial.outcome?.text ?? "it met a fault"}`, details };
 }
 
@@ -113,6 +115,9 @@ function judged(run: RunSummary): string {
   const who = run.review ? ` (${reviewed(run.review)}: ${run.review.note})` : "";
   return `Run ${run.number} at ${percent(run.thrust)} thrust: ${word(run.verdict.outcome)}${who}.`;
 }
+
+/** Has the run a model that may be used, as its campaign sees it? */
+export const isUsable = ({ accepted, verdict: of }: RunSummary): boolean => accepted && of.outcome !== "do_not_use";
 
 /** What an operator decided. */
 export function reviewed(review: NonNullable<RunSummary["review"]>): string {

@@ -267,3 +267,119 @@ test("the faults of a rehearsal are chosen, and the checks stand above Start", a
   await page.getByRole("button", { name: "Give control back" }).click();
   await page.context().close();
 });
+
+/** Regions whose table is wider than they are. */
+const cut = (page: Page, within: string): Promise<(string | null)[]> =>
+  page.evaluate(
+    (selector) =>
+      [...document.querySelectorAll(`${selector} .table-box`)]
+        .filter((box) => box.scrollWidth > box.clientWidth + 1)
+        .map((box) => box.getAttribute("aria-label")),
+    within,
+  );
+
+test("Live and History say the same of a campaign whose speeds contradict each other", async () => {
+  const page = await opened("#/control/rehearse");
+  await takeControl(page, "Ada");
+  await page.getByLabel("Faults that it meets").selectOption("broken_fin");
+  await page.getByLabel("Speeds, thrust").fill("60, 70, 80");
+  await page.getByLabel("Pace").selectOption("as fast as it can");
+  await page.getByRole("button", { name: /^Check/ }).click();
+  await page.getByRole("button", { name: "Start the trial" }).click();
+  await page.waitForURL(/#\/live$/);
+  const notice = page.getByRole("region", { name: "What is going on" });
+  await notice.locator(".loud", { hasText: "The trial is finished" }).waitFor();
+  const said = await notice.locator("p").allInnerTexts();
+  assert.equal(said[1], "✗ Do not use.");
+  assert.ok(said.includes("0 of 3 speeds have a usable model."), said.join("\n"));
+  assert.equal(await page.locator(".speeds .accepted").count(), 0);
+  const estimate = await page.getByText(/a₂₂ = /).innerText();
+
+  await page.getByRole("link", { name: "Control", exact: true }).click();
+  const live = page.getByRole("region", { name: "Runs", exact: true });
+  const { campaign } = (await server.trial()) as unknown as { campaign: number };
+  const other = await opened(`#/history/campaign/${campaign}`);
+  const kept = other.getByRole("region", { name: "Runs", exact: true });
+  await kept.waitFor();
+  assert.equal(await live.innerText(), await kept.innerText());
+  await other.getByText("✗ Do not use.", { exact: true }).waitFor();
+  // The last run, in the page's words and in the table.
+  const [value = "", interval = ""] = (await kept.locator("tr").last().locator("td").nth(4).innerText()).split("\n");
+  assert.ok(estimate.includes(`a₂₂ = ${value} ${interval},`), `${estimate}: ${value} ${interval}`);
+  await other.context().close();
+  await page.getByRole("button", { name: "Give control back" }).click();
+  await page.context().close();
+});
+
+test("a phone shows what is chosen, what was judged and what changed without a sideways scroll", async () => {
+  const page = await opened("#/history", { viewport: { width: 390, height: 844 } });
+  const right = async (selector: string): Promise<number> => {
+    const last = page.locator(selector).last();
+    await last.waitFor();
+    const box = await last.boundingBox();
+    return (box?.x ?? Infinity) + (box?.width ?? 0);
+  };
+  assert.ok((await right("input[aria-label^='B campaign']")) <= 390);
+  await page.getByRole("button", { name: "Compare A with B" }).click();
+  await page.locator(".compared table").first().waitFor();
+  assert.deepEqual(await cut(page, ".compared"), []);
+  await page.goto(`${server.url}#/history/campaign/${page.url().split("/").at(-1)}`);
+  assert.ok((await right("td.good, td.partly, td.bad")) <= 390);
+  await page.getByRole("region", { name: "Turning under full rudder" }).waitFor();
+  assert.deepEqual(await cut(page, "[aria-label='Gains and limits']"), []);
+  await page.context().close();
+});
+
+test("what is read from the logbook is said to be read until it is there", async () => {
+  const page = await opened("#/control");
+  let answer = (): void => undefined;
+  const asked = new Promise<void>((heard) => {
+    void page.route("**/api/v1/campaigns", async (route) => {
+      heard();
+      await new Promise<void>((go) => (answer = go));
+      await route.continue();
+    });
+  });
+  await page.getByRole("link", { name: "History", exact: true }).click();
+  await asked;
+  await page.getByRole("status").filter({ hasText: "Reading the logbook" }).waitFor();
+  answer();
+  await page.getByRole("region", { name: "Campaigns" }).waitFor();
+  assert.equal(await page.getByText("Reading the logbook").count(), 0);
+  await page.context().close();
+});
+
+test("what a commission did is read whole, on a phone and on a laptop", async () => {
+  const stages = Array.from({ length: 6 }, (_, at) => `step ${at + 1} to starboard with the old gains, measured twice`);
+  const commission = {
+    ...{ running: false, vehicle: "mavlink:udp:0.0.0.0:14550", campaign: 1, started: "2026-05-01T10:00:00Z" },
+    ...{ stages, old: null, new: null, ended: "put_back", line: "the old gains are back", undo: null },
+    proposed: { parameters: [] },
+    needs_restoring: false,
+  };
+  for (const width of [390, 1440]) {
+    const page = await opened("#/live", { viewport: { width, height: 900 } });
+    await page.route("**/api/v1/commission?after=*", (route) =>
+      route.fulfill({ json: { commission, samples: [], next: 0 } }),
+    );
+    await page.routeWebSocket(/api\/v1\/live$/, (socket) => {
+      socket.connectToServer().onMessage((message) => {
+        const heard = JSON.parse(String(message)) as Record<string, unknown>;
+        socket.send(JSON.stringify(heard["type"] === "snapshot" ? { ...heard, commission } : heard));
+      });
+    });
+    await page.goto(`${server.url}#/commission`);
+    await page.reload();
+    const told = page.getByRole("list", { name: "What was done" }).getByRole("listitem");
+    await told.nth(stages.length - 1).waitFor();
+    const shown = await told.evaluateAll((items) =>
+      items.map((item) => item.scrollWidth <= item.clientWidth && item.getBoundingClientRect().width > 200),
+    );
+    assert.deepEqual(
+      shown,
+      stages.map(() => true),
+      `${width}`,
+    );
+    await page.context().close();
+  }
+});

@@ -187,7 +187,13 @@ export class Live {
         break;
       case "trial_ended":
         if (this.trial !== null)
-          Object.assign(this.trial, { running: false, outcome: message.outcome, warnings: message.warnings });
+          Object.assign(this.trial, {
+            running: false,
+            outcome: message.outcome,
+            verdict: message.verdict,
+            runs: message.runs.length === 0 ? this.trial.runs : message.runs,
+            warnings: message.warnings,
+          });
         break;
       case "commission":
         this.commission = message.commission;

@@ -374,7 +374,7 @@ function steps(): { readonly root: HTMLElement; follow(commission: CommissionSta
     curves: [{ name: "", ink: "c" }],
   });
   const words = element("div", {});
-  const said = element("ul", { class: "stages", "aria-label": "What was done" });
+  const said = element("ul", { class: "done", "aria-label": "What was done" });
   const measured = element("div", {});
   const charts = element(
     "section",

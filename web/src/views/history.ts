@@ -93,8 +93,17 @@ export function openHistory(_live: Live): View {
   };
 }
 
+/** Asks for what a place shows; until there is something to see, says that it is being read. */
+async function read<T>(place: HTMLElement, complaints: Complaints, work: () => Promise<T>): Promise<T | null> {
+  const reading = element("p", { class: "notice", role: "status" }, "Reading the logbook …");
+  if (place.childElementCount === 0) place.append(reading);
+  const found = await complaints.hear(work);
+  reading.remove();
+  return found;
+}
+
 async function openList(place: HTMLElement, complaints: Complaints): Promise<void> {
-  const all = await complaints.hear(campaigns);
+  const all = await read(place, complaints, campaigns);
   if (all === null) return;
   if (all.length === 0) {
     fill(place, element("p", {}, "The logbook holds no campaign yet."));
@@ -111,11 +120,12 @@ async function openList(place: HTMLElement, complaints: Complaints): Promise<voi
       "aria-label": `${name} campaign ${entry.id}`,
       onchange: () => (chosen[side] = entry.id),
     });
-    return element("td", {}, element("label", { class: "pick" }, radio));
+    return element("td", { class: "words" }, element("label", { class: "pick" }, radio));
   };
   const configurations = [...new Set(all.map((entry) => entry.configuration))];
-  const heads = ["campaign", "vehicle", "began (UTC)", "state", "runs accepted", "A", "B"].map((name, at) =>
-    element("th", { scope: "col", class: at < 4 ? "words" : "" }, name),
+  // What is chosen stands first: a phone shows it without a sideways scroll.
+  const heads = ["campaign", "A", "B", "vehicle", "began (UTC)", "state", "runs accepted"].map((name) =>
+    element("th", { scope: "col", class: name === "runs accepted" ? "" : "words" }, name),
   );
   const groups = configurations.map((configuration) =>
     element(
@@ -138,6 +148,8 @@ async function openList(place: HTMLElement, complaints: Complaints): Promise<voi
               { scope: "row", class: "words" },
               element("a", { class: "touch", href: `#/history/campaign/${entry.id}` }, `No. ${entry.id}`),
             ),
+            pick(0, "A", entry),
+            pick(1, "B", entry),
             element("td", { class: "words" }, entry.vehicle),
             element("td", { class: "words" }, entry.started.replace("T", " ").replace(/\.\d+|Z/g, "")),
             element(
@@ -149,8 +161,6 @@ async function openList(place: HTMLElement, complaints: Complaints): Promise<voi
                 : null,
             ),
             element("td", {}, `${entry.runs_accepted} of ${entry.runs}`),
-            pick(0, "A", entry),
-            pick(1, "B", entry),
           ),
         ),
     ),
@@ -191,7 +201,7 @@ async function openCampaign(
   complaints: Complaints,
   drops: (() => void)[],
 ): Promise<void> {
-  const detail = await complaints.hear(() => campaign(id));
+  const detail = await read(place, complaints, () => campaign(id));
   if (detail === null) return;
   const { campaign: about } = detail;
   drops.splice(0).forEach((drop) => drop());
@@ -286,7 +296,7 @@ async function openCampaign(
 }
 
 async function openComparison(a: number, b: number, place: HTMLElement, complaints: Complaints): Promise<void> {
-  const found = await complaints.hear(() => compare(a, b));
+  const found = await read(place, complaints, () => compare(a, b));
   if (found === null) return;
   const changed = found.what_changed?.changed ?? null;
   const loud =
@@ -327,7 +337,7 @@ function thrustPanel(at: Comparison["thrusts"][number], isChanged: boolean): HTM
     element("td", {}),
     element("th", { scope: "col" }, element("span", { class: "key key-a" }, "A")),
     element("th", { scope: "col" }, element("span", { class: "key key-b key-dashed" }, "B")),
-    element("td", {}),
+    element("td", { class: "drawn" }),
     element("th", { scope: "col" }, "B − A"),
     element("th", { scope: "col" }, "÷ interval"),
   ];
@@ -359,7 +369,7 @@ function differenceRow(of: Difference, isChanged: boolean): HTMLElement {
     element("th", { scope: "row" }, name, element("span", { class: "interval" }, unit ?? scaled)),
     figureCell(of.a, factor),
     figureCell(of.b, factor),
-    element("td", {}, pair(of.a, of.b)),
+    element("td", { class: "drawn" }, pair(of.a, of.b)),
     element("td", { class: isClear ? "strong" : "" }, significant(of.difference * factor, 2)),
     element(
       "td",

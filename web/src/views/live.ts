@@ -9,7 +9,7 @@ import { element, fill, say } from "../element.ts";
 import type { View } from "../shell.ts";
 import { afterTrial, startPanel } from "./start.ts";
 import { clock, shown, significant, withInterval } from "../units.ts";
-import { explained, LIMITS, percent, planned, signOf, situation, STAGES, word } from "../words.ts";
+import { explained, isUsable, LIMITS, percent, planned, signOf, situation, STAGES, word } from "../words.ts";
 
 const REDRAW_MS = 100;
 const CALM_REDRAW_MS = 500;
@@ -233,8 +233,11 @@ function frame(figures: readonly Figure[]): [number, number] | null {
   return [low - room, high + room];
 }
 
+/** The estimate of the moment; once the run is over, that of the table of runs. */
 function sureness(trial: TrialState | null): string {
-  const estimate = trial?.estimate;
+  const run = trial?.runs.at(-1);
+  const ended = run?.number === trial?.progress?.run ? run?.model : null;
+  const estimate = ended ?? trial?.estimate;
   if (!estimate) return "The estimate begins with the training stage.";
   const converged = estimate.converged_s ?? null;
   const word = converged === null ? "Not converged yet" : `Converged after ${shown(converged, "time")}`;
@@ -260,7 +263,7 @@ function drawSpeeds(list: HTMLElement, trial: TrialState | null): void {
       ? ["now", "▶", attempt === 1 ? "now" : `now, attempt ${attempt}`]
       : last === undefined
         ? ["coming", "", trial?.running === true ? "to come" : "not run"]
-        : [last.accepted ? "accepted" : "rejected", signOf(last.verdict.outcome), word(last.verdict.outcome)];
+        : [isUsable(last) ? "accepted" : "rejected", signOf(last.verdict.outcome), word(last.verdict.outcome)];
     const item = element(
       "li",
       { class: state },

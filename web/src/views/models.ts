@@ -93,7 +93,11 @@ const text = (estimate: Estimate): string =>
   estimate === null ? "–" : withInterval(estimate.value, estimate.interval_95 ?? undefined);
 
 export function modelsPanel(models: Models, plan: ModelsPlan): HTMLElement {
-  const place = element("div", { class: "stack" });
+  const place = element(
+    "div",
+    { class: "stack" },
+    element("p", { class: "hint", role: "status" }, "Computing gains and limits …"),
+  );
   const told = element("p", { class: "hint", role: "status" });
   const accept = element("input", { type: "checkbox", onchange: () => void show() });
   const warning = element("div", { role: "alert" });

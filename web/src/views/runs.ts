@@ -74,10 +74,6 @@ export function runsTable(
       element("th", { scope: "row" }, `${run.number}`),
       element("td", {}, percent(run.thrust)),
       element("td", {}, shown(run.surge_speed_m_s, "speed")),
-      figureCell(run.model?.a22_per_s),
-      figureCell(run.model?.b2_per_s2),
-      figureCell(run.model?.c0_rad_per_s2),
-      r2Cell(run),
       element(
         "td",
         { class: `words ${toneOf(run.verdict.outcome)}` },
@@ -92,10 +88,17 @@ export function runsTable(
           "Review …",
         ),
       ),
+      figureCell(run.model?.a22_per_s),
+      figureCell(run.model?.b2_per_s2),
+      figureCell(run.model?.c0_rad_per_s2),
+      r2Cell(run),
     );
   });
-  const heads = ["run", "thrust", "speed", "a₂₂, 1/s", "b₂, 1/s²", "C₀, rad/s²", "R²"].map((name) =>
-    element("th", { scope: "col" }, name),
+  // The verdict stands before the numbers: a phone shows it without a sideways scroll.
+  const words = ["verdict", "review"];
+  const numbers = ["a₂₂, 1/s", "b₂, 1/s²", "C₀, rad/s²", "R²"];
+  const heads = ["run", "thrust", "speed", ...words, ...numbers].map((name) =>
+    element("th", { scope: "col", class: words.includes(name) ? "words" : "" }, name),
   );
   const root = element(
     "div",
@@ -103,22 +106,7 @@ export function runsTable(
     element(
       "div",
       { class: "table-box", tabindex: 0, role: "region", "aria-label": "Runs" },
-      element(
-        "table",
-        {},
-        element(
-          "thead",
-          {},
-          element(
-            "tr",
-            {},
-            ...heads,
-            element("th", { class: "words", scope: "col" }, "verdict"),
-            element("th", { class: "words", scope: "col" }, "review"),
-          ),
-        ),
-        element("tbody", {}, ...rows),
-      ),
+      element("table", {}, element("thead", {}, element("tr", {}, ...heads)), element("tbody", {}, ...rows)),
     ),
     desk.root,
   );

@@ -15,7 +15,7 @@ type Operating = NonNullable<Schedule["at"]>;
 export function explorer(campaign: number, complaints: Complaints): { root: HTMLElement; drop(): void } {
   const slider = element("input", { type: "range", min: 0, max: STEPS, value: STEPS / 2 });
   const speed = element("output", {});
-  const facts = element("dl", { class: "facts" });
+  const facts = element("dl", { class: "facts" }, element("dt", {}, "models"), element("dd", {}, "computing …"));
   const gain = new Strip({
     title: "Heading gain Kₚ",
     quantity: "plain",
