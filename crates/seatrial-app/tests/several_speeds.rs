@@ -8,9 +8,10 @@ use seatrial::identify::{IdentifySettings, ValidationData, identify_joined};
 use seatrial_app::identify_log::{IdentifiedLog, Options, identify_log};
 use seatrial_app::models::Models;
 use seatrial_app::simulated_log::play;
+use seatrial_app::trial_run::rehearse;
 use seatrial_core::excitation::Excitation;
 use seatrial_core::{List, Plan, Sample};
-use seatrial_sim::{FirstOrderVehicle, SimulatedVehicle, VehicleConfig};
+use seatrial_sim::{FaultyVehicle, FirstOrderVehicle, Scenario, SimulatedVehicle, VehicleConfig};
 
 /// A log with the trials of both vehicles at their thrusts, one after the other.
 fn identified(trials: [(f64, VehicleConfig); 2], folder: &Path) -> IdentifiedLog {
@@ -157,4 +158,24 @@ fn recover_speeds_with_little_excitation_borrow_from_the_others() {
         let refined = model.identification.unwrap().refined.unwrap();
         assert_eq!(point.point.model, refined.model);
     }
+}
+
+/// Each model holds on its own validation data, and no pair of speeds parts far enough.
+#[test]
+fn recover_another_load_in_mid_campaign() {
+    let loads_changed = |scenario: &Scenario| {
+        let of_seed = |seed| {
+            let vehicle = FirstOrderVehicle::new(VehicleConfig::starfish(), seed).unwrap();
+            let mut vehicle = FaultyVehicle::new(vehicle, scenario, seed).unwrap();
+            let campaign = rehearse(&mut vehicle, "", seed, Plan::paper())
+                .unwrap()
+                .campaign;
+            let verdict = campaign.verdict();
+            verdict.has(&ReasonCode::DampingChanged) && verdict.outcome() != Outcome::Use
+        };
+        (1..=20).filter(|seed| of_seed(*seed)).count()
+    };
+    let swapped = Scenario::load(Path::new("payload_swap")).unwrap();
+    assert!(loads_changed(&swapped) >= 19);
+    assert_eq!(loads_changed(&Scenario::default()), 0);
 }

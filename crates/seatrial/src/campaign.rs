@@ -7,7 +7,7 @@ use seatrial_core::{Axis, Outcome, Plan, YawModel};
 use serde::{Deserialize, Serialize};
 
 use crate::abort_cause::{self, Evidence};
-use crate::campaign_check::{SpeedResult, contradictions};
+use crate::campaign_check::{SpeedResult, contradictions, load_change};
 use crate::identification::{Identification, Reason, ReasonCode, Verdict};
 use crate::record::{Record, Window};
 use crate::servo::Servo;
@@ -143,6 +143,9 @@ impl Campaign {
         let mut reasons = self.unfinished().into_iter().collect::<Vec<_>>();
         reasons.extend(self.faults_of_repeated_runs());
         reasons.extend(self.speeds_without_a_model());
+        if contradictions.is_empty() && self.axis == Axis::Yaw {
+            reasons.extend(load_change(&self.speed_results()));
+        }
         let is_contradicted = !contradictions.is_empty()
             || self.compass_failed_again()
             || matches!(self.outcome, Some(Outcome::Aborted(reason)) if reason.contradicts_the_models());
@@ -291,8 +294,11 @@ impl Campaign {
         if self.axis == Axis::Pitch {
             return Vec::new();
         }
-        let results: Vec<SpeedResult> = self
-            .accepted_runs()
+        contradictions(&self.speed_results())
+    }
+
+    fn speed_results(&self) -> Vec<SpeedResult<'_>> {
+        self.accepted_runs()
             .into_iter()
             .filter_map(|run| {
                 Some(SpeedResult {
@@ -301,8 +307,7 @@ impl Campaign {
                     refined: run.identification.as_ref()?.refined.as_ref()?,
                 })
             })
-            .collect();
-        contradictions(&results)
+            .collect()
     }
 }
 
