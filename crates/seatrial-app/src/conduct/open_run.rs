@@ -216,6 +216,7 @@ impl OpenRun {
                 result.attempt <= plan.max_repeats,
             );
         }
+        identification.verdict = identification.verdict.of_a_trial();
         Ok(identification)
     }
 
@@ -276,7 +277,7 @@ impl OpenRun {
             stages: self.stages,
             record: self.record,
             identification: None,
-            verdict: Verdict::refused(reason),
+            verdict: Verdict::refused(reason).of_a_trial(),
         }
     }
 }

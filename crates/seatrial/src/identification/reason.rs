@@ -90,6 +90,20 @@ impl Verdict {
         self.causes().count() - usize::from(decides)
     }
 
+    /// The verdict on a run of a trial: where the cure of a reason is of columns, units and windows of a log, what cures it in a trial.
+    pub fn of_a_trial(mut self) -> Self {
+        for reason in &mut self.reasons {
+            let is_own = words::of(&reason.code)
+                .is_none_or(|words| reason.action != words.action(Reader::Terminal));
+            if let Some(action) = words::in_a_trial(&reason.code)
+                && !is_own
+            {
+                reason.action = action.into();
+            }
+        }
+        self
+    }
+
     /// The reasons that speak against the model or limit its use.
     pub fn causes(&self) -> impl Iterator<Item = &Reason> {
         self.reasons.iter().filter(|reason| reason.is_cause())
@@ -169,6 +183,67 @@ impl Reason {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A trial has no log whose columns, units and windows could be chosen.
+    #[test]
+    fn exact_no_reason_of_a_trial_advises_about_a_log() {
+        use ReasonCode::*;
+        let log_only = [
+            TooFewSamples,
+            RejectedSamples,
+            SamplesMissing,
+            ClockJitter,
+            TimesShared,
+            ClockJumped,
+            SampledTooSeldom,
+            HeadingUnitDoubtful,
+            RudderUnitDoubtful,
+            RudderScaleUnknown,
+            CourseForHeading,
+            TimeUnitDoubtful,
+            YawRateContradicts,
+            YawRateReversed,
+            LagUnknown,
+            NotValidated,
+            SpeedUnknown,
+        ];
+        let reasons = log_only.map(|code| Reason::new(code, ""));
+        let verdict = Verdict {
+            accepted: false,
+            reasons: reasons.to_vec(),
+        }
+        .of_a_trial();
+        for (reason, log) in verdict.reasons.iter().zip(&reasons) {
+            for reader in [Reader::Terminal, Reader::Dashboard, Reader::Python] {
+                let action = reason.action_for(reader);
+                assert_ne!(action, log.action_for(reader));
+                assert!(
+                    !action.contains(['“', '{']) && !action.contains("--"),
+                    "{action}"
+                );
+                assert!(!action.contains(" log"), "{action}");
+            }
+        }
+        let own = Reason {
+            action: "Look at it.".into(),
+            ..Reason::new(TooFewSamples, "")
+        };
+        let kept = Verdict::refused(own.clone()).of_a_trial();
+        assert_eq!(kept.reasons, [own]);
+    }
+
+    #[test]
+    fn exact_a_servo_that_was_told_has_no_unknown_lag() {
+        use ReasonCode::{LagUnknown, ModelOrder, Ok};
+        let reasons = [Ok, LagUnknown, ModelOrder].map(|code| Reason::new(code, ""));
+        let mut verdict = Verdict {
+            accepted: true,
+            reasons: reasons.to_vec(),
+        };
+        verdict.lag_is_known();
+        assert!(!verdict.has(&LagUnknown) && verdict.has(&ModelOrder));
+        assert_eq!(verdict.reasons.len(), 2);
+    }
 
     #[test]
     fn exact_the_outcome_follows_from_the_reasons() {

@@ -82,6 +82,39 @@ pub(super) fn of(code: &ReasonCode) -> Option<Words> {
         .or_else(|| of_several(code))
 }
 
+/// What cures a reason in a trial, where the cure of a log is of no use: a trial has no columns, units and windows to be chosen.
+pub(super) fn in_a_trial(code: &ReasonCode) -> Option<&'static str> {
+    Some(match code {
+        ReasonCode::TooFewSamples => {
+            "Plan a longer manoeuvre, or let the vehicle send its state faster."
+        }
+        ReasonCode::RejectedSamples => "Check the clock and the compass of the vehicle.",
+        ReasonCode::SamplesMissing | ReasonCode::ClockJitter => {
+            "Check the link to the vehicle, then repeat the run."
+        }
+        ReasonCode::TimesShared | ReasonCode::ClockJumped | ReasonCode::TimeUnitDoubtful => {
+            "Check the clock of the vehicle, then repeat the run."
+        }
+        ReasonCode::SampledTooSeldom => {
+            "Let the vehicle send heading and rudder faster: ten samples in the time that a turn takes to die out."
+        }
+        ReasonCode::HeadingUnitDoubtful | ReasonCode::CourseForHeading => {
+            "Check which heading the vehicle sends, and in which unit."
+        }
+        ReasonCode::RudderUnitDoubtful | ReasonCode::RudderScaleUnknown => {
+            "Check which angle the rudder has at full steering, and set it for this vehicle."
+        }
+        ReasonCode::YawRateContradicts => "Check compass and gyro: one of them is wrong.",
+        ReasonCode::YawRateReversed => "Check how the gyro is mounted; the model does without it.",
+        ReasonCode::LagUnknown => {
+            "Let the vehicle send the measured rudder angle, or put the lag of the servo into the plan."
+        }
+        ReasonCode::NotValidated => "Repeat the run with a validation manoeuvre.",
+        ReasonCode::SpeedUnknown => "Let the vehicle send its speed through the water.",
+        _ => return None,
+    })
+}
+
 /// What is wrong with the log: units, times, samples.
 fn of_log(code: &ReasonCode) -> Option<Words> {
     match code {
