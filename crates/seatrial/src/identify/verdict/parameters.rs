@@ -32,8 +32,11 @@ const NOTED_LAG_EFFECT: f64 = 0.5;
 /// by two half widths at most, of an equal one by up to eight.
 const LONGEST_LAG: f64 = 0.7;
 
-/// Share of the parameter under which the effect of a lag is not noted, whatever the interval.
+/// Share of the parameter under which the effect of a lag is not noted, whatever the interval; and the share by which repeats of a sound
+/// manoeuvre differ, up to which it is not noted either, unless it is many half widths: 0.1 s does nothing to a boat of 5 s.
 const LEAST_LAG_EFFECT: f64 = 0.02;
+const SMALL_LAG_EFFECT: f64 = 0.1;
+const MANY_HALF_WIDTHS: f64 = 2.0;
 
 /// Chance explains as much in one sound record of a thousand.
 const NOTED_CHANCE: f64 = 0.001;
@@ -207,8 +210,9 @@ impl Weighing {
         ];
         let matters = parameters.iter().any(|(model, lagging, interval)| {
             let half_width = 0.5 * (interval[1] - interval[0]);
-            (lagging - model).abs()
-                > (NOTED_LAG_EFFECT * half_width).max(LEAST_LAG_EFFECT * model.abs())
+            let small = (SMALL_LAG_EFFECT * model.abs()).min(MANY_HALF_WIDTHS * half_width);
+            let least = small.max(LEAST_LAG_EFFECT * model.abs());
+            (lagging - model).abs() > least.max(NOTED_LAG_EFFECT * half_width)
         });
         if matters {
             let [a22, b2] = parameters.map(|(model, lagging, _)| 100.0 * (lagging / model - 1.0));

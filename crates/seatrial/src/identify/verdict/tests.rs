@@ -1,7 +1,7 @@
 use seatrial_core::{GoodnessOfFit, YawModel};
 
 use super::*;
-use crate::identification::{EstimateMethod, Intervals, RejectedSamples};
+use crate::identification::{EstimateMethod, Intervals, LagEffect, RejectedSamples};
 use crate::identify::checked::Independent;
 use crate::identify::chosen::{Chosen, ModelSource};
 use crate::identify::compass::{CompassError, Jump};
@@ -191,6 +191,30 @@ fn exact_good_run_is_accepted() {
     let verdict = Chain::of(refined(0.05)).judge();
     assert!(verdict.accepted);
     assert_eq!(codes(&verdict), ["ok"]);
+}
+
+/// Half widths of 5 % and of 1 %: a lag that moves a22 by 4 % is small, unless the interval claims to know it far better.
+#[test]
+fn exact_a_lag_is_noted_for_what_it_does_to_the_model() {
+    let noted = |half_width: f64, effect: f64| {
+        let refined = refined(half_width);
+        let model = refined.model;
+        let mut chain = Chain::of(refined.clone());
+        chain.explained = Explained::FirstOrder {
+            fit: FirstOrderFit {
+                lag_effect: Some(LagEffect {
+                    lag_s: 0.1,
+                    a22_per_s: (1.0 + effect) * model.a22_per_s,
+                    b2_per_s2: model.b2_per_s2,
+                }),
+                ..fit(&refined, None)
+            },
+        };
+        chain.judge().has(&ReasonCode::LagUnknown)
+    };
+    assert!(!noted(0.05, 0.04) && noted(0.05, 0.12));
+    assert!(!noted(0.01, 0.015) && noted(0.01, 0.04));
+    assert!(!noted(0.3, 0.12) && noted(0.3, 0.2));
 }
 
 #[test]
