@@ -84,6 +84,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         helm.rudder_limit_rad,
         signing,
     );
+    speaker.speed = args.speed;
     let mut station = station(args)?;
     say(format!(
         "full rudder is {:.1} degrees; --full-rudder-deg of the trial must say so",
@@ -127,12 +128,14 @@ fn play(
     let seconds = |steps: u64| steps as f64 * interval_s;
     while !stop.load(Ordering::Relaxed) && args.seconds.is_none_or(|s| seconds(steps) < s) {
         let due = Duration::from_secs_f64(seconds(steps) / args.speed);
-        while let Some(left) = due
-            .checked_sub(start.elapsed())
-            .filter(|left| !left.is_zero())
-        {
+        // What has come is heard also by a vehicle that is late: it is not lost.
+        loop {
+            let left = due.saturating_sub(start.elapsed());
             let length = station.receive(&mut buffer, left);
             speaker.receive(&buffer[..length]);
+            if left.is_zero() && length == 0 {
+                break;
+            }
         }
         let Ok(sent) = speaker.step();
         let Some(sent) = sent else {

@@ -69,8 +69,8 @@ b2_per_s2 = 4.8
 c0_rad_per_s2 = 0.01
 "#;
 
-/// Times faster than a real vehicle, on a busy computer: the autopilot waits for a heartbeat for 0.3 s of its own.
-const SPEED: &str = "3";
+/// Times faster than a real vehicle. The autopilot waits for a heartbeat for 0.3 s of ours.
+const SPEED: &str = "4";
 
 /// A vehicle that plays until it is dropped.
 struct Played {

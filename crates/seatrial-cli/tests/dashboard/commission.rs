@@ -15,7 +15,7 @@ fn state(server: &Server) -> Value {
 
 #[test]
 fn cli_a_commission_of_the_dashboard_is_shown_agreed_to_and_reported() {
-    let boat = Boat::launch("3");
+    let boat = Boat::launch("4");
     let folder = tempfile::tempdir().unwrap();
     let options = ["--vehicle", &boat.address, "--full-rudder-deg", "14.9"];
     let server = Server::start(folder.path(), &options);

@@ -1,11 +1,12 @@
 //! Other ground stations, other autopilots, and a process that was suspended.
 
 use seatrial_core::{AbortReason, Action, Outcome, Steering, Vehicle};
-use seatrial_links::autopilot::{Autopilot, Settings, Stop};
+use seatrial_links::autopilot::{Autopilot, Profile, Settings, Speaker, Stop};
 use seatrial_links::link::message::Heartbeat;
 use seatrial_links::link::{Encoder, Message, Sender, Wire};
+use seatrial_sim::FirstOrderVehicle;
 
-use super::sea::{Mishap, Sea, Weather};
+use super::sea::{FULL_RUDDER_RAD, Mishap, Sea, Weather};
 use super::{Witness, failures, run, second_station, settings, starfish, taken};
 
 /// A vehicle beside which somebody else is heard.
@@ -119,5 +120,37 @@ fn io_a_process_that_was_suspended_says_so() {
             }
         };
         assert!(matches!(stopped, Stop::NotAttended(_)), "{stopped}");
+    }
+}
+
+/// A station's heartbeats come no faster because a vehicle is played faster.
+#[test]
+fn exact_a_vehicle_that_is_played_faster_waits_as_long_for_its_station() {
+    let held_after_s = |speed: f64| {
+        let vehicle = FirstOrderVehicle::new(starfish(), 1).unwrap();
+        let mut speaker = Speaker::new(vehicle, Profile::Rover, 0.05, FULL_RUDDER_RAD, None);
+        speaker.speed = speed;
+        for (name, value) in [
+            ("FS_GCS_ENABLE", 1.0),
+            ("FS_GCS_TIMEOUT", 0.3),
+            ("FS_TIMEOUT", 0.0),
+        ] {
+            speaker.set_parameter(name, value);
+        }
+        speaker.step().unwrap();
+        speaker.receive(&second_station::heartbeat());
+        let mut steps = 0.0;
+        while !speaker.is_critical() && steps < 1e3 {
+            speaker.step().unwrap();
+            steps += 1.0;
+        }
+        steps * 0.05 / speed
+    };
+    for speed in [1.0, 4.0, 10.0] {
+        let held_after_s = held_after_s(speed);
+        assert!(
+            (0.3..=0.5).contains(&held_after_s),
+            "{speed}: {held_after_s}"
+        );
     }
 }

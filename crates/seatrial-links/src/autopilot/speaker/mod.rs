@@ -58,6 +58,8 @@ pub struct Speaker<V> {
     pub has_remote_control: bool,
     /// Charge of its battery, percent.
     pub battery_percent: i8,
+    /// How much faster than a real vehicle it is played: its ground station's heartbeats come no faster, and are waited for so much longer.
+    pub speed: f64,
 }
 
 impl<V: Vehicle<f64>> Speaker<V> {
@@ -99,6 +101,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
             sticks_us: [TRIM_US as u16; STICKS],
             has_remote_control: true,
             battery_percent: 90,
+            speed: 1.0,
         }
     }
 
@@ -338,7 +341,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
     fn watch_station(&mut self) {
         if self.number("FS_GCS_ENABLE") != 0.0 && self.clock_s >= self.looks_for_station_s {
             self.looks_for_station_s = self.clock_s + 0.1;
-            let longest_s = self.number("FS_GCS_TIMEOUT");
+            let longest_s = self.number("FS_GCS_TIMEOUT") * self.speed;
             let is_lost = self
                 .station_s
                 .is_some_and(|heard_s| self.clock_s - heard_s > longest_s);

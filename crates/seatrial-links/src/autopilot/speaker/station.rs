@@ -51,20 +51,25 @@ impl Station {
 
     /// What has come, after waiting this long at most.
     pub fn receive(&mut self, buffer: &mut [u8], timeout: Duration) -> usize {
+        let waits = !timeout.is_zero();
         let timeout = timeout.max(Duration::from_micros(100));
         let received = match self {
             Self::Udp(socket) => socket
-                .set_read_timeout(Some(timeout))
+                .set_nonblocking(!waits)
+                .and_then(|()| socket.set_read_timeout(Some(timeout)))
                 .and_then(|()| socket.recv(buffer)),
             Self::Tcp(_, Some(stream)) => stream
-                .set_read_timeout(Some(timeout))
+                .set_nonblocking(!waits)
+                .and_then(|()| stream.set_read_timeout(Some(timeout)))
                 .and_then(|()| stream.read(buffer))
                 .and_then(|length| match length {
                     0 => Err(ErrorKind::ConnectionReset.into()),
                     length => Ok(length),
                 }),
             Self::Tcp(listener, stream) => {
-                std::thread::sleep(timeout.min(Duration::from_millis(5)));
+                if waits {
+                    std::thread::sleep(timeout.min(Duration::from_millis(5)));
+                }
                 if let Ok((accepted, _)) = listener.accept()
                     && accepted.set_nonblocking(false).is_ok()
                     && accepted.set_nodelay(true).is_ok()
@@ -74,6 +79,10 @@ impl Station {
                 return 0;
             }
         };
+        // What is sent waits for a station that reads late.
+        if let Self::Tcp(_, Some(stream)) = self {
+            let _ = stream.set_nonblocking(false);
+        }
         match received {
             Ok(length) => length,
             Err(error) => {
@@ -81,7 +90,7 @@ impl Station {
                     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut);
                 match self {
                     Self::Tcp(_, stream) if !is_passing => *stream = None,
-                    _ if !is_passing => std::thread::sleep(timeout),
+                    _ if !is_passing && waits => std::thread::sleep(timeout),
                     _ => {}
                 }
                 0
