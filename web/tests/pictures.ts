@@ -33,7 +33,11 @@ try {
   await phone.goto(`${server.url}#/live`);
   await phone.getByLabel("Theme").selectOption("sunlight");
   await prepare(page, "sim:starfish", "60, 70, 80, 90, 100", "sonar", "real time × 10");
+  // From who has control down to Start.
+  await page.setViewportSize({ width: 1440, height: 1510 });
+  await page.evaluate(() => scrollTo(0, 0));
   await page.screenshot({ path: `${FOLDER}/control.png` });
+  await page.setViewportSize({ width: 1440, height: 1000 });
   await page.getByRole("button", { name: "Start the trial" }).click();
   await page.locator(".loud", { hasText: "Speed 3 of 5" }).waitFor({ timeout: 6 * PATIENCE_MS });
   await page.locator(".stages .train.now").waitFor();
