@@ -4,7 +4,9 @@ use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use seatrial_app::fleet::{Entry, Estimate, Job, Journal, Options, Row, Summary, find, work_on};
+use seatrial_app::fleet::{
+    Entry, Estimate, Job, Journal, Options, Row, Source, Summary, find, work_on,
+};
 use seatrial_app::logs::{ReadSettings, Unobserved, open};
 use seatrial_core::{List, Plan, Sample, Trial, Vehicle};
 use seatrial_logs::write_csv;
@@ -53,7 +55,7 @@ fn folder() -> tempfile::TempDir {
 }
 
 fn job(folder: &Path, workers: usize) -> Job {
-    let found = find(&[folder.display().to_string()]).unwrap();
+    let found = find(&[folder.display().to_string()], &folder.join("fleet.out")).unwrap();
     assert_eq!(found.passed_over, 1);
     let mut options = Options::default();
     options.estimate = Estimate::Online;
@@ -111,7 +113,7 @@ fn exact_rows_say_how_their_log_was_read() {
     for (path, unit) in [(angles, "rad"), (pulses, "full_rudder")] {
         let settings = ReadSettings::default();
         let opened = open(&path, &settings, None, &mut Unobserved).unwrap();
-        let source = &find(&[path.display().to_string()]).unwrap().sources[0];
+        let source = &Source::of(&path);
         let entries = work_on(source, &job(folder.path(), 1).options);
         assert!(!entries[0].rows.is_empty());
         for row in &entries[0].rows {
@@ -163,6 +165,98 @@ fn io_a_job_that_was_broken_off_goes_on_where_it_stopped() {
         assert_eq!(again, bytes);
         assert!(!journal.exists());
     }
+}
+
+/// A second job reads what is new, changed or unreadable, and gives what a first one would.
+#[test]
+fn io_a_second_job_reads_only_what_is_new_or_changed() {
+    let (folder, tables) = (folder(), tempfile::tempdir().unwrap());
+    let of = |name: &str| folder.path().join(name);
+    let run_again = |out: &str| {
+        let mut job = job(folder.path(), 1);
+        job.out = tables.path().join(out);
+        let read = std::sync::atomic::AtomicUsize::new(0);
+        let summary = job.run(|_| {
+            read.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            ControlFlow::Continue(())
+        });
+        let table = fs::read(&job.out).unwrap();
+        (summary.unwrap().unwrap(), read.into_inner(), table)
+    };
+    let (_, read, first) = run_again("fleet.out");
+    assert_eq!(read, 9);
+    // The three that cannot be read are tried again.
+    let (summary, read, second) = run_again("fleet.out");
+    assert_eq!((summary.logs, summary.done_before, read), (9, 6, 3));
+    assert_eq!(second, first);
+
+    let later = std::time::SystemTime::now() + std::time::Duration::from_secs(9);
+    let touch = |name: &str| {
+        let file = fs::File::options().append(true).open(of(name)).unwrap();
+        file.set_modified(later).unwrap();
+    };
+    // Of another time: the same bytes, and as many others.
+    touch("run1.csv");
+    write(&of("run2.csv"), &run(7)[..300]);
+    fs::write(
+        of("run3.csv"),
+        fs::read_to_string(of("run3.csv"))
+            .unwrap()
+            .replace("0.1", "0.2"),
+    )
+    .unwrap();
+    touch("run3.csv");
+    fs::remove_file(of("run4.csv")).unwrap();
+    write(&of("run8.csv"), &run(8));
+    let (summary, read, second) = run_again("fleet.out");
+    assert_eq!((summary.logs, summary.done_before, read), (9, 3, 6));
+    let (summary, read, fresh) = run_again("fresh.out");
+    assert_eq!((summary.done_before, read), (0, 9));
+    assert!(second == fresh, "{summary:?}");
+
+    let mut other = job(folder.path(), 1);
+    other.out = tables.path().join("fleet.out");
+    other.options.estimate = Estimate::Refined;
+    let summary = other.run(|_| ControlFlow::Continue(())).unwrap().unwrap();
+    assert_eq!(summary.done_before, 0);
+}
+
+/// The runs of an unchanged file are not looked for again, whatever the table is called.
+#[test]
+fn io_a_second_job_keeps_the_runs_of_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut rows = String::from("time_s,heading_rad,rudder_rad,mission\n");
+    for seed in 1..=3 {
+        for sample in run(seed) {
+            let Sample {
+                time_s,
+                heading_rad,
+                rudder_rad,
+                ..
+            } = sample;
+            rows += &format!("{time_s},{heading_rad},{rudder_rad},m{seed}\n");
+        }
+    }
+    fs::write(folder.path().join("season.csv"), rows).unwrap();
+    let out = folder.path().join("fleet.parquet");
+    let inputs = [folder.path().display().to_string()];
+    let mut options = Options::default();
+    options.estimate = Estimate::Online;
+    options.run_column = Some("mission".into());
+    let mut tables = Vec::new();
+    for kept in [0, 3] {
+        let job = Job {
+            sources: find(&inputs, &out).unwrap().sources,
+            options: options.clone(),
+            out: out.clone(),
+            workers: 2,
+            resume: kept > 0,
+        };
+        let summary = job.run(|_| ControlFlow::Continue(())).unwrap().unwrap();
+        assert_eq!((summary.logs, summary.done_before), (3, kept));
+        tables.push(fs::read(&out).unwrap());
+    }
+    assert!(tables[0] == tables[1]);
 }
 
 #[test]
@@ -217,16 +311,12 @@ fn io_runs_of_one_file_are_logs_of_their_own() {
     fs::write(&path, together).unwrap();
     let mut options = job(folder.path(), 1).options;
     options.run_column = Some("mission".into());
-    let sources = find(&[path.display().to_string()]).unwrap().sources;
+    let sources = [Source::of(&path)];
     let entries = work_on(&sources[0], &options);
     assert_eq!(entries.len(), 4);
     for (entry, seed) in entries.iter().zip(1..=3) {
-        let alone = find(&[folder
-            .path()
-            .join(format!("run{seed}.csv"))
-            .display()
-            .to_string()]);
-        let alone = work_on(&alone.unwrap().sources[0], &job(folder.path(), 1).options);
+        let alone = Source::of(&folder.path().join(format!("run{seed}.csv")));
+        let alone = work_on(&alone, &job(folder.path(), 1).options);
         let theta = |row: &Row| (row.from_s, row.a22_per_s, row.b2_per_s2, row.c0_rad_per_s2);
         let of_run: Vec<_> = entry.rows.iter().map(theta).collect();
         let of_log: Vec<_> = alone[0].rows.iter().map(theta).collect();

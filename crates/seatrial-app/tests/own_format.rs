@@ -30,7 +30,7 @@ fn work_through(logs: &[String], table: &Path) -> fleet::Summary {
     let mut options = fleet::Options::default();
     options.channels.formats = helm::formats();
     let job = fleet::Job {
-        sources: fleet::find(logs).unwrap().sources,
+        sources: fleet::find(logs, table).unwrap().sources,
         options,
         out: table.to_path_buf(),
         workers: 1,
@@ -51,7 +51,8 @@ fn io_a_fleet_reads_an_own_format_beside_the_built_in_ones() {
     let logs = [folder.path().display().to_string()];
     let mut options = fleet::Options::default();
     options.channels.formats = helm::formats();
-    let rows: Vec<_> = fleet::find(&logs)
+    let table = folder.path().join("table.parquet");
+    let rows: Vec<_> = fleet::find(&logs, &table)
         .unwrap()
         .sources
         .iter()
@@ -66,6 +67,6 @@ fn io_a_fleet_reads_an_own_format_beside_the_built_in_ones() {
         assert_eq!(row.error, None);
     }
     assert_eq!(rows.len(), 5);
-    let summary = work_through(&logs, &folder.path().join("table.parquet"));
+    let summary = work_through(&logs, &table);
     assert_eq!(summary.manoeuvres, 4);
 }

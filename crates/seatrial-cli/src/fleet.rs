@@ -22,7 +22,8 @@ const SAID_EVERY: Duration = Duration::from_secs(10);
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
 What is done is kept in OUT.journal at once. After an interruption the same command with --resume goes on where it \
-stopped; OUT is written when everything is done.
+stopped; OUT is written when everything is done. The same command again reads only logs that are new or have changed \
+(length and time, or check sum) or could not be read.
 
 --estimate refined gives what `identify` reports, with 95 % intervals, in some 20 ms of a core for each manoeuvre. \
 --estimate online gives the estimator that runs on the vehicle, without intervals, twenty times faster.
@@ -76,13 +77,13 @@ struct Document {
     #[serde(flatten)]
     summary: Summary,
     wall_s: f64,
-    /// Manoeuvres per minute of this job, without what was done before it was resumed.
+    /// Manoeuvres per minute of this job, without what was kept from before.
     manoeuvres_per_minute: f64,
 }
 
 /// Identifies every manoeuvre of many logs.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let found = seatrial_app::fleet::find(&args.inputs).map_err(Failure::input)?;
+    let found = seatrial_app::fleet::find(&args.inputs, &args.out).map_err(Failure::input)?;
     if found.passed_over > 0 {
         say(format_args!(
             "{} files whose names do not end like those of logs are passed over",
@@ -161,7 +162,7 @@ fn text(document: &Document) -> String {
     if summary.done_before > 0 {
         let _ = writeln!(
             text,
-            "Resumed   {} logs were done before",
+            "Kept      {} logs as they were read before",
             summary.done_before
         );
     }

@@ -11,6 +11,14 @@ use sha2::{Digest, Sha256};
 
 use crate::table::hexadecimal;
 
+/// SHA-256 of a file in hexadecimal, as [`LogReader::sha256`](crate::LogReader::sha256) gives it.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn sha256(path: &Path) -> io::Result<String> {
+    Input::File(File::open(path)?).sha256()
+}
+
 /// Bytes that can be read at any place.
 pub trait Source: Send + Sync {
     /// Number of bytes.

@@ -79,7 +79,7 @@ pub use content::{columns, columns_held, is_log};
 pub use csv::DAMAGE_MARK;
 pub use description::{Channel, Counts, Format, LogDescription, UnitSource};
 pub use error::{Fault, Place, ReadError};
-pub use input::{Held, Source};
+pub use input::{Held, Source, sha256};
 pub use name::names_a_course;
 pub use quantity::{Quantity, UnknownQuantity};
 pub use reader::{LogReader, open, open_held};

@@ -1,7 +1,7 @@
 //! Many logs: on this machine, or as pieces for others.
 
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -38,8 +38,8 @@ fn options(py: Python<'_>, estimate: &str, run_column: Option<String>) -> PyResu
     Ok(options)
 }
 
-fn sources(py: Python<'_>, inputs: &[String]) -> PyResult<Vec<Source>> {
-    let found = py.detach(|| find(inputs));
+fn sources(py: Python<'_>, inputs: &[String], out: &Path) -> PyResult<Vec<Source>> {
+    let found = py.detach(|| find(inputs, out));
     found
         .map(|found| found.sources)
         .map_err(|none| error(py, "InputError", none))
@@ -65,7 +65,7 @@ pub fn fleet(
     resume: bool,
 ) -> PyResult<String> {
     let job = Job {
-        sources: sources(py, &inputs)?,
+        sources: sources(py, &inputs, &out)?,
         options: options(py, estimate, run_column)?,
         out,
         workers: workers.unwrap_or_else(cores),
@@ -137,7 +137,6 @@ pub fn fleet_work(
 pub struct FleetJournal {
     journal: Option<Journal>,
     sources: Vec<Source>,
-    has_runs: bool,
 }
 
 #[pymethods]
@@ -151,23 +150,21 @@ impl FleetJournal {
         run_column: Option<String>,
         resume: bool,
     ) -> PyResult<Self> {
-        let sources = sources(py, &inputs)?;
-        let has_runs = run_column.is_some();
+        let sources = sources(py, &inputs, &out)?;
         let options = options(py, estimate, run_column)?;
         let journal =
             Journal::open(&out, &sources, &options, resume).map_err(|found| failure(py, &found))?;
         Ok(Self {
             journal: Some(journal),
             sources,
-            has_runs,
         })
     }
 
-    /// The logs that are not done. Of a file of many runs nobody knows before it has been read.
+    /// The logs that are not done.
     fn pending(&self) -> Vec<Log> {
         let is_done = |index| {
             let journal = self.journal.as_ref();
-            !self.has_runs && journal.is_some_and(|journal| journal.is_done(index, 0))
+            journal.is_some_and(|journal| journal.is_whole(index))
         };
         self.sources
             .iter()

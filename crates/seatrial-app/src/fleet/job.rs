@@ -34,7 +34,7 @@ pub struct Progress {
     pub bytes: u64,
     /// Bytes of the logs that are read.
     pub bytes_done: u64,
-    /// Manoeuvres of this job, without what was done before.
+    /// Manoeuvres of this job, without what was kept from before.
     pub manoeuvres: u64,
     /// Error rows written, those of earlier parts of the job included.
     pub errors: u64,
@@ -82,8 +82,12 @@ impl<'a> Queue<'a> {
         }
     }
 
-    /// The next piece of work that is not done.
-    fn next(&mut self, is_done: impl Fn(usize, u64) -> bool) -> Option<Piece> {
+    /// The next piece of work of which nothing is kept: no such run, and not all of its log.
+    fn next(
+        &mut self,
+        is_done: impl Fn(usize, u64) -> bool,
+        is_whole: impl Fn(usize) -> bool,
+    ) -> Option<Piece> {
         loop {
             if let Some(piece) = self.next_run() {
                 if !is_done(piece.0, piece.1) {
@@ -95,10 +99,10 @@ impl<'a> Queue<'a> {
             let source = self.sources.get(index)?;
             self.next += 1;
             self.bytes_before += source.bytes;
+            if is_whole(index) {
+                continue;
+            }
             let Some(column) = &self.options.run_column else {
-                if is_done(index, 0) {
-                    continue;
-                }
                 return Some((index, 0, Work::Log(source.clone())));
             };
             let opened = caught(|| Runs::open(&source.path, &self.options.choice(), column));
@@ -191,7 +195,7 @@ pub fn work_on(source: &Source, options: &Options) -> Vec<Entry> {
     let sources = [source.clone()];
     let mut queue = Queue::new(&sources, options);
     let mut entries = Vec::new();
-    while let Some((_, run, work)) = queue.next(|_, _| false) {
+    while let Some((_, run, work)) = queue.next(|_, _| false, |_| false) {
         entries.push(entry(source, run, || work.rows(options)));
     }
     entries
@@ -246,7 +250,8 @@ impl Job {
             let (piece, bytes_done) = {
                 let mut queue = locked(queue);
                 let is_done = |source, run| locked(kept).journal.is_done(source, run);
-                (queue.next(is_done), queue.bytes_done())
+                let is_whole = |source| locked(kept).journal.is_whole(source);
+                (queue.next(is_done, is_whole), queue.bytes_done())
             };
             let Some((index, run, work)) = piece else {
                 return;

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::log::Options;
 use super::table::TableWriter;
-use super::{Row, Source};
+use super::{Row, Source, earlier};
 use crate::outputs::{OutputError, Outputs, Planned};
 
 /// After so long what was written goes to the disk, so that a power failure costs no more than that.
@@ -121,12 +121,12 @@ pub enum JournalError {
     },
 }
 
-/// What a job made, of which some may have been done before it was resumed.
+/// What a job made, of which some may have been kept from before.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Summary {
     /// Logs, or runs where a column tells them apart.
     pub logs: u64,
-    /// How many of these were done before the job was resumed.
+    /// How many of these were kept: from the journal of an interrupted job, or from the table of an earlier one.
     pub done_before: u64,
     /// Rows with a manoeuvre.
     pub manoeuvres: u64,
@@ -157,14 +157,18 @@ pub struct Journal {
     length: u64,
     indices: HashMap<PathBuf, usize>,
     sources: Vec<Source>,
+    settings: String,
     done: HashSet<(usize, u64)>,
+    /// Logs of which everything is done.
+    whole: HashSet<usize>,
     places: Vec<Place>,
     done_before: u64,
     synced: Instant,
 }
 
 impl Journal {
-    /// Opens the journal of a job that writes `out`: a new one, or with `resume` the one that is there.
+    /// Opens the journal of a job that writes `out`: a new one, or with `resume` the one that is there. What an earlier job with the
+    /// same options left in `out` is done for the logs that are as they were.
     pub fn open(
         out: &Path,
         sources: &[Source],
@@ -203,7 +207,9 @@ impl Journal {
                 .map(|(i, source)| (source.path.clone(), i))
                 .collect(),
             sources: sources.to_vec(),
+            settings: settings(options),
             done: HashSet::new(),
+            whole: HashSet::new(),
             places: Vec::new(),
             done_before: 0,
             synced: Instant::now(),
@@ -213,21 +219,42 @@ impl Journal {
         };
         let header = Header {
             schema: "seatrial.fleet_journal.v1".into(),
-            options: format!("{options:?}"),
+            options: journal.settings.clone(),
         };
         let found = journal.read_back().map_err(failed)?;
         match found {
-            Some(found) if found != header => Err(JournalError::OtherOptions {
-                path,
-                found: found.options,
-                expected: header.options,
-            }),
-            Some(_) => Ok(journal),
-            None => {
-                journal.write_line(&header)?;
-                Ok(journal)
+            Some(found) if found != header => {
+                return Err(JournalError::OtherOptions {
+                    path,
+                    found: found.options,
+                    expected: header.options,
+                });
             }
+            Some(_) => {}
+            None => journal.write_line(&header)?,
         }
+        if options.run_column.is_none() {
+            journal.whole = journal.done.iter().map(|(source, _)| *source).collect();
+        }
+        journal.take_earlier()?;
+        journal.done_before = journal.places.len() as u64;
+        Ok(journal)
+    }
+
+    /// Takes over what the table of an earlier job says of unchanged logs.
+    fn take_earlier(&mut self) -> Result<(), JournalError> {
+        let (out, settings) = (self.out.clone(), self.settings.clone());
+        earlier::for_each_log(&out, &settings, |rows| {
+            let path = rows.first().map(|row| Path::new(&row.source));
+            let Some(&source) = path.and_then(|path| self.indices.get(path)) else {
+                return Ok(());
+            };
+            if let Some(entries) = earlier::unchanged(&self.sources[source], rows) {
+                entries.iter().try_for_each(|entry| self.keep(entry))?;
+                self.whole.insert(source);
+            }
+            Ok(())
+        })
     }
 
     /// Reads what is there as far as it is whole, and cuts off the rest.
@@ -255,7 +282,6 @@ impl Journal {
             }
             self.length += line.len() as u64;
         }
-        self.done_before = self.places.len() as u64;
         self.file.set_len(self.length)?;
         Ok(header)
     }
@@ -282,6 +308,11 @@ impl Journal {
     /// Is this run of this source done?
     pub fn is_done(&self, source: usize, run: u64) -> bool {
         self.done.contains(&(source, run))
+    }
+
+    /// Is all of this source done? Of the runs of a file only the table of an earlier job tells that before the file has been read.
+    pub fn is_whole(&self, source: usize) -> bool {
+        self.whole.contains(&source)
     }
 
     /// Keeps what was made of a log. What is there already is not kept twice.
@@ -340,7 +371,7 @@ impl Journal {
             done_before: self.done_before,
             ..Summary::default()
         };
-        let mut table = TableWriter::new(file)?;
+        let mut table = TableWriter::new(file, &self.settings)?;
         let mut journal = BufReader::new(self.file.try_clone()?);
         let mut line = Vec::new();
         let mut at = journal.seek(SeekFrom::Start(0))?;
@@ -373,6 +404,11 @@ impl Summary {
         let verdict = row.verdict.clone().unwrap_or_default();
         *self.verdicts.entry(verdict).or_default() += 1;
     }
+}
+
+/// What the rows depend on besides the logs.
+fn settings(options: &Options) -> String {
+    format!("seatrial {}, {options:?}", env!("CARGO_PKG_VERSION"))
 }
 
 /// `fleet.parquet.journal`

@@ -106,7 +106,7 @@ pub(super) fn blank(source: &Source) -> Row {
     Row {
         source: source.path.display().to_string(),
         bytes: source.bytes,
-        modified_unix_s: source.modified_ns as f64 * 1e-9,
+        modified_unix_s: source.modified_unix_s(),
         ..Row::default()
     }
 }
@@ -170,6 +170,18 @@ fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, 
     };
     judge_units(&mut record, &log);
     rows.extend(manoeuvres(&record, rest, options));
+    if rows.is_empty() {
+        let mut row = Row::default();
+        row.failed(
+            "not_identified",
+            format!(
+                "{}: no manoeuvre with rudder to both sides in {} samples",
+                blank.source,
+                log.counts().samples
+            ),
+        );
+        rows.push(row);
+    }
     let sha256 = log.sha256()?;
     let counts = log.counts();
     let warnings = [description.warnings.clone(), log.warnings()].concat();

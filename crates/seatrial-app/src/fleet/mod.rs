@@ -2,10 +2,11 @@
 //!
 //! [`Job`] reads the logs that [`find`] found, on several threads, and writes a Parquet file. What is done goes to a
 //! [`Journal`] beside that file at once, so that a job that was killed goes on where it stopped; the Parquet file is
-//! made from the journal, in the order of the logs whatever the threads did. A worker on another machine does
-//! [`work_on`] and sends back what the journal takes.
+//! made from the journal, in the order of the logs whatever the threads did. A later job takes the rows of unchanged logs
+//! from that file. A worker on another machine does [`work_on`] and sends back what the journal takes.
 
 mod columns;
+mod earlier;
 mod job;
 mod journal;
 mod log;

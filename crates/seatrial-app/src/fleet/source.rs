@@ -35,6 +35,11 @@ impl Source {
             modified_ns: since_1970.map_or(0, |t| i64::try_from(t.as_nanos()).unwrap_or(0)),
         }
     }
+
+    /// When it was last written, as a row has it.
+    pub(super) fn modified_unix_s(&self) -> f64 {
+        self.modified_ns as f64 * 1e-9
+    }
 }
 
 /// The logs found.
@@ -79,10 +84,15 @@ pub enum NotFound {
 }
 
 /// Looks for logs: below folders, by patterns (`*`, `?`, `[a-z]`, `**`), in lists (`@FILE` with a name a line, as
-/// `find` prints them; blank lines and lines that begin with `#` are passed over), or a log itself.
-pub fn find(inputs: &[String]) -> Result<Found, NotFound> {
+/// `find` prints them; blank lines and lines that begin with `#` are passed over), or a log itself. The table that the job
+/// writes is no log, wherever it stands.
+pub fn find(inputs: &[String], out: &Path) -> Result<Found, NotFound> {
     let mut paths = BTreeSet::new();
     let mut passed_over = 0;
+    let table = out.canonicalize().ok();
+    let is_table = |path: &Path| {
+        path.file_name() == out.file_name() && table.is_some() && path.canonicalize().ok() == table
+    };
     for input in inputs {
         let mut found = BTreeSet::new();
         let path = Path::new(input);
@@ -103,6 +113,9 @@ pub fn find(inputs: &[String]) -> Result<Found, NotFound> {
             })?;
             found.extend(pattern.flatten().filter(|path| path.is_file()));
             fit_no_text(input, &mut found);
+        }
+        if path != out {
+            found.retain(|path| !is_table(path));
         }
         if found.is_empty() {
             return Err(NotFound::Nothing {

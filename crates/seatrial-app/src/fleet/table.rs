@@ -6,11 +6,15 @@ use std::sync::Arc;
 
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
+use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::parser::parse_message_type;
 
 use super::{COLUMNS, Column, Row, Value};
+
+/// The key of the file's metadata under which stands what made the rows: version and options.
+pub(super) const SETTINGS: &str = "seatrial.fleet";
 
 /// Rows of a row group, all that is in memory: some 20 MB.
 const GROUP_ROWS: usize = 16_384;
@@ -22,7 +26,7 @@ pub(super) struct TableWriter<'a> {
 }
 
 impl<'a> TableWriter<'a> {
-    pub fn new(file: &'a File) -> io::Result<Self> {
+    pub fn new(file: &'a File, settings: &str) -> io::Result<Self> {
         let blank = Row::default();
         let fields: Vec<String> = COLUMNS
             .iter()
@@ -42,6 +46,10 @@ impl<'a> TableWriter<'a> {
             .map_err(io::Error::other)?;
         let properties = WriterProperties::builder()
             .set_compression(Compression::ZSTD(ZstdLevel::default()))
+            .set_key_value_metadata(Some(vec![KeyValue::new(
+                SETTINGS.into(),
+                settings.to_owned(),
+            )]))
             .build();
         Ok(Self {
             writer: SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties))?,

@@ -1,0 +1,91 @@
+//! What an earlier run left in the table: the rows of the logs that have not changed since.
+
+use std::fs::File;
+use std::path::Path;
+
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::{Field, Row as Fields};
+use seatrial_logs::sha256;
+use serde_json::{Map, Number, Value};
+
+use super::journal::{Entry, JournalError};
+use super::table::SETTINGS;
+use super::{Row, Source};
+
+/// Hands over the rows of a table log by log. None where there is no table, or one that other settings or another version made. A
+/// damaged table gives what stands before the damage.
+pub(super) fn for_each_log(
+    table: &Path,
+    settings: &str,
+    mut take: impl FnMut(Vec<Row>) -> Result<(), JournalError>,
+) -> Result<(), JournalError> {
+    let Some(table) = File::open(table).ok().filter(is_file) else {
+        return Ok(());
+    };
+    let Ok(table) = SerializedFileReader::new(table) else {
+        return Ok(());
+    };
+    let metadata = table.metadata().file_metadata().key_value_metadata();
+    let mut written = metadata.into_iter().flatten();
+    if !written.any(|pair| pair.key == SETTINGS && pair.value.as_deref() == Some(settings)) {
+        return Ok(());
+    }
+    let Ok(rows) = table.get_row_iter(None) else {
+        return Ok(());
+    };
+    let mut log: Vec<Row> = Vec::new();
+    for fields in rows {
+        let Some(row) = fields.ok().and_then(row) else {
+            return Ok(());
+        };
+        if log.first().is_some_and(|first| first.source != row.source) {
+            take(std::mem::take(&mut log))?;
+        }
+        log.push(row);
+    }
+    take(log)
+}
+
+fn is_file(file: &File) -> bool {
+    file.metadata().is_ok_and(|about| about.is_file())
+}
+
+fn row(fields: Fields) -> Option<Row> {
+    let fields = fields.into_columns().into_iter();
+    let cells = fields.map(|(name, field)| {
+        let cell = match field {
+            Field::Bool(cell) => cell.into(),
+            Field::Long(cell) => cell.into(),
+            Field::Double(cell) => Number::from_f64(cell).map_or(Value::Null, Value::Number),
+            Field::Str(cell) => cell.into(),
+            _ => Value::Null,
+        };
+        (name, cell)
+    });
+    serde_json::from_value(Value::Object(cells.collect::<Map<_, _>>())).ok()
+}
+
+/// The entries of a log, one for each of its runs, where the log is as it was: of the same length, and of the same time or the same
+/// check sum. A log that could not be read is tried again.
+pub(super) fn unchanged(source: &Source, mut rows: Vec<Row>) -> Option<Vec<Entry>> {
+    let first = rows.first()?;
+    let is_kept = first.bytes == source.bytes
+        && rows.iter().all(|row| row.format.is_some())
+        && (first.modified_unix_s == source.modified_unix_s()
+            || first.sha256.is_some() && first.sha256 == sha256(&source.path).ok());
+    if !is_kept {
+        return None;
+    }
+    for row in &mut rows {
+        row.modified_unix_s = source.modified_unix_s();
+    }
+    let runs = rows.chunk_by(|one, next| one.run == next.run);
+    let entry = |(run, rows): (usize, &[Row])| Entry {
+        source: source.path.clone(),
+        bytes: source.bytes,
+        modified_ns: source.modified_ns,
+        run: run as u64,
+        rows: rows.to_vec(),
+    };
+    Some(runs.enumerate().map(entry).collect())
+}
