@@ -4,11 +4,12 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
 
-use crate::environment::{Environment, NO_PYTHON};
+use crate::environment::{Environment, NO_PYTHON, PYTHON};
 use crate::steps::{skipped, succeeds};
 use crate::target::{binary, in_target};
 
 const ENVIRONMENT: Environment = Environment {
+    python: PYTHON,
     folder: "python-dash",
     requirements: &["crates/seatrial-dash/tests/schemathesis/requirements.txt"],
 };

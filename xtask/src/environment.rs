@@ -6,8 +6,13 @@ use std::process::Command;
 use crate::steps::succeeds;
 use crate::target::in_target;
 
+/// The Python of this machine.
+pub const PYTHON: &str = "python3";
+
 /// A virtual environment with what files of requirements name.
 pub struct Environment {
+    /// The Python that makes it.
+    pub python: &'static str,
     /// Where it is, below the folder that cargo builds into.
     pub folder: &'static str,
     /// What is in it.
@@ -42,7 +47,7 @@ impl Environment {
     }
 
     fn make(&self, required: &[u8]) -> bool {
-        let mut venv = Command::new("python3");
+        let mut venv = Command::new(self.python);
         venv.args(["-m", "venv"]).arg(in_target(self.folder));
         let mut install = self.program("python", &["-m", "pip", "install", "--quiet"]);
         for file in self.requirements {

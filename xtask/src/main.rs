@@ -7,7 +7,7 @@
 //! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask instructions` that of the kernels'
 //! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page, `cargo xtask page` that of the page
 //! without a server, `cargo xtask page --measure` holds it against the terminal on long logs, `cargo xtask docs` builds the docs as a site, `cargo xtask extending` builds and tests the program that extends seatrial, `cargo xtask foxglove-loader` the data loader for Foxglove. `cargo xtask ros2` checks
-//! the features `ros2` and `ros2-zenoh` each alone and neither, `cargo xtask miri` runs the library for C and the core under Miri. `cargo xtask packages` packs what
+//! the features `ros2` and `ros2-zenoh` each alone and neither, `cargo xtask ros2-jazzy` tries trials on a node of ROS 2 Jazzy, which it installs (248 MB), `cargo xtask miri` runs the library for C and the core under Miri. `cargo xtask packages` packs what
 //! is published on crates.io, `cargo xtask oldest` builds the crates that promise an older compiler with it, `cargo xtask wheel` builds and installs the Python wheel, `cargo xtask archive` the archive and the Debian package of a release, `cargo xtask container` runs the command of the container file in a root of its own. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
 
 mod alone;
@@ -79,6 +79,7 @@ fn main() -> ExitCode {
         ["python"] => in_python() && python_is_fast(),
         ["dash"] => in_dash(),
         ["ros2"] => on_ros2(),
+        ["ros2-jazzy"] => on_ros2_itself(),
         ["miri"] => in_miri(),
         ["instructions"] => in_few_instructions(),
         ["web"] => in_browser(),
@@ -98,7 +99,7 @@ fn main() -> ExitCode {
         ["same-answers", rest @ ..] => return same_answers::run(rest),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [--all]|house [--list]|embedded|python|dash|ros2|miri|instructions|web|page [--measure]|docs|extending|foxglove-loader|oldest|packages [--build]|wheel [TARGET]|archive [TARGET]|container|same-answers"
+                "usage: cargo xtask test [--all]|house [--list]|embedded|python|dash|ros2|ros2-jazzy|miri|instructions|web|page [--measure]|docs|extending|foxglove-loader|oldest|packages [--build]|wheel [TARGET]|archive [TARGET]|container|same-answers"
             );
             return ExitCode::from(2);
         }
@@ -281,6 +282,40 @@ fn on_ros2() -> bool {
         is_right
             .then_some(())
             .ok_or("vehicles over DDS or zenoh".into())
+    })
+}
+
+/// Whole trials on a vehicle that is a node of ROS 2 Jazzy; not part of `test --all`, for the size of ROS 2.
+fn on_ros2_itself() -> bool {
+    passes("ROS 2 Jazzy", || {
+        let Some(python) = python::of_jazzy() else {
+            return skipped(
+                "ROS 2 Jazzy",
+                "python3.12 with venv, or ROS 2 in its registry, is missing",
+            );
+        };
+        let tests = [
+            "nextest",
+            "run",
+            "-p",
+            "seatrial-cli",
+            "--features",
+            "ros2",
+            "--test-threads",
+            "1",
+        ];
+        let which = [
+            "--run-ignored",
+            "only",
+            "-E",
+            "test(/^ros2::jazzy/)",
+            "--no-capture",
+        ];
+        let mut tests = cargo_or_nextest(&[&tests[..], &which].concat())?;
+        match succeeds(tests.env("SEATRIAL_PYTHON", python)) {
+            true => Ok(()),
+            false => Err("vehicles that are nodes of ROS 2".into()),
+        }
     })
 }
 

@@ -3,13 +3,14 @@
 use std::process::Command;
 
 use crate::cargo;
-use crate::environment::Environment;
+use crate::environment::{Environment, PYTHON};
 use crate::steps::succeeds;
 
 const VERSION: &str = "0.9.143";
 
 /// A package that holds the program built: seconds, where building it takes minutes.
 const ENVIRONMENT: Environment = Environment {
+    python: PYTHON,
     folder: "python-nextest",
     requirements: &["xtask/nextest.txt"],
 };

@@ -4,18 +4,20 @@ use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 
 use std::path::PathBuf;
 
-use crate::environment::{Environment, NO_PYTHON};
+use crate::environment::{Environment, NO_PYTHON, PYTHON};
 use crate::steps::{skipped, succeeds};
 use crate::target::{binary, in_target};
 use crate::{ROS2, cargo};
 
 const ENVIRONMENT: Environment = Environment {
+    python: PYTHON,
     folder: "python-package",
     requirements: &["crates/seatrial-py/requirements.txt"],
 };
 /// What tests hold seatrial against: implementations of MAVLink and DDS that are not ours are vehicles, other libraries read logs,
 /// and Octave, numpy, CasADi, MuJoCo and FMPy play what is exported. It brings mdbook, too. `seatrial-dev` finds it by its folder.
 const OF_TESTS: Environment = Environment {
+    python: PYTHON,
     folder: "python",
     requirements: &[
         "crates/seatrial-links/tests/vehicle/requirements.txt",
@@ -24,6 +26,12 @@ const OF_TESTS: Environment = Environment {
         "crates/seatrial-logs/tests/agreement/requirements.txt",
         "docs/requirements.txt",
     ],
+};
+/// ROS 2 Jazzy, which is built for this Python alone.
+const OF_JAZZY: Environment = Environment {
+    python: "python3.12",
+    folder: "ros2-jazzy",
+    requirements: &["crates/seatrial-cli/tests/ros2/requirements-jazzy.txt"],
 };
 const PACKAGE: &str = "crates/seatrial-py";
 const SPEED: &str = "tests/test_speed.py";
@@ -44,6 +52,11 @@ pub fn prepare_tests() -> Result<(), String> {
 /// A program in the environment of the tests.
 pub fn of_tests(name: &str) -> PathBuf {
     OF_TESTS.path(name)
+}
+
+/// The Python of ROS 2 Jazzy; the environment is made where it is missing. `None`: it cannot be.
+pub fn of_jazzy() -> Option<PathBuf> {
+    OF_JAZZY.is_ready().then(|| OF_JAZZY.path("python"))
 }
 
 /// Makes the environment where it is missing.

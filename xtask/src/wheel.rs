@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-use crate::environment::{Environment, NO_PYTHON};
+use crate::environment::{Environment, NO_PYTHON, PYTHON};
 use crate::steps::{skipped, succeeds};
 use crate::target::{in_target, target};
 
 const TOOLS: Environment = Environment {
+    python: PYTHON,
     folder: "packaging",
     requirements: &["xtask/packaging.txt"],
 };

@@ -315,6 +315,57 @@ mod dds {
     }
 }
 
+/// `cargo xtask ros2-jazzy` makes the Python for these.
+#[cfg(feature = "ros2")]
+mod jazzy {
+    use super::*;
+
+    fn over(domain: u16) -> Over {
+        Over {
+            name: "rclpy",
+            package: "rclpy,cyclonedds",
+            domain,
+            description: |domain| {
+                format!(
+                    "domain = {domain}\nlistens_on_all_addresses = true\nservices = 'fastrtps'\n"
+                )
+            },
+            gone: "no sample has come",
+        }
+    }
+
+    #[test]
+    #[ignore = "needs ROS 2 Jazzy"]
+    fn recover_a_vehicle_that_is_a_node_of_ros_2() {
+        recovers_the_model(over(61));
+    }
+
+    #[test]
+    #[ignore = "needs ROS 2 Jazzy"]
+    fn io_a_service_ends_the_trial() {
+        a_mishap_ends_it(over(62), "abort", "/seatrial/abort was called");
+        a_mishap_ends_it(over(63), "disable", "/seatrial/enable was called");
+    }
+
+    #[test]
+    #[ignore = "needs ROS 2 Jazzy"]
+    fn io_a_second_publisher_ends_the_trial() {
+        a_mishap_ends_it(over(64), "second", "somebody else publishes");
+    }
+
+    #[test]
+    #[ignore = "needs ROS 2 Jazzy"]
+    fn io_sigterm_leaves_a_neutral_rudder_on_the_wire() {
+        sigterm_leaves_a_neutral_rudder(over(65), |_| ());
+    }
+
+    #[test]
+    #[ignore = "needs ROS 2 Jazzy"]
+    fn io_a_vehicle_that_is_gone_ends_the_trial() {
+        a_vehicle_that_is_gone_ends_it(over(66));
+    }
+}
+
 #[cfg(feature = "ros2-zenoh")]
 mod zenoh {
     use super::*;

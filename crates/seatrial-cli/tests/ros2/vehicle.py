@@ -1,11 +1,11 @@
-"""A first-order vehicle on ROS 2, played with implementations of its middlewares other than seatrial's: CycloneDDS, or
-Eclipse's zenoh for Python.
+"""A first-order vehicle on ROS 2, played with implementations of its middlewares other than seatrial's: CycloneDDS,
+Eclipse's zenoh for Python, or ROS 2's own rclpy.
 
 Steers as psi'' = A22 psi' + B2 delta + C0 through a rudder of limited rate and lag. Everything is published and called by the
-names and types that ROS 2's middlewares use; no ROS is installed. Says `ready` and `training` on standard output, and at its
+names and types that ROS 2's middlewares use; only rclpy needs an installed ROS. Says `ready` and `training` on standard output, and at its
 end what it saw.
 
-usage: vehicle.py dds|zenoh DOMAIN MISHAP [AT_S]
+usage: vehicle.py dds|zenoh|rclpy DOMAIN MISHAP [AT_S]
 
 Mishaps, AT_S seconds after the first training rudder: none; abort and disable call a service of seatrial's; killed ends this
 process; second has another publisher of rudders.
