@@ -2,7 +2,11 @@
 //!
 //! ```text
 //! cargo run -p seatrial --example missions -- SEED COUNT
+//! cargo run -p seatrial --example missions -- SEED COUNT watch
 //! ```
+//!
+//! With `watch` each boat sails eleven missions: the first is the reference, and `health --watch` reads the other ten, of the same boat and of one
+//! whose rudder is 20 % weaker.
 //!
 //! A boat is simulated in steps of 1 ms; its compass and, in seven of ten, its gyro are noisy, its rudder may lag, and the log says nothing of
 //! that. The rough sea is a sum of fifteen waves and a Gauss-Markov disturbance: no hypothesis has that spectrum.
@@ -13,6 +17,9 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
+use seatrial::health::{
+    Finding, HealthError, HealthSettings, Reference, SpeedModel, Watch, WatchReport,
+};
 use seatrial::identify::{IdentifySettings, identify};
 use seatrial::{Record, Sample, Window};
 
@@ -26,6 +33,7 @@ const KINDS: [&str; 6] = [
 ];
 
 /// A boat with its sensors, its sea and its autopilot.
+#[derive(Clone)]
 struct Boat {
     kind: usize,
     a22_per_s: f64,
@@ -186,10 +194,64 @@ struct Row {
     errors: Vec<[f64; 2]>,
 }
 
+/// What ten missions say of a boat whose rudder does this share of what it did in the first one; `None` where that one has no model.
+fn watch(boat: &Boat, seed: u64, share: f64) -> Result<Option<WatchReport>, HealthError> {
+    let mut rng = Pcg64Mcg::seed_from_u64(seed);
+    let first = boat.sail(&mut rng);
+    let found = identify(&first, Window::ALL, None, &IdentifySettings::default()).ok();
+    let found = found.filter(|found| found.verdict.accepted);
+    let Some(reference) = found.and_then(|found| SpeedModel::of(&found, None, None)) else {
+        return Ok(None);
+    };
+    let settings = HealthSettings::new(0.05, 0.05, false)?;
+    let mut watch = Watch::new(Reference::new(vec![reference])?, settings)?;
+    let now = Boat {
+        b2_per_s2: share * boat.b2_per_s2,
+        ..boat.clone()
+    };
+    for mission in 1..=10 {
+        watch.read(&mission.to_string(), &now.sail(&mut rng));
+    }
+    Ok(Some(watch.report()))
+}
+
+fn watched(seed: u64, count: u64) -> Result<(), Box<dyn std::error::Error>> {
+    println!(
+        "| kind | boats | hours unchanged | false alarms | weaker rudder seen | in the first three missions |\n|---|---|---|---|---|---|"
+    );
+    let mut rows: BTreeMap<usize, [f64; 5]> = BTreeMap::new();
+    for seed in seed..seed + count {
+        let boat = Boat::draw(seed, &mut Pcg64Mcg::seed_from_u64(seed));
+        let (same, weak) = (watch(&boat, seed, 1.0)?, watch(&boat, seed, 0.8)?);
+        let row = rows.entry(boat.kind).or_default();
+        let (Some(same), Some(weak)) = (same, weak) else {
+            continue;
+        };
+        row[0] += 1.0;
+        row[1] += same.read_s / 3600.0;
+        row[2] += f64::from(u8::from(same.finding == Finding::Changed));
+        row[3] += f64::from(u8::from(weak.finding == Finding::Changed));
+        let first = weak.windows.iter().find(|window| window.alarm);
+        let first = first.and_then(|window| window.log.parse::<u32>().ok());
+        row[4] += f64::from(u8::from(first.is_some_and(|mission| mission <= 3)));
+    }
+    for (kind, [boats, hours, alarms, seen, early]) in rows {
+        let name = KINDS[kind];
+        println!("| {name} | {boats} | {hours:.0} | {alarms} | {seen} | {early} |");
+    }
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut numbers = std::env::args().skip(1).map(|text| text.parse::<u64>());
+    let mut numbers = std::env::args()
+        .skip(1)
+        .take(2)
+        .map(|text| text.parse::<u64>());
     let seed = numbers.next().unwrap_or(Ok(0))?;
     let count = numbers.next().unwrap_or(Ok(60))?;
+    if std::env::args().nth(3).is_some_and(|mode| mode == "watch") {
+        return watched(seed, count);
+    }
     let is_verbose = std::env::var("VERBOSE").is_ok();
     let mut rows: BTreeMap<usize, Row> = BTreeMap::new();
     for seed in seed..seed + count {

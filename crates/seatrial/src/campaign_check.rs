@@ -182,10 +182,10 @@ fn step_at(speeds: &[LogSpeed], k: usize) -> Option<[f64; 2]> {
         for (m, left) in rows.iter().enumerate() {
             for (n, right) in rows.iter().enumerate() {
                 let weight = one.weights[m][n];
-                for i in 0..5 {
-                    vector[i] += weight * left[i] * one.values[n];
-                    for j in 0..5 {
-                        matrix[i][j] += weight * left[i] * right[j];
+                for ((row, value), left) in matrix.iter_mut().zip(&mut vector).zip(left) {
+                    *value += weight * left * one.values[n];
+                    for (cell, right) in row.iter_mut().zip(right) {
+                        *cell += weight * left * right;
                     }
                 }
             }
