@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
-use crate::computed::mirrored;
 use crate::formats::Formats;
 use crate::{Quantity, Unit};
 
@@ -58,6 +57,11 @@ impl ChannelChoice {
         let pair = self.half_differences.get(&quantity);
         pair.is_some_and(|[_, second]| mirrored(second).is_none())
     }
+}
+
+/// A second column that counts the other way is named with a minus.
+pub(crate) fn mirrored(name: &str) -> Option<&str> {
+    name.strip_prefix('-')
 }
 
 /// scale (value - offset), in the unit of the column

@@ -3,7 +3,7 @@
 use seatrial_core::Real;
 use seatrial_core::attitude::euler_rad;
 
-use crate::choice::ChannelChoice;
+use crate::choice::{ChannelChoice, mirrored};
 use crate::clock::unix_s;
 use crate::csv::number;
 use crate::error::Fault;
@@ -74,11 +74,6 @@ enum Rule {
     North { first: Option<f64> },
     /// Metres east of the first position, from a latitude and a longitude.
     East { first: Option<[f64; 2]> },
-}
-
-/// A second column that counts the other way is named with a minus.
-pub(crate) fn mirrored(name: &str) -> Option<&str> {
-    name.strip_prefix('-')
 }
 
 /// The name of half the difference of two columns.

@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::choice::ChannelChoice;
-use crate::computed::mirrored;
+use crate::choice::{ChannelChoice, mirrored};
 use crate::error::Fault;
 use crate::name::{ColumnName, StatedUnit};
 use crate::table::{Known, KnownChannel};

@@ -5,8 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::Quantity;
-use crate::choice::ChannelChoice;
-use crate::computed::mirrored;
+use crate::choice::{ChannelChoice, mirrored};
 use crate::content::table;
 use crate::description::{Format, LogDescription};
 use crate::error::{Fault, Place, ReadError, clipped};
