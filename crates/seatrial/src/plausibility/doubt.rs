@@ -378,15 +378,7 @@ impl Doubt {
                 action: "Give its unit with --unit rudder=percent or --unit rudder=deg.".into(),
                 ..reason
             },
-            Self::RudderOfOneSide { shares: [from, to] } => Reason {
-                text: format!(
-                    "The rudder stays on one side, from {} to {} of full: it is the throttle of one motor, or its neutral is not 0.",
-                    three_figures(*from),
-                    three_figures(*to)
-                ),
-                action: "Of two motors take half the difference: columns = [\"PORT\", \"STARBOARD\"] under [channels.rudder] in a file for --channels. Of a rudder give its neutral: offset there, or --rudder-trim of a pulse width.".into(),
-                ..reason
-            },
+            Self::RudderOfOneSide { shares } => of_one_side(*shares, reason),
             Self::TimeIsIndex { is_stated: true } => Reason {
                 text: "The time counts 0, 1, 2 and was read in seconds, as its column says.".into(),
                 action: "Where a row is a second, say so with --unit time=s; else give the time of a row as scale of the time in a [channels] file.".into(),
@@ -427,6 +419,19 @@ impl Doubt {
             },
             _ => self.reason_of_heading(reason),
         }
+    }
+}
+
+/// A throttle in place of a rudder.
+fn of_one_side([from, to]: [f64; 2], reason: Reason) -> Reason {
+    Reason {
+        text: format!(
+            "The rudder stays on one side, from {} to {} of full: it is the throttle of one motor, or its neutral is not 0.",
+            three_figures(from),
+            three_figures(to)
+        ),
+        action: "Of two motors take half the difference: columns = [\"PORT\", \"STARBOARD\"] under [channels.rudder] in a file for --channels. Of a rudder give its neutral: offset there, or --rudder-trim of a pulse width.".into(),
+        ..reason
     }
 }
 
