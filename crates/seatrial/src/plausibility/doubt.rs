@@ -446,12 +446,11 @@ fn time_units(units: &[(&str, f64)]) -> String {
     options.collect::<Vec<_>>().join(", or ")
 }
 
-/// The columns and what they were taken for.
+/// The columns and what they were taken for: `heading was taken for deg, rudder for deg`.
 fn taken_for(columns: &[(&str, &str)]) -> String {
-    let columns = columns
-        .iter()
-        .map(|(column, unit)| format!("{column} was taken for {unit}"));
-    columns.collect::<Vec<_>>().join(", ")
+    let each = |(column, unit): &(&str, &str)| format!("{column} for {unit}");
+    let columns: Vec<String> = columns.iter().map(each).collect();
+    columns.join(", ").replacen(" for", " was taken for", 1)
 }
 
 /// The options that settle the units of columns.
