@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import copy
 import math
+import os
 import pickle
 import subprocess
 import sys
 import threading
 import time
 import warnings
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -300,22 +304,65 @@ def test_val_the_notebook_runs() -> None:
     assert len(pictures) == 3
 
 
-def test_io_drift_by_vehicle_and_payload(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for payload, seeds in [("none", (1, 2)), ("sonar", (3,))]:
-        folder = tmp_path / f"logs/vehicle=alpha/payload={payload}"
-        folder.mkdir(parents=True)
-        for seed in seeds:
-            log = folder / f"{seed}.csv"
-            made = command("sim", "log", "--seed", str(seed), "--thrust", "0.8", "--out", str(log))
-            assert made.returncode == 0, made.stderr
+def write_logs(folder: Path, count: int) -> Path:
+    folder.mkdir(parents=True)
+    for seed in range(count):
+        log = folder / f"{seed}.csv"
+        made = command("sim", "log", "--seed", str(seed), "--thrust", "0.8", "--out", str(log))
+        assert made.returncode == 0, made.stderr
+    return folder
+
+
+def test_io_executors_give_the_rows_of_one_machine(tmp_path: Path) -> None:
+    logs = write_logs(tmp_path / "logs", 8)
+    (logs / "bad.csv").write_text("time,heading\n")
+    alone = seatrial.fleet(logs, tmp_path / "alone.parquet")
+    assert (alone["logs"], alone["errors"]) == (9, 1)
+    table = tmp_path / "together.parquet"
+    for executor in [ThreadPoolExecutor(2), ProcessPoolExecutor(2, get_context("spawn"))]:
+        with executor:
+            assert seatrial.fleet(logs, table, executor=executor, logs_per_task=2) == alone
+        assert table.read_bytes() == (tmp_path / "alone.parquet").read_bytes()
+        # Only what could not be read is read again.
+        again = seatrial.fleet(logs, table)
+        assert (again["logs"], again["done_before"]) == (9, 8)
+        table.unlink()
+
+
+def test_io_a_job_whose_worker_is_killed_is_gone_on_with(tmp_path: Path) -> None:
+    logs = write_logs(tmp_path / "logs", 4)
+    alone, table = tmp_path / "alone.parquet", tmp_path / "together.parquet"
+    seatrial.fleet(logs, alone)
+    with ProcessPoolExecutor(1, get_context("spawn")) as executor:
+        executor.submit(os._exit, 9)
+        with pytest.raises(BrokenProcessPool):
+            seatrial.fleet(logs, table, executor=executor, logs_per_task=1)
+    assert not table.exists()
+    with ProcessPoolExecutor(1, get_context("spawn")) as executor:
+        seatrial.fleet(logs, table, executor=executor, resume=True)
+    assert table.read_bytes() == alone.read_bytes()
+
+
+def test_io_the_query_of_the_docs_finds_the_vehicle_that_changed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    months = [1_777_900_000, 1_780_600_000]
+    # In June beta's rudder moves a fifth less than its log says.
+    for vehicle, scales in [("alpha", (1.0, 1.0)), ("beta", (1.0, 1.25))]:
+        folder = write_logs(tmp_path / f"logs/vehicle={vehicle}", 2)
+        for log, scale, time_s in zip(sorted(folder.iterdir()), scales, months):
+            columns, *rows = (line.split(",") for line in log.read_text().splitlines())
+            rudder = columns.index("rudder_rad")
+            for row in rows:
+                row[rudder] = str(float(row[rudder]) * scale)
+            log.write_text("\n".join(",".join(row) for row in [columns, *rows]) + "\n")
+            os.utime(log, (time_s, time_s))
     seatrial.fleet(tmp_path / "logs", tmp_path / "fleet.parquet")
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {}
-    exec(code_of("fleet.md", "drift = ("), names)
-    drift = names["drift"]
-    assert drift["vehicle"].to_list() == ["alpha", "alpha"]
-    assert drift["payload"].to_list() == ["none", "sonar"]
-    assert drift["manoeuvres"].to_list() == [4, 2]
-    # The same vehicle: b2 over its mean at this speed within the intervals of both, and a bit.
-    difference = abs(drift["authority"][0] - drift["authority"][1])
-    assert 0 < difference < 2.0 * drift["half_width"].max()
+    exec(code_of("fleet.md", "import duckdb"), names)
+    [found] = names["changed"].fetchall()
+    row = dict(zip(names["changed"].columns, found))
+    assert row["vehicle"] == "beta"
+    assert (row["month"].year, row["month"].month) == (2026, 6)
+    assert -0.3 < row["change"] < -0.1

@@ -1,11 +1,12 @@
-"""Many logs at once, on this machine or on a Ray cluster."""
+"""Many logs at once, on this machine, by an executor or on a Ray cluster."""
 
 from __future__ import annotations
 
 import json
+from concurrent.futures import Executor, as_completed
 from importlib import import_module
 from os import PathLike, fspath
-from typing import Any, Literal, Optional, Sequence
+from typing import Any, Iterator, Literal, Optional, Sequence
 
 from . import _native
 
@@ -19,10 +20,13 @@ def fleet(
     workers: Optional[int] = None,
     resume: bool = False,
     ray: bool = False,
+    executor: Optional[Executor] = None,
     logs_per_task: int = 50,
     max_retries: int = 3,
 ) -> dict[str, Any]:
     """Identify every manoeuvre of many logs: a Parquet row each, and an error row for each log that cannot be read.
+
+    A second call reads only logs that are new, have changed or could not be read.
 
     Parameters
     ----------
@@ -41,7 +45,12 @@ def fleet(
     ray
         Work by tasks of the Ray cluster that this process is connected to, or of a local one; every node must see the
         logs under the same names. A task whose worker is lost is done again; its rows are kept once.
-    logs_per_task, max_retries
+    executor
+        Work by tasks of an executor as in ``concurrent.futures`` (processes, Dask, MPI, loky), whose workers must see the
+        logs under the same names. A lost worker ends the job; ``resume`` goes on with it.
+    logs_per_task
+        Of Ray and of an executor.
+    max_retries
         Of Ray's tasks.
 
     Returns
@@ -51,27 +60,44 @@ def fleet(
     """
     given = [inputs] if isinstance(inputs, (str, PathLike)) else inputs
     names = [fspath(name) for name in given]
-    if ray:
-        return _on_ray(names, out, estimate, run_column, resume, logs_per_task, max_retries)
-    text = _native.fleet(names, out, estimate, run_column, workers, resume)
+    if not ray and executor is None:
+        text = _native.fleet(names, out, estimate, run_column, workers, resume)
+    else:
+        journal = _native.FleetJournal(names, out, estimate, run_column, resume)
+        logs = journal.pending()
+        tasks = [logs[i : i + logs_per_task] for i in range(0, len(logs), logs_per_task)]
+        how = (estimate, run_column)
+        done = _by_executor(executor, tasks, *how) if executor else _on_ray(tasks, *how, max_retries)
+        try:
+            for lines in done:
+                journal.keep(lines)
+            text = journal.finish()
+        finally:
+            # The traceback of a failure would keep it from whoever resumes the job.
+            del journal
     summary: dict[str, Any] = json.loads(text)
     return summary
 
 
+def _by_executor(
+    executor: Executor, tasks: list[Any], estimate: str, run_column: Optional[str]
+) -> Iterator[str]:
+    waiting = {executor.submit(_native_work, task, estimate, run_column) for task in tasks}
+    try:
+        for future in as_completed(set(waiting)):
+            # What is kept is held no longer.
+            waiting.discard(future)
+            yield future.result()
+    finally:
+        for future in waiting:
+            future.cancel()
+
+
 def _on_ray(
-    inputs: list[str],
-    out: str | PathLike[str],
-    estimate: str,
-    run_column: Optional[str],
-    resume: bool,
-    logs_per_task: int,
-    max_retries: int,
-) -> dict[str, Any]:
+    tasks: list[Any], estimate: str, run_column: Optional[str], max_retries: int
+) -> Iterator[str]:
     ray: Any = import_module("ray")
-    journal = _native.FleetJournal(inputs, out, estimate, run_column, resume)
     work = ray.remote(max_retries=max_retries)(_native_work)
-    logs = journal.pending()
-    tasks = [logs[i : i + logs_per_task] for i in range(0, len(logs), logs_per_task)]
     # So many tasks wait at a time that every core has its next one, however many there are.
     at_once = max(4, 4 * int(ray.cluster_resources().get("CPU", 1)) if ray.is_initialized() else 4)
     running: list[Any] = []
@@ -79,9 +105,7 @@ def _on_ray(
         while tasks and len(running) < at_once:
             running.append(work.remote(tasks.pop(0), estimate, run_column))
         [done], running = ray.wait(running, num_returns=1)
-        journal.keep(ray.get(done))
-    summary: dict[str, Any] = json.loads(journal.finish())
-    return summary
+        yield ray.get(done)
 
 
 def _native_work(logs: Any, estimate: str, run_column: Optional[str]) -> str:
