@@ -6,7 +6,7 @@ use std::process::Command;
 
 use crate::cargo;
 use crate::embedded::{BOARDS, Checked, run_on};
-use crate::steps::succeeds;
+use crate::steps::{skipped, succeeds};
 use crate::target::{in_target, root};
 use crate::toolchain::CORTEX_M;
 
@@ -92,6 +92,7 @@ pub fn check(vectors: &str) -> Checked {
         }
         found_its_vehicle(&output(&mut Command::new(&trial))?)?;
     }
+    installed(&folder)?;
     does_not_link_for_other_numbers(&archive)?;
     sanitized(&tables, &archive)?;
     for (width, precision) in [&SINGLE, &DOUBLE].into_iter().enumerate() {
@@ -117,6 +118,76 @@ pub fn check(vectors: &str) -> Checked {
         let plain = ["-semihosting-config", "enable=on,target=native"];
         found_its_vehicle(&run_on(&BOARDS[0], &trial, &plain)?)?;
     }
+    Ok(())
+}
+
+/// A project of CMake that finds the installed library.
+const PROJECT: &str = "\
+cmake_minimum_required(VERSION 3.16)
+project(loop LANGUAGES C)
+find_package(seatrial ${VERSION} REQUIRED)
+add_executable(loop ${EXAMPLE})
+target_link_libraries(loop PRIVATE seatrial::seatrial)
+";
+
+/// The library, installed by CMake, is found by CMake and by pkg-config; `built` is the folder of the one that is there.
+fn installed(built: &Path) -> Checked {
+    for tool in ["cmake", "pkg-config"] {
+        if Command::new(tool).arg("--version").output().is_err() {
+            return skipped("the installed library for C", &format!("{tool} is missing"));
+        }
+    }
+    let folder = in_target("firmware/cmake");
+    let _ = fs::remove_dir_all(&folder);
+    let [build, prefix, project] = ["build", "prefix", "project"].map(|part| folder.join(part));
+    fs::create_dir_all(&project).map_err(|error| error.to_string())?;
+    fs::write(project.join("CMakeLists.txt"), PROJECT).map_err(|error| error.to_string())?;
+    let library = root().join("crates/seatrial-ffi");
+    let example = library.join("examples/loop_20hz.c");
+    let cmake = |arguments: &[String]| output(Command::new("cmake").args(arguments)).map(drop);
+    let option = |name: &str, path: &Path| format!("-D{name}={}", path.display());
+    let [from, into] = ["-S", "-B"].map(String::from);
+    let text = |path: &Path| path.display().to_string();
+    let cargo_folder = option("SEATRIAL_CARGO_FOLDER", built.parent().unwrap_or(built));
+    let place = option("CMAKE_INSTALL_PREFIX", &prefix);
+    cmake(&[
+        from.clone(),
+        text(&library),
+        into.clone(),
+        text(&build),
+        cargo_folder,
+        place,
+        "-DCMAKE_INSTALL_LIBDIR=lib".into(),
+    ])?;
+    cmake(&["--build".into(), text(&build)])?;
+    cmake(&["--install".into(), text(&build)])?;
+    let own = project.join("build");
+    let found = option("CMAKE_PREFIX_PATH", &prefix);
+    let version = format!("-DVERSION={}", env!("CARGO_PKG_VERSION"));
+    cmake(&[
+        from,
+        text(&project),
+        into,
+        text(&own),
+        found,
+        version,
+        option("EXAMPLE", &example),
+    ])?;
+    cmake(&["--build".into(), text(&own)])?;
+    found_its_vehicle(&output(&mut Command::new(own.join("loop")))?)?;
+
+    let folders = prefix.join("lib/pkgconfig");
+    let mut said = Command::new("pkg-config");
+    said.args(["--cflags", "--libs", "seatrial"])
+        .env("PKG_CONFIG_PATH", folders);
+    let said = output(&mut said)?;
+    let program = in_target("firmware/loop_20hz-pkg-config");
+    let mut gcc = Command::new("gcc");
+    gcc.args(STRICT).arg(&example).args(said.split_whitespace());
+    gcc.arg("-o").arg(&program);
+    let program = compiled(gcc, program)?;
+    found_its_vehicle(&output(&mut Command::new(&program))?)?;
+    eprintln!("C: the installed library is found by CMake and by pkg-config");
     Ok(())
 }
 

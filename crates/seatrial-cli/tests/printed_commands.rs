@@ -161,7 +161,7 @@ fn cli_every_printed_command_runs() {
 }
 
 /// What a line of a block in a shell is, where it is no command of seatrial: a test elsewhere runs it, or the page says why none does.
-const RUN_ELSEWHERE: [(&str, &str); 11] = [
+const RUN_ELSEWHERE: [(&str, &str); 12] = [
     (". venv/bin/activate", "xtask python"),
     ("seatrial.", "Python, in the tests of the wheel"),
     ("mkdir -p logs", "the folder is there"),
@@ -175,6 +175,7 @@ const RUN_ELSEWHERE: [(&str, &str); 11] = [
         "xtask ros2, and the tests of the recordings",
     ),
     ("cargo rustc ", "xtask embedded"),
+    ("cmake ", "xtask embedded"),
     ("gcc ", "xtask embedded"),
     ("target/", "xtask embedded and ros2"),
     ("python3 ", "xtask python, dash and ros2"),
