@@ -15,6 +15,8 @@ const OUT: &str = "archives";
 const STATIC: &str = "x86_64-unknown-linux-musl";
 /// Otherwise for an old glibc.
 const WITH_GLIBC: &str = "x86_64-unknown-linux-gnu";
+/// A zip, built by mingw.
+pub const WINDOWS: &str = "x86_64-pc-windows-gnu";
 /// From the archive to a report, s.
 const GOAL_S: f64 = 20.0;
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -32,7 +34,7 @@ pub fn check(target: Option<&str>) -> Result<(), String> {
         WITH_GLIBC
     });
     let binary = wheel::command_for(target)?;
-    let name = format!("seatrial-{VERSION}-{target}");
+    let name = name_for(target);
     let folder = in_target(OUT).join(&name);
     let _ = std::fs::remove_dir_all(&folder);
     let machine = Machine::of(target);
@@ -57,6 +59,37 @@ pub fn check(target: Option<&str>) -> Result<(), String> {
         )),
     }
 }
+
+/// What an archive is called, and the folder in it.
+fn name_for(target: &str) -> String {
+    format!("seatrial-{VERSION}-{target}")
+}
+
+/// A zip with what the archive holds, of a command that does not run here.
+pub fn zipped(binary: &Path) -> Result<PathBuf, String> {
+    let name = name_for(WINDOWS);
+    let folder = in_target(OUT).join(&name);
+    let _ = std::fs::remove_dir_all(&folder);
+    fill(&folder, binary, Machine::Absent)?;
+    let zip = in_target(OUT).join(format!("{name}.zip"));
+    let mut python = Command::new("python3");
+    python.args(["-c", ZIP]).arg(in_target(OUT)).arg(&name);
+    match succeeds(python.arg(&zip)) {
+        true => Ok(zip),
+        false => Err(format!("{} cannot be written", zip.display())),
+    }
+}
+
+/// Files that do not differ make zips that do not differ.
+const ZIP: &str = "
+import sys, zipfile
+from pathlib import Path
+folder, name, out = sys.argv[1:]
+files = sorted(path for path in (Path(folder) / name).rglob('*') if path.is_file())
+with zipfile.ZipFile(out, 'w', zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+    for path in files:
+        archive.writestr(zipfile.ZipInfo(str(path.relative_to(folder))), path.read_bytes(), zipfile.ZIP_DEFLATED)
+";
 
 /// What runs the command of a target here.
 #[derive(Clone, Copy, PartialEq)]
@@ -144,7 +177,8 @@ fn fill(folder: &Path, binary: &Path, machine: Machine) -> Result<(), String> {
     let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
     let completions = folder.join("completions");
     std::fs::create_dir_all(&completions).map_err(failed)?;
-    std::fs::copy(binary, folder.join("seatrial")).map_err(failed)?;
+    let program = binary.file_name().unwrap_or_default();
+    std::fs::copy(binary, folder.join(program)).map_err(failed)?;
     for page in PAGES {
         std::fs::copy(page, folder.join(page)).map_err(failed)?;
     }
@@ -341,6 +375,39 @@ fn installed_package_works(package: &Path, machine: Machine) -> Result<(), Strin
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// `cargo binstall` finds what is packed here, under its name.
+    #[test]
+    fn exact_the_archives_are_where_binstall_looks() {
+        let mut metadata = cargo(&[
+            "metadata",
+            "--no-deps",
+            "--offline",
+            "--format-version",
+            "1",
+        ]);
+        let metadata = metadata.output().unwrap().stdout;
+        let metadata: serde_json::Value = serde_json::from_slice(&metadata).unwrap();
+        let packages = metadata["packages"].as_array().unwrap();
+        let command = packages
+            .iter()
+            .find(|package| package["name"] == "seatrial-cli");
+        let binstall = &command.unwrap()["metadata"]["binstall"];
+        let windows = &binstall["overrides"]["x86_64-pc-windows-gnu"];
+        let at = |place: &serde_json::Value, target: &str| {
+            let place = place.as_str().unwrap().replace("{ version }", VERSION);
+            place.replace("{ target }", target)
+        };
+        for (place, target, ending) in [(binstall, STATIC, "tar.gz"), (windows, WINDOWS, "zip")] {
+            let name = name_for(target);
+            assert!(at(&place["pkg-url"], target).ends_with(&format!("/{name}.{ending}")));
+            let bin = at(&binstall["bin-dir"], target);
+            assert_eq!(bin, format!("{name}/{{ bin }}{{ binary-ext }}"));
+        }
+        let msvc = &binstall["overrides"]["x86_64-pc-windows-msvc"];
+        assert_eq!(at(&msvc["pkg-url"], ""), at(&windows["pkg-url"], WINDOWS));
+        assert_eq!(at(&msvc["bin-dir"], ""), at(&binstall["bin-dir"], WINDOWS));
+    }
 
     #[test]
     fn exact_only_a_program_with_glibc_depends_on_it() {

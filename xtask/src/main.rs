@@ -8,7 +8,7 @@
 //! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page, `cargo xtask page` that of the page
 //! without a server, `cargo xtask page --measure` holds it against the terminal on long logs, `cargo xtask docs` builds the docs as a site, `cargo xtask extending` builds and tests the program that extends seatrial, `cargo xtask foxglove-loader` the data loader for Foxglove. `cargo xtask ros2` checks
 //! the features `ros2` and `ros2-zenoh` each alone and neither, `cargo xtask ros2-jazzy` tries trials on a node of ROS 2 Jazzy, which it installs (248 MB), `cargo xtask miri` runs the library for C and the core under Miri. `cargo xtask packages` packs what
-//! is published on crates.io, `cargo xtask oldest` builds the crates that promise an older compiler with it, `cargo xtask wheel` builds and installs the Python wheel, `cargo xtask archive` the archive and the Debian package of a release, `cargo xtask container` runs the command of the container file in a root of its own. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
+//! is published on crates.io, `cargo xtask oldest` builds the crates that promise an older compiler with it, `cargo xtask wheel` builds and installs the Python wheel, `cargo xtask archive` the archive and the Debian package of a release, `cargo xtask container` runs the command of the container file in a root of its own, `cargo xtask windows` builds the zip for Windows and tries its command under Wine. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
 
 mod alone;
 mod archive;
@@ -35,6 +35,7 @@ mod steps;
 mod target;
 mod toolchain;
 mod wheel;
+mod windows;
 
 use std::process::{Command, ExitCode};
 use std::time::Instant;
@@ -95,11 +96,12 @@ fn main() -> ExitCode {
         ["wheel", target] => in_a_wheel(Some(target)),
         ["archive"] => in_an_archive(None),
         ["container"] => in_a_container(),
+        ["windows"] => on_windows(),
         ["archive", target] => in_an_archive(Some(target)),
         ["same-answers", rest @ ..] => return same_answers::run(rest),
         _ => {
             eprintln!(
-                "usage: cargo xtask test [--all]|house [--list]|embedded|python|dash|ros2|ros2-jazzy|miri|instructions|web|page [--measure]|docs|extending|foxglove-loader|oldest|packages [--build]|wheel [TARGET]|archive [TARGET]|container|same-answers"
+                "usage: cargo xtask test [--all]|house [--list]|embedded|python|dash|ros2|ros2-jazzy|miri|instructions|web|page [--measure]|docs|extending|foxglove-loader|oldest|packages [--build]|wheel [TARGET]|archive [TARGET]|container|windows|same-answers"
             );
             return ExitCode::from(2);
         }
@@ -355,6 +357,10 @@ fn in_an_archive(target: Option<&str>) -> bool {
 
 fn in_a_container() -> bool {
     passes("the container", container::check_at_work)
+}
+
+fn on_windows() -> bool {
+    passes("Windows", windows::check)
 }
 
 fn in_miri() -> bool {

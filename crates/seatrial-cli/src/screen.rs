@@ -22,7 +22,18 @@ pub fn width_of_stderr() -> Option<usize> {
 pub fn has_colour() -> bool {
     let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let is_plain = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
-    std::io::stdout().is_terminal() && !is_set("NO_COLOR") && !is_plain
+    std::io::stdout().is_terminal() && !is_set("NO_COLOR") && !is_plain && shows_colours()
+}
+
+/// Windows shows colours where it is asked to.
+#[cfg(windows)]
+fn shows_colours() -> bool {
+    anstyle_query::windows::enable_ansi_colors() == Some(true)
+}
+
+#[cfg(not(windows))]
+fn shows_colours() -> bool {
+    true
 }
 
 /// A text whose first line begins with an outcome in capitals: this in green, yellow or red.

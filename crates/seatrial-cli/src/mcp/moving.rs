@@ -1,5 +1,6 @@
 //! The tools that move a vehicle: locked, unless the server was started to unlock them and a person agrees at its terminal.
 
+use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
 use std::sync::mpsc;
@@ -68,22 +69,27 @@ pub fn run(verb: &str, asked: &VehicleQuestion, lock: Lock) -> Answer {
     }
 }
 
+/// The screen and the keyboard of the person, whatever standard input and output are.
+fn terminal() -> std::io::Result<(File, File)> {
+    let open = |name| File::options().read(true).write(true).open(name);
+    match cfg!(windows) {
+        true => Ok((open("CONOUT$")?, open("CONIN$")?)),
+        false => open("/dev/tty").and_then(|both| Ok((both.try_clone()?, both))),
+    }
+}
+
 /// Shows at the terminal what is asked for, and waits for `yes`.
 fn agreed(arguments: &[String]) -> Result<(), String> {
     let no_terminal = |error: std::io::Error| {
         format!("refused: no terminal at which a person could agree ({error})")
     };
-    let mut terminal = std::fs::OpenOptions::new()
-        .read(true)
-        .write(true)
-        .open("/dev/tty")
-        .map_err(no_terminal)?;
+    let (mut screen, keyboard) = terminal().map_err(no_terminal)?;
     let shown: Vec<String> = arguments
         .iter()
         .map(|a| a.escape_debug().to_string())
         .collect();
     writeln!(
-        terminal,
+        screen,
         "\nAn assistant wants to MOVE A VEHICLE:\n  seatrial {}\nType yes to let it; anything else refuses.",
         shown.join(" ")
     )
@@ -91,7 +97,7 @@ fn agreed(arguments: &[String]) -> Result<(), String> {
     let (answer, answered) = mpsc::channel();
     std::thread::spawn(move || {
         let mut line = String::new();
-        let read = BufReader::new(terminal).read_line(&mut line);
+        let read = BufReader::new(keyboard).read_line(&mut line);
         // Nobody waits any more where the time was up.
         let _ = answer.send(read.map(|_| line));
     });

@@ -1,0 +1,379 @@
+//! The command for Windows: built with mingw, packed, and held under Wine against the command of this machine.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use crate::archive::{self, WINDOWS};
+use crate::cargo;
+use crate::steps::{skipped, succeeds};
+use crate::target::{binary, in_target, root};
+use crate::toolchain::{has_library, no_library};
+
+const COMPILER: &str = "x86_64-w64-mingw32-gcc";
+/// A library of Windows 10 that Debian 12's Wine lacks.
+const RANDOM: &str = "xtask/src/windows_random.c";
+const EXE: &str = "seatrial.exe";
+/// Longest that anything may take to answer.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// A short trial.
+const PLAN: &str = "\
+thrusts = [0.8]
+max_repeats = 0
+[settle]
+at_least_s = 1.5
+steady_for_s = 1.0
+at_most_s = 6.0
+[training]
+lead_in_s = 1.0
+observe_s = 6.0
+[training.excitation.doublet]
+amplitude_rad = 0.2
+period_s = 5.0
+[validation]
+lead_in_s = 1.0
+observe_s = 5.0
+[validation.excitation.doublet]
+amplitude_rad = 0.15
+period_s = 5.0
+";
+
+/// Builds, packs and tries it.
+pub fn check() -> Result<(), String> {
+    if let Some(missing) = missing() {
+        return skipped("Windows", &missing);
+    }
+    let exe = build()?;
+    let zip = archive::zipped(&exe)?;
+    let bytes = std::fs::metadata(&zip).map_or(0, |file| file.len());
+    eprintln!("== {} of {:.1} MB", zip.display(), bytes as f64 / 1e6);
+    if !succeeds(&mut cargo(&["build", "--quiet", "-p", "seatrial-cli"])) {
+        return Err("cargo build -p seatrial-cli".into());
+    }
+    let both = Both::prepare(&exe)?;
+    both.says_the_same()?;
+    both.serves_the_page()?;
+    both.tries_over_mavlink()?;
+    both.is_interrupted()
+}
+
+fn missing() -> Option<String> {
+    let runs = |name: &str| Command::new(name).arg("--version").output().is_ok();
+    if !has_library(WINDOWS) {
+        return Some(no_library(WINDOWS));
+    }
+    [(COMPILER, "gcc-mingw-w64-x86-64"), ("wine", "wine")]
+        .into_iter()
+        .find(|(program, _)| !runs(program))
+        .map(|(program, package)| format!("{program} is missing: Debian's {package}"))
+}
+
+/// The command, without its symbols.
+fn build() -> Result<PathBuf, String> {
+    let arguments = [
+        "build",
+        "--quiet",
+        "--release",
+        "-p",
+        "seatrial-cli",
+        "--target",
+        WINDOWS,
+    ];
+    let exe = in_target(WINDOWS).join("release/seatrial.exe");
+    let is_built = succeeds(&mut cargo(&arguments))
+        && succeeds(Command::new("x86_64-w64-mingw32-strip").arg(&exe));
+    is_built
+        .then_some(exe)
+        .ok_or(format!("cargo {}", arguments.join(" ")))
+}
+
+/// The command of Windows and that of this machine, each in a folder of its own with the same files.
+struct Both {
+    folder: PathBuf,
+}
+
+/// A process that ends with this.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+impl Both {
+    fn prepare(exe: &Path) -> Result<Self, String> {
+        let folder = in_target("windows");
+        let _ = std::fs::remove_dir_all(&folder);
+        let both = Self { folder };
+        for side in ["here", "wine"] {
+            let folder = both.folder.join(side);
+            std::fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
+            both.write_logs(&folder)?;
+        }
+        let wine = both.folder.join("wine");
+        std::fs::copy(exe, wine.join(EXE)).map_err(|error| error.to_string())?;
+        both.compile(
+            RANDOM,
+            &["-shared", "-o", "wine/bcryptprimitives.dll"],
+            &["-ladvapi32"],
+        )?;
+        // The first program of a fresh prefix waits for Wine's set-up.
+        let version = both
+            .wine(&["--version"])
+            .output()
+            .map_err(|error| error.to_string())?;
+        expect(&version, 0, "seatrial --version")?;
+        Ok(both)
+    }
+
+    fn here(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(binary());
+        command
+            .args(arguments)
+            .current_dir(self.folder.join("here"));
+        command
+    }
+
+    fn wine(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new("wine");
+        command
+            .arg(EXE)
+            .args(arguments)
+            .current_dir(self.folder.join("wine"));
+        self.in_own_prefix(&mut command);
+        command
+    }
+
+    fn in_own_prefix(&self, command: &mut Command) {
+        command.env("WINEPREFIX", self.folder.join("prefix"));
+        command.env("WINEDEBUG", "-all").env_remove("DISPLAY");
+    }
+
+    /// A simulated trial as CSV, Parquet and MCAP, and its CSV as lines of keys and as MOOS writes them.
+    fn write_logs(&self, folder: &Path) -> Result<(), String> {
+        for name in ["run.csv", "run.parquet", "run.mcap"] {
+            let made = ["sim", "log", "--seed", "1", "--out", name];
+            let made = self.here(&made).current_dir(folder).output();
+            expect(&made.map_err(|error| error.to_string())?, 0, name)?;
+        }
+        std::fs::write(folder.join("plan.toml"), PLAN).map_err(|error| error.to_string())?;
+        let csv =
+            std::fs::read_to_string(folder.join("run.csv")).map_err(|error| error.to_string())?;
+        let (keys, moos) = as_text(&csv).ok_or("run.csv has other columns")?;
+        std::fs::write(folder.join("run.txt"), keys)
+            .and_then(|()| std::fs::write(folder.join("run.alog"), moos))
+            .map_err(|error| error.to_string())
+    }
+
+    /// Both print equal bytes for a trial and for a model from each format.
+    fn says_the_same(&self) -> Result<(), String> {
+        let trial = [
+            "trial",
+            "--yes",
+            "--json",
+            "--seed",
+            "7",
+            "--plan",
+            "plan.toml",
+        ];
+        let logs = ["run.csv", "run.parquet", "run.mcap", "run.txt", "run.alog"];
+        let identify = logs.map(|log| vec!["identify", "--json", log]);
+        for arguments in std::iter::once(trial.to_vec()).chain(identify) {
+            let title = arguments.join(" ");
+            let [here, wine] =
+                [self.here(&arguments), self.wine(&arguments)].map(|mut c| c.output());
+            let [here, wine] = [here, wine].map(|said| said.map_err(|error| error.to_string()));
+            let (here, wine) = (here?, wine?);
+            // Text without units may leave a model that is not validated.
+            let is_done = matches!(here.status.code(), Some(0 | 4));
+            if !is_done || here.status.code() != wine.status.code() || here.stdout != wine.stdout {
+                let text = String::from_utf8_lossy(&wine.stdout).into_owned();
+                return Err(format!("{title}: another answer under Wine:\n{text}"));
+            }
+            eprintln!("Windows: {title}: the same {} bytes", wine.stdout.len());
+        }
+        Ok(())
+    }
+
+    /// The dashboard's page and everything that it names.
+    fn serves_the_page(&self) -> Result<(), String> {
+        let address = "127.0.0.1:18042";
+        let serve = ["serve", "--listen", address];
+        let mut serve = self.wine(&serve);
+        let _serving = begin(serve.stdout(Stdio::null()).stderr(Stdio::null()))?;
+        let page = patiently(|| get(address, "/"))?;
+        let names = page.split('"').filter(|name| name.starts_with("./assets/"));
+        let names: Vec<&str> = names.collect();
+        if names.is_empty() {
+            return Err(format!("no page is served:\n{page}"));
+        }
+        for name in &names {
+            let file = root().join("crates/seatrial-dash/dist").join(name);
+            let expected = std::fs::read_to_string(&file).map_err(|error| error.to_string())?;
+            if get(address, &name[1..]).as_deref() != Some(&expected) {
+                return Err(format!("{name} is served with other bytes"));
+            }
+        }
+        eprintln!(
+            "Windows: the dashboard serves its page and {} files",
+            names.len()
+        );
+        Ok(())
+    }
+
+    /// A trial under Wine on a vehicle of this machine; its logbook gives the same estimates here.
+    fn tries_over_mavlink(&self) -> Result<(), String> {
+        let address = "127.0.0.1:18550";
+        let mut vehicle = self.here(&["sim", "mavlink", "--udp", address]);
+        let _vehicle = begin(vehicle.stdout(Stdio::null()).stderr(Stdio::null()))?;
+        let place = format!("mavlink:udp:{address}");
+        let rest = [
+            "--full-rudder-deg",
+            "14.9",
+            "--plan",
+            "plan.toml",
+            "--logbook",
+            "mavlink.db",
+        ];
+        let trial = ["trial", "--yes", "--json", "--vehicle", &place];
+        let said = self.wine(&[&trial[..], &rest].concat()).output();
+        let said = said.map_err(|error| error.to_string())?;
+        expect(&said, 0, "a trial over MAVLink")?;
+        let document = json(&said)?;
+        let a22 = &document["runs"][0]["identification"]["refined"]["a22_per_s"];
+        let logbook = self.folder.join("wine/mavlink.db").display().to_string();
+        let replay = self.here(&["replay", "--json", &logbook]).output();
+        let replay = replay.map_err(|error| error.to_string())?;
+        expect(&replay, 0, "replay")?;
+        if json(&replay)?["identical"] != true {
+            return Err("the logbook of a trial under Wine gives other estimates here".into());
+        }
+        eprintln!("Windows: a trial over MAVLink, a22 {a22} 1/s; replayed here bit for bit");
+        Ok(())
+    }
+
+    fn compile(&self, source: &str, options: &[&str], libraries: &[&str]) -> Result<(), String> {
+        let mut gcc = Command::new(COMPILER);
+        gcc.args(["-std=c99", "-O2", "-Wall", "-Werror"])
+            .args(options);
+        gcc.arg(root().join(source)).args(libraries);
+        match succeeds(gcc.current_dir(&self.folder)) {
+            true => Ok(()),
+            false => Err(format!("{source} does not compile")),
+        }
+    }
+
+    /// Ctrl-C in a console aborts a trial, and the vehicle is handed back.
+    fn is_interrupted(&self) -> Result<(), String> {
+        let trial = format!("wine {EXE} trial --yes --realtime --logbook broken_off.db");
+        let mut console = Command::new("script");
+        console
+            .args(["-qec", &trial, "/dev/null"])
+            .env("TERM", "xterm");
+        console.current_dir(self.folder.join("wine"));
+        self.in_own_prefix(&mut console);
+        let mut trial = begin(console.stdin(Stdio::piped()).stdout(Stdio::null()))?;
+        let logbook = self.folder.join("wine/broken_off.db");
+        patiently(|| logbook.exists().then_some(()))?;
+        std::thread::sleep(Duration::from_secs(5));
+        let mut keyboard = trial.0.stdin.take().ok_or("no keyboard")?;
+        keyboard
+            .write_all(b"\x03")
+            .map_err(|error| error.to_string())?;
+        let status = trial.0.wait().map_err(|error| error.to_string())?;
+        match status.code() {
+            Some(5) => Ok(eprintln!("Windows: Ctrl-C in a console aborts a trial")),
+            _ => Err(format!("a trial that Ctrl-C ends: {status}")),
+        }
+    }
+}
+
+fn begin(command: &mut Command) -> Result<Running, String> {
+    command
+        .spawn()
+        .map(Running)
+        .map_err(|error| error.to_string())
+}
+
+fn expect(said: &Output, code: i32, what: &str) -> Result<(), String> {
+    match said.status.code() == Some(code) {
+        true => Ok(()),
+        false => Err(format!(
+            "{what}: {}\n{}",
+            said.status,
+            String::from_utf8_lossy(&said.stderr)
+        )),
+    }
+}
+
+fn json(said: &Output) -> Result<Value, String> {
+    serde_json::from_slice(&said.stdout).map_err(|error| error.to_string())
+}
+
+fn patiently<T>(ask: impl Fn() -> Option<T>) -> Result<T, String> {
+    let begun = Instant::now();
+    while begun.elapsed() < PATIENCE {
+        if let Some(answer) = ask() {
+            return Ok(answer);
+        }
+        std::thread::sleep(Duration::from_millis(200));
+    }
+    Err("no answer under Wine".into())
+}
+
+/// What a server answers with, where it answers.
+fn get(address: &str, path: &str) -> Option<String> {
+    let mut stream = TcpStream::connect(address).ok()?;
+    let request = format!("GET {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n");
+    stream.write_all(request.as_bytes()).ok()?;
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).ok()?;
+    let (head, body) = answer.split_once("\r\n\r\n")?;
+    head.starts_with("HTTP/1.1 200").then(|| body.to_owned())
+}
+
+/// A log of columns as lines of keys and in MOOS's form.
+fn as_text(csv: &str) -> Option<(String, String)> {
+    let mut lines = csv.lines();
+    let names: Vec<&str> = lines.next()?.split(',').collect();
+    let place = |name: &str| names.iter().position(|n| *n == name);
+    let [time, heading, rudder] = [
+        place("time_s")?,
+        place("heading_rad")?,
+        place("rudder_rad")?,
+    ];
+    let mut keys = String::new();
+    let mut moos = String::from("%% LOGSTART 1700000000.0\n");
+    for line in lines {
+        let cells: Vec<&str> = line.split(',').collect();
+        let (time, heading, rudder) = (cells[time], cells[heading], cells[rudder]);
+        keys += &format!("time_s={time} heading_rad={heading} rudder_rad={rudder}\n");
+        let degrees = |cell: &str| cell.parse::<f64>().ok().map(f64::to_degrees);
+        let (heading, rudder) = (degrees(heading)?, degrees(rudder)?);
+        moos +=
+            &format!("{time} NAV_HEADING pNav {heading}\n{time} DESIRED_RUDDER pHelm {rudder}\n");
+    }
+    Some((keys, moos))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_a_table_as_lines_of_text() {
+        let (keys, moos) = as_text("time_s,heading_rad,rudder_rad\n0.5,0,0.1\n").unwrap();
+        assert_eq!(keys, "time_s=0.5 heading_rad=0 rudder_rad=0.1\n");
+        assert!(
+            moos.ends_with("0.5 NAV_HEADING pNav 0\n0.5 DESIRED_RUDDER pHelm 5.729577951308233\n")
+        );
+        assert_eq!(as_text("time_s,heading_rad\n0,0\n"), None);
+    }
+}
