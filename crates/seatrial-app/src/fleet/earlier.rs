@@ -8,17 +8,16 @@ use parquet::record::{Field, Row as Fields};
 use seatrial_logs::sha256;
 use serde_json::{Map, Number, Value};
 
-use super::journal::{Entry, JournalError};
 use super::table::SETTINGS;
 use super::{Row, Source};
 
 /// Hands over the rows of a table log by log. None where there is no table, or one that other settings or another version made. A
 /// damaged table gives what stands before the damage.
-pub(super) fn for_each_log(
+pub(super) fn for_each_log<E>(
     table: &Path,
     settings: &str,
-    mut take: impl FnMut(Vec<Row>) -> Result<(), JournalError>,
-) -> Result<(), JournalError> {
+    mut take: impl FnMut(Vec<Row>) -> Result<(), E>,
+) -> Result<(), E> {
     let Some(table) = File::open(table).ok().filter(is_file) else {
         return Ok(());
     };
@@ -65,27 +64,16 @@ fn row(fields: Fields) -> Option<Row> {
     serde_json::from_value(Value::Object(cells.collect::<Map<_, _>>())).ok()
 }
 
-/// The entries of a log, one for each of its runs, where the log is as it was: of the same length, and of the same time or the same
-/// check sum. A log that could not be read is tried again.
-pub(super) fn unchanged(source: &Source, mut rows: Vec<Row>) -> Option<Vec<Entry>> {
+/// The rows of a log that is as it was: of the same length, and of the same time or the same check sum. A log that could not be read is
+/// tried again.
+pub(super) fn unchanged(source: &Source, mut rows: Vec<Row>) -> Option<Vec<Row>> {
     let first = rows.first()?;
     let is_kept = first.bytes == source.bytes
         && rows.iter().all(|row| row.format.is_some())
         && (first.modified_unix_s == source.modified_unix_s()
             || first.sha256.is_some() && first.sha256 == sha256(&source.path).ok());
-    if !is_kept {
-        return None;
-    }
     for row in &mut rows {
         row.modified_unix_s = source.modified_unix_s();
     }
-    let runs = rows.chunk_by(|one, next| one.run == next.run);
-    let entry = |(run, rows): (usize, &[Row])| Entry {
-        source: source.path.clone(),
-        bytes: source.bytes,
-        modified_ns: source.modified_ns,
-        run: run as u64,
-        rows: rows.to_vec(),
-    };
-    Some(runs.enumerate().map(entry).collect())
+    is_kept.then_some(rows)
 }

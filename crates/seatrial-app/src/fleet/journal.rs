@@ -249,10 +249,21 @@ impl Journal {
             let Some(&source) = path.and_then(|path| self.indices.get(path)) else {
                 return Ok(());
             };
-            if let Some(entries) = earlier::unchanged(&self.sources[source], rows) {
-                entries.iter().try_for_each(|entry| self.keep(entry))?;
-                self.whole.insert(source);
+            let Some(rows) = earlier::unchanged(&self.sources[source], rows) else {
+                return Ok(());
+            };
+            let runs = rows.chunk_by(|one, next| one.run == next.run);
+            for (run, rows) in runs.enumerate() {
+                let now = &self.sources[source];
+                self.keep(&Entry {
+                    source: now.path.clone(),
+                    bytes: now.bytes,
+                    modified_ns: now.modified_ns,
+                    run: run as u64,
+                    rows: rows.to_vec(),
+                })?;
             }
+            self.whole.insert(source);
             Ok(())
         })
     }
