@@ -101,19 +101,11 @@ impl Runs {
             }
         }
         columns.push(run_column.into());
-        let position = |name: &String| table.columns().iter().position(|column| column == name);
-        let selected: Option<Vec<(Quantity, usize)>> = columns
-            .iter()
-            .map(|name| Some((Quantity::Time, position(name)?)))
-            .collect();
-        let selected = match selected.filter(|_| table.known().is_empty()) {
-            Some(selected) => selected,
-            None => {
-                return Err(Fault::NoRunColumn {
-                    name: run_column.into(),
-                    columns: description.columns,
-                });
-            }
+        let Some(selected) = places(&*table, &columns) else {
+            return Err(Fault::NoRunColumn {
+                name: run_column.into(),
+                columns: description.columns,
+            });
         };
         table.select(&selected);
         Ok(Self {
@@ -289,4 +281,14 @@ impl Table for Gathered {
     fn is_damaged(&self) -> bool {
         self.is_damaged
     }
+}
+
+/// Where columns stand in a table; `None` where one is missing, or where the table does not tell its columns by a header.
+fn places(table: &dyn Table, columns: &[String]) -> Option<Vec<(Quantity, usize)>> {
+    let position = |name: &String| table.columns().iter().position(|column| column == name);
+    let places = columns
+        .iter()
+        .map(|name| Some((Quantity::Time, position(name)?)));
+    let places: Option<Vec<_>> = places.collect();
+    places.filter(|_| table.known().is_empty())
 }

@@ -171,16 +171,7 @@ fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, 
     judge_units(&mut record, &log);
     rows.extend(manoeuvres(&record, rest, options));
     if rows.is_empty() {
-        let mut row = Row::default();
-        row.failed(
-            "not_identified",
-            format!(
-                "{}: no manoeuvre with rudder to both sides in {} samples",
-                blank.source,
-                log.counts().samples
-            ),
-        );
-        rows.push(row);
+        rows.push(without_manoeuvre(blank, log.counts().samples));
     }
     let sha256 = log.sha256()?;
     let counts = log.counts();
@@ -206,6 +197,19 @@ fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, 
             ..row
         })
         .collect())
+}
+
+/// The row of a log in which no manoeuvre was found.
+fn without_manoeuvre(blank: &Row, samples: u64) -> Row {
+    let mut row = Row::default();
+    row.failed(
+        "not_identified",
+        format!(
+            "{}: no manoeuvre with rudder to both sides in {samples} samples",
+            blank.source
+        ),
+    );
+    row
 }
 
 /// What the log says of its columns, and what was found wrong with it so far, as `identify` takes it.
