@@ -289,7 +289,10 @@ impl Both {
             .map_err(|error| error.to_string())?;
         let status = trial.0.wait().map_err(|error| error.to_string())?;
         match status.code() {
-            Some(5) => Ok(eprintln!("Windows: Ctrl-C in a console aborts a trial")),
+            Some(5) => {
+                eprintln!("Windows: Ctrl-C in a console aborts a trial");
+                Ok(())
+            }
             _ => Err(format!("a trial that Ctrl-C ends: {status}")),
         }
     }
