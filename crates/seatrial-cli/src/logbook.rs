@@ -62,7 +62,7 @@ enum LogbookAction {
     },
     /// Samples and actions as CSV, or the track as GPX or KML; with --json the results.
     #[command(
-        after_help = "Example:\n  seatrial trial && seatrial logbook export 1 --out samples.csv\n  seatrial trial && seatrial logbook export 1 --out track.gpx --origin 54.33,10.15"
+        after_help = "Example:\n  seatrial trial && seatrial logbook export 1 --out samples.csv\n  seatrial trial && seatrial logbook export 1 --out a.gpx --origin 54.3,10.1"
     )]
     Export(ExportArgs),
     /// Proves that nothing is damaged or altered; otherwise says what and where, exit 3.

@@ -27,11 +27,12 @@
 //! ```
 //!
 //! by least squares weighted with the covariance of each model and `LAW_SCATTER`, and with beliefs on q and p. The step is noted where
-//! it is more than `LEAST_STEP` standard deviations. Valid for three speeds or more. Of 60 rehearsals whose moment of inertia rises by a
-//! quarter behind the second of five speeds, 60 were noted; of 60 + 20 + 20 sound ones of three vehicles, none.
+//! it is more than `LEAST_STEP` standard deviations. Valid for three speeds or more. Of 20 rehearsals whose moment of inertia rises by a
+//! quarter behind the second of five speeds, 20 were noted; of 60 sound ones of three vehicles, none.
 
 use crate::identification::{Reason, ReasonCode, Refined};
 use crate::identify::robust::symmetric::invert;
+use crate::propagation::NORMAL_95;
 
 /// Share by which a sound model of one speed differs from repeat to repeat beyond its interval: sea, trim, battery.
 const MODEL_SCATTER: f64 = 0.1;
@@ -41,9 +42,6 @@ const LEAST_SPEED_RATIO: f64 = 1.03;
 
 /// b2 may rise a little faster than u^2 where the fin's own efficiency rises with its Reynolds number.
 const STEEPEST_AUTHORITY: f64 = 2.3;
-
-/// Standard deviations of a 95 % interval either side.
-const NORMAL_95: f64 = 1.96;
 
 /// Standard deviation of ln a22 and ln b2 of one sound vehicle about a power of the speed, beside that of the estimates.
 const LAW_SCATTER: f64 = 0.05;
