@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use seatrial::Window;
 use seatrial::identification::{Reason, ReasonCode, Verdict};
 use seatrial::plausibility::heading_later_s;
 use seatrial_core::Sample;
 use seatrial_logs::{Channel, Format, LogDescription, Quantity, names_a_course};
 
-use super::ReadSettings;
+use super::{ReadSettings, read_again};
 
 /// A heading that is not read.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,19 +40,8 @@ impl OtherHeading {
         let column = others.find(|name| names_a_heading(name))?.clone();
         let mut choice = choice;
         choice.columns.insert(Quantity::Heading, column.clone());
-        let kept = Window {
-            from_s: samples.first()?.time_s,
-            to_s: samples.last()?.time_s,
-        };
-        // What comes through a pipe is read once.
-        let other = (path != Path::new("-"))
-            .then(|| seatrial_logs::open_held(path, &settings.held, &choice).ok())
-            .flatten();
-        let late_s = other.and_then(|other| {
-            let rows = other.filter_map(Result::ok);
-            let kept: Vec<Sample<f64>> = rows.filter(|s| kept.contains(s.time_s)).collect();
-            heading_later_s(samples, &kept)
-        });
+        let other = read_again(path, settings, &choice, samples);
+        let late_s = other.and_then(|other| heading_later_s(samples, &other));
         (late_s.is_some() || !is_said).then_some(Self {
             read,
             column,

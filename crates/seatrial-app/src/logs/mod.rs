@@ -13,7 +13,7 @@ use seatrial::identify::Proposal;
 use seatrial::plausibility::leave_out_unsound;
 use seatrial::servo::Servo;
 use seatrial::{Record, Window};
-use seatrial_core::{Axis, RudderUnit};
+use seatrial_core::{Axis, RudderUnit, Sample};
 use seatrial_logs::{
     ChannelChoice, Counts, Held, LogDescription, Quantity, TrackFormat, write_track,
 };
@@ -251,4 +251,24 @@ fn shortened(record: &Record, samples_inside: u64) -> Option<String> {
         )),
         _ => None,
     }
+}
+
+/// The samples of a log in the time of those that were read, read by another choice of columns. `None` of what cannot be read so, and of a pipe,
+/// which is read once.
+fn read_again(
+    path: &Path,
+    settings: &ReadSettings,
+    choice: &ChannelChoice,
+    samples: &[Sample<f64>],
+) -> Option<Vec<Sample<f64>>> {
+    if path == Path::new("-") {
+        return None;
+    }
+    let kept = Window {
+        from_s: samples.first()?.time_s,
+        to_s: samples.last()?.time_s,
+    };
+    let rows = seatrial_logs::open_held(path, &settings.held, choice).ok()?;
+    let rows = rows.filter_map(Result::ok);
+    Some(rows.filter(|s| kept.contains(s.time_s)).collect())
 }

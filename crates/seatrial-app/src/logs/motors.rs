@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
-use seatrial::Window;
 use seatrial::identification::{Outcome, Reason, ReasonCode, Verdict};
 use seatrial_core::{Real, Sample};
 use seatrial_logs::{ChannelChoice, Quantity};
 
-use super::ReadSettings;
+use super::{ReadSettings, read_again};
 
 /// The half sum moves so many times as far as the half difference that is read, and the vehicle turns with it.
 const STANDS_STILL: f64 = 5.0;
@@ -32,19 +31,13 @@ impl MirroredMotor {
     ) -> Option<Self> {
         let pair = choice.half_differences.get(&Quantity::Rudder)?;
         let [first, second] = pair;
-        if second.starts_with('-') || path == Path::new("-") {
+        if second.starts_with('-') {
             return None;
         }
         let mut choice = choice.clone();
         let sum = [first.clone(), format!("-{second}")];
         choice.half_differences.insert(Quantity::Rudder, sum);
-        let kept = Window {
-            from_s: samples.first()?.time_s,
-            to_s: samples.last()?.time_s,
-        };
-        let rows = seatrial_logs::open_held(path, &settings.held, &choice).ok()?;
-        let rows = rows.filter_map(Result::ok);
-        let sums: Vec<Sample<f64>> = rows.filter(|s| kept.contains(s.time_s)).collect();
+        let sums = read_again(path, settings, &choice, samples)?;
         let correlation = correlation(&sums)?;
         let stands_still = range(&sums) > STANDS_STILL * range(samples);
         (stands_still && correlation.abs() > LEAST_CORRELATION).then(|| Self {
