@@ -55,11 +55,8 @@ fn b2_per_s2(output: &Output) -> f64 {
     document["online"]["b2_per_s2"].as_f64().unwrap()
 }
 
-#[test]
-fn cli_channels_of_a_file_turn_scale_and_pair_columns() {
-    let folder = tempfile::tempdir().unwrap();
-    write_log(folder.path());
-    std::fs::write(folder.path().join("channels.toml"), MAPPING).unwrap();
+/// `identify` of the log in a folder by its `channels.toml`.
+fn identified(folder: &Path) -> Output {
     let arguments = [
         "identify",
         "run.csv",
@@ -67,7 +64,15 @@ fn cli_channels_of_a_file_turn_scale_and_pair_columns() {
         "channels.toml",
         "--json",
     ];
-    let output = seatrial(&arguments, folder.path(), None);
+    seatrial(&arguments, folder, None)
+}
+
+#[test]
+fn cli_channels_of_a_file_turn_scale_and_pair_columns() {
+    let folder = tempfile::tempdir().unwrap();
+    write_log(folder.path());
+    std::fs::write(folder.path().join("channels.toml"), MAPPING).unwrap();
+    let output = identified(folder.path());
     // Forward Euler at 1 kHz against the exact plant, and filters at 20 Hz: a few per mille.
     let b2 = b2_per_s2(&output);
     assert!((b2 - 1.08).abs() < 0.02 * 1.08, "{b2}");
@@ -104,18 +109,11 @@ fn cli_a_mirrored_motor_is_named_with_what_turns_it() {
         }
     };
     std::fs::write(&path, text.lines().map(mirrored).collect::<String>()).unwrap();
-    let identified = |mapping: &str| {
+    let identified_by = |mapping: &str| {
         std::fs::write(folder.path().join("channels.toml"), mapping).unwrap();
-        let arguments = [
-            "identify",
-            "run.csv",
-            "--channels",
-            "channels.toml",
-            "--json",
-        ];
-        seatrial(&arguments, folder.path(), None)
+        identified(folder.path())
     };
-    let refused: Value = serde_json::from_slice(&identified(MAPPING).stdout).unwrap();
+    let refused: Value = serde_json::from_slice(&identified_by(MAPPING).stdout).unwrap();
     let cause = &refused["verdict"]["reasons"][0];
     assert_eq!(cause["code"], "rudder_constant", "{cause}");
     let said = |field: &str| cause[field].as_str().unwrap();
@@ -128,7 +126,7 @@ fn cli_a_mirrored_motor_is_named_with_what_turns_it() {
         "{cause}"
     );
 
-    let b2 = b2_per_s2(&identified(&MAPPING.replace("\"lower\"", "\"-lower\"")));
+    let b2 = b2_per_s2(&identified_by(&MAPPING.replace("\"lower\"", "\"-lower\"")));
     assert!((b2 - 1.08).abs() < 0.02 * 1.08, "{b2}");
 }
 
@@ -148,14 +146,7 @@ fn cli_a_late_heading_that_was_chosen_names_the_other() {
     std::fs::write(&path, rows.collect::<String>()).unwrap();
     let mapping = MAPPING.replace("\"compass\"", "\"heading_late\"");
     std::fs::write(folder.path().join("channels.toml"), mapping).unwrap();
-    let arguments = [
-        "identify",
-        "run.csv",
-        "--channels",
-        "channels.toml",
-        "--json",
-    ];
-    let output = seatrial(&arguments, folder.path(), None);
+    let output = identified(folder.path());
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(said.contains("0.6 s later than `compass`"), "{said}");
     let document: Value = serde_json::from_slice(&output.stdout).unwrap();

@@ -335,7 +335,19 @@ mod tests {
         }
     }
 
-    fn codes(speeds: &[(f64, f64, f64, f64)]) -> Vec<ReasonCode> {
+    /// A speed of a campaign: thrust, 0 where it is not known, speed, a22 and b2.
+    type Speed = (f64, f64, f64, f64);
+
+    const TABLE_II: [Speed; 5] = [
+        (0.6, 1.07, -0.91, 0.58),
+        (0.7, 1.36, -0.99, 0.87),
+        (0.8, 1.59, -1.07, 1.08),
+        (0.9, 1.90, -1.31, 1.39),
+        (1.0, 2.19, -1.51, 1.71),
+    ];
+
+    /// What a check says of these speeds.
+    fn said<R>(speeds: &[Speed], check: impl Fn(&[SpeedResult]) -> R) -> R {
         let models: Vec<Refined> = speeds
             .iter()
             .map(|(_, _, a22, b2)| refined(*a22, *b2))
@@ -349,62 +361,36 @@ mod tests {
                 refined,
             })
             .collect();
-        contradictions(&results)
-            .into_iter()
-            .map(|reason| reason.code)
-            .collect()
+        check(&results)
+    }
+
+    fn codes(speeds: &[Speed]) -> Vec<ReasonCode> {
+        let reasons = said(speeds, contradictions).into_iter();
+        reasons.map(|reason| reason.code).collect()
     }
 
     /// Table II of the paper: nothing in it is contradicted.
     #[test]
     fn val_paper_table_ii_is_one_vehicle() {
-        let paper = [
-            (0.6, 1.07, -0.91, 0.58),
-            (0.7, 1.36, -0.99, 0.87),
-            (0.8, 1.59, -1.07, 1.08),
-            (0.9, 1.90, -1.31, 1.39),
-            (1.0, 2.19, -1.51, 1.71),
-        ];
-        assert_eq!(codes(&paper), []);
-    }
-
-    fn load(speeds: &[(f64, f64, f64, f64)]) -> Option<Reason> {
-        let models: Vec<Refined> = speeds
-            .iter()
-            .map(|(_, _, a22, b2)| refined(*a22, *b2))
-            .collect();
-        let result = |(of, refined): (&(f64, f64, f64, f64), _)| SpeedResult {
-            thrust: Some(of.0).filter(|thrust| *thrust > 0.0),
-            surge_speed_m_s: Some(of.1),
-            refined,
-        };
-        let results: Vec<SpeedResult> = speeds.iter().zip(&models).map(result).collect();
-        load_change(&results)
+        assert_eq!(codes(&TABLE_II), []);
     }
 
     /// Each neighbour by itself is within what a speed explains; all together are not.
     #[test]
     fn exact_another_load_in_mid_campaign_is_seen() {
-        let paper = [
-            (0.6, 1.07, -0.91, 0.58),
-            (0.7, 1.36, -0.99, 0.87),
-            (0.8, 1.59, -1.07, 1.08),
-            (0.9, 1.90, -1.31, 1.39),
-            (1.0, 2.19, -1.51, 1.71),
-        ];
-        assert_eq!(load(&paper), None);
+        assert_eq!(said(&TABLE_II, load_change), None);
         for from in [2, 3] {
-            let loaded = |(k, of): (usize, &(f64, f64, f64, f64))| match k < from {
+            let loaded = |(k, of): (usize, &Speed)| match k < from {
                 true => *of,
                 false => (of.0, of.1, of.2 / 1.35, of.3 / 1.35),
             };
-            let loaded: Vec<_> = paper.iter().enumerate().map(loaded).collect();
-            let found = load(&loaded).unwrap();
-            let place = format!("From {:.0} % thrust on", 100.0 * paper[from].0);
+            let loaded: Vec<_> = TABLE_II.iter().enumerate().map(loaded).collect();
+            let found = said(&loaded, load_change).unwrap();
+            let place = format!("From {:.0} % thrust on", 100.0 * TABLE_II[from].0);
             assert!(found.text.starts_with(&place), "{found:?}");
             assert!(found.text.contains("less quickly"), "{found:?}");
         }
-        assert_eq!(load(&paper[..2]), None);
+        assert_eq!(said(&TABLE_II[..2], load_change), None);
     }
 
     #[test]
