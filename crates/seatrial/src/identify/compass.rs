@@ -4,9 +4,9 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use seatrial_core::{Real, Sample};
 
 /// Length of the means before and after an instant, s.
-const MEAN_OVER_S: f64 = 0.5;
+pub(super) const MEAN_OVER_S: f64 = 0.5;
 /// Jumps up to this, rad, are left to lag, deviation and drift.
-const LEAST_ERROR_RAD: f64 = 0.03;
+pub(super) const LEAST_ERROR_RAD: f64 = 0.03;
 /// Standard deviations of their difference that are noise.
 const SIGNIFICANCE: f64 = 6.0;
 /// alpha, beta, kappa and tau.

@@ -27,6 +27,7 @@ pub mod evenly_sampled;
 mod examined;
 mod excited_segment;
 pub(crate) mod explained;
+mod gyro_heading;
 pub(crate) mod intervals;
 pub mod joined;
 mod late_yaw_rate;
