@@ -109,7 +109,7 @@ fn by_the_gyro(record: &Record, span: Window, a22_per_s: f64) -> Option<(Record,
     let by_gyro = Record {
         samples,
         rudder_unit: record.rudder_unit,
-        units: record.units.clone(),
+        units: record.units,
     };
     Some((by_gyro, jump))
 }
