@@ -33,8 +33,7 @@ pub fn likely_play_rad(legs: &Legs, scale: Scale, fit: &Fit) -> Option<f64> {
     let mut best = fitted(first.0, &first.1)?;
     let mut step_rad = 0.5 * best.0;
     for _ in 0..STEPS {
-        let next = [best.0 + step_rad, best.0 - step_rad]
-            .into_iter()
+        let next = beside(best.0, step_rad, amplitude_rad)
             .filter_map(|play_rad| fitted(play_rad, &best.1))
             .find(|(_, next)| next.cost < best.1.cost);
         match next {
@@ -43,4 +42,24 @@ pub fn likely_play_rad(legs: &Legs, scale: Scale, fit: &Fit) -> Option<f64> {
         }
     }
     Some(best.0)
+}
+
+/// Plays a step more and a step less: a rudder that moves has play of more than none and of less than its whole way.
+fn beside(play_rad: f64, step_rad: f64, amplitude_rad: f64) -> impl Iterator<Item = f64> {
+    let steps = [play_rad + step_rad, play_rad - step_rad].into_iter();
+    steps.filter(move |play_rad| *play_rad > 0.0 && *play_rad < 2.0 * amplitude_rad)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steps down that follow steps down once ended below none, where no fin can be.
+    #[test]
+    fn regress_no_play_is_none_or_less() {
+        let of = |play_rad, step_rad| beside(play_rad, step_rad, 0.1).collect::<Vec<_>>();
+        assert_eq!(of(0.1, 0.05), [0.1 + 0.05, 0.1 - 0.05]);
+        assert_eq!(of(0.05, 0.05), [0.1]);
+        assert_eq!(of(0.18, 0.05), [0.18 - 0.05]);
+    }
 }
