@@ -115,11 +115,12 @@ impl LogReading {
             (Quantity::East, self.east),
             (Quantity::Thrust, self.thrust),
         ];
-        let columns = columns.into_iter();
         let mut channels = ChannelChoice::default();
-        channels.columns = columns
-            .filter_map(|(quantity, column)| Some((quantity, column?)))
-            .collect();
+        for (quantity, column) in columns {
+            if let Some(column) = column {
+                channels.name_column(quantity, column);
+            }
+        }
         channels.units = units;
         channels.rudder_trim = self.rudder_trim_us;
         channels.full_rudder_rad = self.rudder_range_deg.map(f64::to_radians);

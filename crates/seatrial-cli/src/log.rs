@@ -1,6 +1,5 @@
 //! Logs as every verb reads them: the options, and what is said about a log.
 
-use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -37,7 +36,8 @@ pub struct ChannelArgs {
     /// Column with the heading.
     #[arg(long, value_name = "COLUMN")]
     pub heading: Option<String>,
-    /// Column with the rudder: measured angle, command, PWM or percent.
+    /// Column with the rudder: measured angle, command, PWM or percent; or two motors or fins, LEFT,RIGHT (half their difference; LEFT,-RIGHT
+    /// where the second counts the other way).
     #[arg(long, value_name = "COLUMN")]
     pub rudder: Option<String>,
     /// Column with the forward speed; `none` leaves it out, as for all that follow.
@@ -176,10 +176,11 @@ impl ChannelArgs {
             (Quantity::Thrust, &self.thrust),
         ]
         .into_iter()
-        .filter_map(|(quantity, column)| Some((quantity, column.clone()?)))
-        .collect::<BTreeMap<_, _>>();
+        .filter_map(|(quantity, column)| Some((quantity, column.clone()?)));
         let mut choice = ChannelChoice::default();
-        choice.columns = columns;
+        for (quantity, column) in columns {
+            choice.name_column(quantity, column);
+        }
         choice.units = self.units.iter().copied().collect();
         choice.rudder_trim = self.rudder_trim;
         choice.full_rudder_rad = self.rudder_range_deg.map(f64::to_radians);

@@ -122,7 +122,7 @@ fn cli_a_mirrored_motor_is_named_with_what_turns_it() {
         "{cause}"
     );
     assert!(
-        said("action").contains("columns = [\"upper\", \"-lower\"]"),
+        said("action").contains("--rudder 'upper,-lower'"),
         "{cause}"
     );
 

@@ -52,6 +52,29 @@ pub struct ChannelChoice {
 }
 
 impl ChannelChoice {
+    /// The column of a quantity by its name; of rudder and thrust also two names with a comma between, of which half the difference is
+    /// taken, as in `LEFT,RIGHT`, or `LEFT,-RIGHT` where the second counts the other way.
+    ///
+    /// ```
+    /// use seatrial_logs::{ChannelChoice, Quantity};
+    ///
+    /// let mut choice = ChannelChoice::default();
+    /// choice.name_column(Quantity::Rudder, "motor_l, motor_r".into());
+    /// assert_eq!(choice.half_differences[&Quantity::Rudder], ["motor_l", "motor_r"]);
+    /// ```
+    pub fn name_column(&mut self, quantity: Quantity, name: String) {
+        let is_halved = matches!(quantity, Quantity::Rudder | Quantity::Thrust);
+        match name.split_once(',').filter(|_| is_halved) {
+            Some((first, second)) => {
+                let pair = [first.trim().into(), second.trim().into()];
+                self.half_differences.insert(quantity, pair);
+            }
+            None => {
+                self.columns.insert(quantity, name);
+            }
+        }
+    }
+
     /// Is it half the difference of two columns that count alike? Their trims cancel.
     pub(crate) fn is_a_difference(&self, quantity: Quantity) -> bool {
         let pair = self.half_differences.get(&quantity);

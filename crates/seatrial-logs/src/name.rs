@@ -403,7 +403,7 @@ pub(crate) fn of_two_sides(quantity: Quantity, candidates: &[String]) -> String 
     };
     match quantity == Quantity::Rudder && SIDES.iter().any(|sides| sides.iter().all(|s| has(s))) {
         true => format!(
-            "; two motors or fins that turn against each other are taken together by columns = [\"{}\", \"{}\"] under [channels.rudder] in a file for --channels",
+            "; two motors or fins that turn against each other are taken together by --rudder '{},{}'",
             clipped(first),
             clipped(second)
         ),

@@ -204,7 +204,7 @@ fn io_two_motors_are_told_to_be_taken_together() {
     );
     let text = fault.err().unwrap().to_string();
     assert!(
-        text.contains(r#"columns = ["left_motor_pwm", "right_motor_pwm"]"#),
+        text.contains("--rudder 'left_motor_pwm,right_motor_pwm'"),
         "{text}"
     );
 }

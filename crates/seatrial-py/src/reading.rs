@@ -49,7 +49,7 @@ impl Reading {
         channels.rudder_trim = self.rudder_trim_us;
         channels.drop_invalid = self.drop_invalid;
         for (name, column) in &self.columns {
-            channels.columns.insert(quantity(name)?, column.clone());
+            channels.name_column(quantity(name)?, column.clone());
         }
         for (name, unit) in &self.units {
             let unit = unit.parse().map_err(|why| usage(py, why))?;

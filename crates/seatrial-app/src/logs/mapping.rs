@@ -140,14 +140,17 @@ impl Mapping {
     /// What the file says, where the options say nothing.
     pub fn under(&self, mut options: ChannelChoice) -> ChannelChoice {
         let own = self.choice.clone();
-        for (quantity, column) in own.columns {
-            options.columns.entry(quantity).or_insert(column);
-        }
-        for (quantity, pair) in own.half_differences {
-            if !options.columns.contains_key(&quantity) {
-                options.half_differences.insert(quantity, pair);
-            }
-        }
+        let named = options.clone();
+        let is_named = |quantity: &Quantity| {
+            named.columns.contains_key(quantity) || named.half_differences.contains_key(quantity)
+        };
+        let (columns, pairs) = (own.columns.into_iter(), own.half_differences.into_iter());
+        options
+            .columns
+            .extend(columns.filter(|(quantity, _)| !is_named(quantity)));
+        options
+            .half_differences
+            .extend(pairs.filter(|(quantity, _)| !is_named(quantity)));
         for (quantity, unit) in own.units {
             options.units.entry(quantity).or_insert(unit);
         }

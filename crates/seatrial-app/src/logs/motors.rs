@@ -53,15 +53,13 @@ impl MirroredMotor {
         }
         let [first, second] = &self.pair;
         let (mirrored, reversed) = match self.mirrored {
-            0 => (first, " and reversed = true"),
+            0 => (first, ", and reversed = true in a file for --channels"),
             _ => (second, ""),
         };
         let text = format!(
             "`{first}` and `{second}` move together, and the vehicle turns with half their sum: `{mirrored}` counts the other way."
         );
-        let option = format!(
-            "Write columns = [\"{first}\", \"-{second}\"]{reversed} under [channels.rudder] in the file for --channels."
-        );
+        let option = format!("Read the rudder with --rudder '{first},-{second}'{reversed}.");
         let is_else = |reason: &Reason| reason.code != ReasonCode::RudderConstant;
         verdict.reasons.retain(is_else);
         let reason = Reason {

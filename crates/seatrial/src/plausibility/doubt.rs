@@ -284,7 +284,7 @@ impl Doubt {
                 three_figures(*largest)
             ),
             Self::RudderOfOneSide { shares: [from, to] } => format!(
-                "the rudder goes from {} to {} of full rudder and never through neutral, as the throttle of one motor does or a rudder whose neutral is not 0: of two motors take half the difference, columns = [\"PORT\", \"STARBOARD\"] under [channels.rudder] in a file for --channels; of a rudder give its neutral as offset there, or with --rudder-trim for a pulse width",
+                "the rudder goes from {} to {} of full rudder and never through neutral, as the throttle of one motor does or a rudder whose neutral is not 0: of two motors take half the difference, --rudder PORT,STARBOARD; of a rudder give its neutral as offset in a file for --channels, or with --rudder-trim for a pulse width",
                 three_figures(*from),
                 three_figures(*to)
             ),
@@ -430,7 +430,7 @@ fn of_one_side([from, to]: [f64; 2], reason: Reason) -> Reason {
             three_figures(from),
             three_figures(to)
         ),
-        action: "Of two motors take half the difference: columns = [\"PORT\", \"STARBOARD\"] under [channels.rudder] in a file for --channels. Of a rudder give its neutral: offset there, or --rudder-trim of a pulse width.".into(),
+        action: "Of two motors take half the difference: --rudder PORT,STARBOARD. Of a rudder give its neutral: offset in a file for --channels, or --rudder-trim of a pulse width.".into(),
         ..reason
     }
 }
