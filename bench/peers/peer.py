@@ -8,14 +8,12 @@ import time
 from pathlib import Path
 
 import filterpy.kalman
-import numba
 import numpy as np
 import padasip
 from scipy import optimize, signal
 
 FOLDER = Path(sys.argv[1])
-H, LAM, P0, NOISE = 0.05, 1.5, 1e6, 0.02
-RECORD, RUNS = 330, 2000
+H, LAM, P0 = 0.05, 1.5, 1e6
 
 
 def load(name):
@@ -30,10 +28,10 @@ ONCE = np.array([0.0, 1.0 - E])
 TWICE = np.array([0.0, 1.0 - E - X * E, E * E - E + X * E])
 
 
-def filtered(heading, rudder, axis=-1):
-    once = signal.lfilter(ONCE, POLES[:1].tolist() + [-E], heading, axis=axis)
-    twice = signal.lfilter(TWICE, POLES, heading, axis=axis)
-    delta = signal.lfilter(TWICE, POLES, rudder, axis=axis)
+def filtered(heading, rudder):
+    once = signal.lfilter(ONCE, POLES[:1].tolist() + [-E], heading)
+    twice = signal.lfilter(TWICE, POLES, heading)
+    delta = signal.lfilter(TWICE, POLES, rudder)
     return LAM**2 * (heading - 2.0 * once + twice), LAM * (once - twice), delta
 
 
@@ -41,50 +39,6 @@ def lfilter_normal(heading, rudder):
     y, rate, delta = filtered(heading, rudder)
     phi = np.stack([rate, delta, np.ones_like(rate)])
     return np.linalg.solve(phi @ phi.T, phi @ y)
-
-
-def normal_of_many(heading, rudder):
-    y, rate, delta = filtered(heading, rudder)
-    phi = np.stack([rate, delta, np.ones(rate.shape)])
-    return solve_many(phi, y)
-
-
-def solve_many(phi, y):
-    a = np.einsum("irk,jrk->rij", phi, phi)
-    b = np.einsum("irk,rk->ri", phi, y)
-    return np.linalg.solve(a, b[..., None])[..., 0]
-
-
-@numba.njit(cache=False)
-def numba_many(heading, rudder, theta):
-    for r in range(heading.shape[0]):
-        u = -heading[r, 0]
-        v = 0.0
-        q1 = 0.0
-        q0 = 0.0
-        a = np.zeros((3, 3))
-        b = np.zeros(3)
-        for k in range(heading.shape[1]):
-            if k > 0:
-                v = E * v - X * E * u
-                u = E * u - (heading[r, k] - heading[r, k - 1])
-                q0 = E * q0 + X * E * q1 + (1.0 - E - X * E) * rudder[r, k - 1]
-                q1 = E * q1 + (1.0 - E) * rudder[r, k - 1]
-            y = -LAM * LAM * (u + v)
-            p = LAM * v
-            a[0, 0] += p * p
-            a[0, 1] += p * q0
-            a[0, 2] += p
-            a[1, 1] += q0 * q0
-            a[1, 2] += q0
-            b[0] += p * y
-            b[1] += q0 * y
-            b[2] += y
-        a[2, 2] = heading.shape[1]
-        a[1, 0] = a[0, 1]
-        a[2, 0] = a[0, 2]
-        a[2, 1] = a[1, 2]
-        theta[r] = np.linalg.solve(a, b)
 
 
 def online(adapt):
@@ -165,49 +119,19 @@ def refined_simplex():
     return time.process_time() - begin, [*found.x, found.fun]
 
 
-def monte_carlo():
-    heading, rudder = load("truth_short"), load("rudder_short")
-    random = np.random.default_rng(1)
+def batch():
+    heading, rudder = load("heading_long"), load("rudder_long")
     begin = time.process_time()
-    noisy = heading + NOISE * random.standard_normal((RUNS, len(heading)))
-    y, rate, _ = filtered(noisy, rudder)
-    delta = np.broadcast_to(signal.lfilter(TWICE, POLES, rudder), rate.shape)
-    theta = solve_many(np.stack([rate, delta, np.ones(rate.shape)]), y)
-    return (time.process_time() - begin) / noisy.size, theta.mean(axis=0)
-
-
-def batch(name, repeats):
-    heading, rudder = load(f"heading_{name}"), load(f"rudder_{name}")
-    begin = time.process_time()
-    for _ in range(repeats):
-        theta = lfilter_normal(heading, rudder)
-    return (time.process_time() - begin) / repeats / len(heading), theta
-
-
-def fleet(work):
-    heading = load("heading_fleet").reshape(-1, RECORD)
-    rudder = load("rudder_fleet").reshape(-1, RECORD)
-    begin = time.process_time()
-    theta = work(heading, rudder)
-    return (time.process_time() - begin) / heading.size, theta[0]
-
-
-def fleet_numba(heading, rudder):
-    theta = np.empty((len(heading), 3))
-    numba_many(heading, rudder, theta)
-    return theta
+    theta = lfilter_normal(heading, rudder)
+    return (time.process_time() - begin) / len(heading), theta
 
 
 WORK = {
     "online padasip": online_padasip,
     "online filterpy": online_filterpy,
-    "short scipy": lambda: batch("short", 200),
-    "long scipy": lambda: batch("long", 1),
-    "fleet numba": lambda: fleet(fleet_numba),
-    "fleet numpy": lambda: fleet(normal_of_many),
+    "batch scipy": batch,
     "refined scipy least_squares": refined_least_squares,
     "refined scipy simplex, Python RK4": refined_simplex,
-    "monte carlo numpy": monte_carlo,
 }
 
 for line in sys.stdin:

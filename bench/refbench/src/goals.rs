@@ -3,7 +3,7 @@
 use crate::table::Goal;
 
 /// Each ratio of interest and the most that it should be.
-pub const GOALS: [Goal; 22] = {
+pub const GOALS: [Goal; 12] = {
     const fn goal(work: &'static str, beside: &'static str, most: f64, text: &'static str) -> Goal {
         Goal {
             work,
@@ -19,14 +19,7 @@ pub const GOALS: [Goal; 22] = {
         goal("online", "online padasip", 1.0 / 700.0, "1/700"),
         goal("online", "online Octave", 1.0 / 1500.0, "1/1500"),
         goal("online", "bound of the online step", 1.35, "1.35"),
-        goal("short", "online", 0.4, "0.4"),
-        goal("short", "short scipy", 1.0 / 7.0, "1/7"),
-        goal("long", "long scipy", 1.0 / 45.0, "1/45"),
-        goal("long", "reading long", 1.5, "1.5"),
-        goal("every Theta", "online", 0.3, "0.3"),
-        goal("fleet", "reading fleet", 1.3, "1.3"),
-        goal("fleet", "fleet numba", 1.0 / 18.0, "1/18"),
-        goal("fleet", "fleet numpy", 1.0 / 30.0, "1/30"),
+        goal("batch", "batch scipy", 1.0 / 7.0, "1/7"),
         goal("refined", "refined, own simplex + RK4", 1.0 / 50.0, "1/50"),
         goal(
             "refined",
@@ -39,15 +32,6 @@ pub const GOALS: [Goal; 22] = {
             "refined scipy simplex, Python RK4",
             1.0 / 5000.0,
             "1/5000",
-        ),
-        goal("monte carlo", "drawing its numbers", 2.3, "2.3"),
-        goal("monte carlo", "monte carlo numpy", 1.0 / 25.0, "1/25"),
-        // Two cores at least 1.85 of one.
-        goal(
-            "fleet, two cores",
-            "fleet, one core by the clock",
-            1.0 / 1.85,
-            "0.54",
         ),
         goal("online, a trial's estimator", "online", 5.0, "5"),
         // No goal: what the instrument adds, with an exponential of a22 for every sample.

@@ -75,13 +75,3 @@ pub fn read(heading: &[f64], rudder: &[f64]) -> f64 {
     }
     sums.iter().sum()
 }
-
-/// The most memory that this process held, MB.
-pub fn peak_mb() -> Option<f64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kb: f64 = line.split_whitespace().next()?.parse().ok()?;
-    Some(kb / 1e3)
-}

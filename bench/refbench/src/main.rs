@@ -4,7 +4,6 @@
 //! `peers/requirements.txt`, `REFBENCH_CPP` the compiled `peers/peer.cpp`; `bench/run` makes both. What is missing is left out.
 
 mod goals;
-mod long_streams;
 mod machine;
 mod online;
 mod peers;
@@ -38,7 +37,6 @@ const INITIAL_COVARIANCE: f64 = 1e6;
 const SHORT: usize = 330;
 const LONG: usize = 1_000_000;
 const ONLINE: usize = 20_000;
-const RECORDS: usize = 8192;
 
 /// Peers with fewer samples in their loop agree with the rest to this: their estimate is another.
 const AGREEMENT: f64 = 0.05;
@@ -55,19 +53,15 @@ fn main() -> Outcome<()> {
 }
 
 /// The work of other programs: by which of the three peers, and its name there.
-const OF_PEERS: [(usize, &str); 12] = [
+const OF_PEERS: [(usize, &str); 8] = [
     (0, "online C++ by hand"),
     (0, "online Eigen"),
     (1, "online Octave"),
     (2, "online padasip"),
     (2, "online filterpy"),
-    (2, "short scipy"),
-    (2, "long scipy"),
-    (2, "fleet numba"),
-    (2, "fleet numpy"),
+    (2, "batch scipy"),
     (2, "refined scipy least_squares"),
     (2, "refined scipy simplex, Python RK4"),
-    (2, "monte carlo numpy"),
 ];
 
 /// C++, Octave and Python, each where it is installed.
@@ -133,7 +127,7 @@ fn measure(folder: &Path, table: &Path) -> Outcome<()> {
     let data = Data::new();
     data.write(folder)?;
     let (head, helm) = data.online();
-    let expected = model_of(&data.settings, head, helm)?.theta();
+    let expected = model_of(head, helm)?.theta();
     let (rounds, mut costs) = rounds(&mut entries(&data)?, &mut started_peers(folder), expected)?;
     for line in rounds.json_lines() {
         println!("{line}");
@@ -153,8 +147,6 @@ fn measure(folder: &Path, table: &Path) -> Outcome<()> {
         println!("{}", json!({"work": name, "cost_rad": cost}));
         text += &format!("| {name} | {:.6} |\n", cost * 1e3);
     }
-    text += &long_streams::growth(&data.settings, &data.long)?;
-    text += &long_streams::drift(&data.settings, &data.long)?;
     fs::write(table, text)?;
     Ok(())
 }

@@ -1,17 +1,14 @@
-//! The work of seatrial and of its kernels that is timed.
+//! The work of seatrial that is timed.
 
 use std::hint::black_box;
-use std::time::Instant;
 
 use seatrial::identify::evenly_sampled::EvenlySampled;
 use seatrial::identify::output_error::nearest_simulation;
 use seatrial::identify::simplex::fit_as_paper;
-use seatrial_core::{FixedRateSettings, YawModel};
-use seatrial_kernels::{Accumulator, every_theta, monte_carlo, normals_of_run, of_records};
+use seatrial_core::YawModel;
 
-use crate::signals::{Data, RUNS};
-use crate::{AGREEMENT, INITIAL_COVARIANCE, LAMBDA_RAD_S, LONG, ONLINE, Outcome, RECORDS, SHORT};
-use crate::{INTERVAL_S, machine, online};
+use crate::signals::Data;
+use crate::{AGREEMENT, INTERVAL_S, LAMBDA_RAD_S, LONG, ONLINE, Outcome, machine, online};
 
 /// Of this many repetitions the one that took least processor time is a round's: others share the machine.
 const REPEATS: usize = 3;
@@ -27,18 +24,6 @@ fn timed<T>(mut work: impl FnMut() -> T) -> (f64, T) {
         let begin = machine::processor_s();
         result = Some(black_box(work()));
         least = least.min(machine::processor_s() - begin);
-    }
-    (least, result.expect("repeated at least once"))
-}
-
-/// The least time of some repetitions by the clock on the wall, s, and what the work gave: for what runs on two cores.
-fn timed_by_the_clock<T>(mut work: impl FnMut() -> T) -> (f64, T) {
-    let mut least = f64::INFINITY;
-    let mut result = None;
-    for _ in 0..REPEATS {
-        let begin = Instant::now();
-        result = Some(black_box(work()));
-        least = least.min(begin.elapsed().as_secs_f64());
     }
     (least, result.expect("repeated at least once"))
 }
@@ -73,23 +58,24 @@ pub fn agree(name: &str, found: &[f64], expected: [f64; 3]) -> Outcome<()> {
 pub fn entries(data: &Data) -> Outcome<Vec<Entry<'_>>> {
     let mut entries = chains();
     entries.extend(of_online(data)?);
-    entries.extend(of_one_record(data)?);
-    entries.extend(of_a_fleet(data));
+    entries.extend(of_the_long_record(data)?);
     entries.extend(of_the_refined_estimate(data));
-    entries.extend(of_monte_carlo(data));
     Ok(entries)
 }
 
-/// Theta of a record by the kernel of one long record.
-pub fn model_of(
-    settings: &FixedRateSettings<f64>,
-    heading: &[f64],
-    rudder: &[f64],
-) -> Outcome<YawModel<f64>> {
-    let mut accumulator = Accumulator::new(settings)?;
-    accumulator.extend(heading, rudder);
-    let model = accumulator.sums().model(INITIAL_COVARIANCE);
-    Ok(model.ok_or("not excited")?)
+/// Theta of an evenly sampled record from its sums.
+pub fn model_of(heading: &[f64], rudder: &[f64]) -> Outcome<YawModel<f64>> {
+    let times: Vec<f64> = (0..heading.len()).map(|k| k as f64 * INTERVAL_S).collect();
+    least_squares(&times, heading, rudder)
+}
+
+fn least_squares(times: &[f64], heading: &[f64], rudder: &[f64]) -> Outcome<YawModel<f64>> {
+    let record = EvenlySampled {
+        time_s: times,
+        heading_rad: heading,
+        rudder_rad: rudder,
+    };
+    Ok(record.least_squares(LAMBDA_RAD_S)?.model)
 }
 
 fn per(count: usize, (seconds, _): (f64, f64)) -> Outcome<f64> {
@@ -128,7 +114,7 @@ fn of_online(data: &Data) -> Outcome<Vec<Entry<'_>>> {
     let (head, helm) = data.online();
     let single = |signal: &[f64]| -> Vec<f32> { signal.iter().map(|w| *w as f32).collect() };
     let (head32, helm32) = (single(head), single(helm));
-    let expected = model_of(settings, head, helm)?.theta();
+    let expected = model_of(head, helm)?.theta();
     Ok(vec![
         online_step(expected, "online", move || {
             online::ours(settings, black_box(head), black_box(helm))
@@ -152,114 +138,25 @@ fn of_online(data: &Data) -> Outcome<Vec<Entry<'_>>> {
     ])
 }
 
-fn of_one_record(data: &Data) -> Outcome<Vec<Entry<'_>>> {
-    let Data {
-        settings,
-        short,
-        long,
-        ..
-    } = data;
+fn of_the_long_record(data: &Data) -> Outcome<Vec<Entry<'_>>> {
     let (head, helm) = data.online();
-    let expected = model_of(settings, head, helm)?.theta();
+    let expected = model_of(head, helm)?.theta();
+    let (heading, rudder) = (&data.long.heading[..], &data.long.rudder[..]);
     let times: Vec<f64> = (0..LONG).map(|k| k as f64 * INTERVAL_S).collect();
-    let mut thetas = Vec::new();
     Ok(vec![
-        entry("short", move || {
-            let one = || {
-                model_of(
-                    settings,
-                    black_box(&short.heading),
-                    black_box(&short.rudder),
-                )
-            };
-            let models = || (0..TOGETHER).filter_map(|_| one().ok());
-            per(
-                SHORT * TOGETHER,
-                timed(|| models().map(|model| model.a22_per_s).sum()),
-            )
-        }),
-        entry("long", move || {
+        entry("batch", move || {
             let (seconds, found) =
-                timed(|| model_of(settings, black_box(&long.heading), black_box(&long.rudder)));
-            agree("long", &found?.theta(), expected)?;
-            Ok(seconds / LONG as f64)
-        }),
-        entry("estimate=\"batch\"", move || {
-            let record = EvenlySampled {
-                time_s: &times,
-                heading_rad: &long.heading,
-                rudder_rad: &long.rudder,
-            };
-            let (seconds, found) = timed(|| black_box(record).least_squares(LAMBDA_RAD_S));
-            agree("batch", &found?.model.theta(), expected)?;
+                timed(|| least_squares(&times, black_box(heading), black_box(rudder)));
+            agree("batch", &found?.theta(), expected)?;
             Ok(seconds / LONG as f64)
         }),
         entry("reading long", move || {
             per(
                 LONG,
-                timed(|| machine::read(black_box(&long.heading), black_box(&long.rudder))),
-            )
-        }),
-        entry("every Theta", move || {
-            let (seconds, done) = timed(|| {
-                every_theta(
-                    settings,
-                    &long.heading,
-                    &long.rudder,
-                    black_box(&mut thetas),
-                )
-            });
-            done?;
-            agree("every Theta", &thetas[LONG - 1], expected)?;
-            Ok(seconds / LONG as f64)
-        }),
-        entry("every Theta, new memory", move || {
-            per(
-                LONG,
-                timed(|| {
-                    let mut thetas = Vec::new();
-                    let _ = every_theta(settings, &long.heading, &long.rudder, &mut thetas);
-                    thetas[LONG - 1][0]
-                }),
-            )
-        }),
-    ])
-}
-
-fn of_a_fleet(data: &Data) -> Vec<Entry<'_>> {
-    let (heading, rudder) = (&data.fleet_heading[..], &data.fleet_rudder[..]);
-    let all = SHORT * RECORDS;
-    let models = move |heading: &[f64], rudder: &[f64]| -> f64 {
-        let sums = of_records(&data.settings, SHORT, heading, rudder);
-        let models = sums.into_iter().flatten();
-        models
-            .filter_map(|sums| sums.model(INITIAL_COVARIANCE))
-            .map(|model| model.a22_per_s)
-            .sum()
-    };
-    vec![
-        entry("fleet", move || per(all, timed(|| models(heading, rudder)))),
-        entry("fleet, two cores", move || {
-            let half = all / 2;
-            let on_two = || {
-                std::thread::scope(|scope| {
-                    let other = scope.spawn(|| models(&heading[..half], &rudder[..half]));
-                    let own = models(&heading[half..], &rudder[half..]);
-                    own + other.join().unwrap_or(f64::NAN)
-                })
-            };
-            per(all, timed_by_the_clock(on_two))
-        }),
-        entry("fleet, one core by the clock", move || {
-            per(all, timed_by_the_clock(|| models(heading, rudder)))
-        }),
-        entry("reading fleet", move || {
-            per(
-                all,
                 timed(|| machine::read(black_box(heading), black_box(rudder))),
             )
         }),
-    ]
+    ])
 }
 
 fn of_the_refined_estimate(data: &Data) -> Vec<Entry<'_>> {
@@ -275,30 +172,6 @@ fn of_the_refined_estimate(data: &Data) -> Vec<Entry<'_>> {
         entry("refined, own simplex + RK4", || {
             let one = || fit_as_paper(black_box(&data.samples));
             per(1, timed(|| one().map_or(f64::NAN, |found| found.cost)))
-        }),
-    ]
-}
-
-fn of_monte_carlo(data: &Data) -> Vec<Entry<'_>> {
-    let all = SHORT * RUNS as usize;
-    let noisy = data.noisy_runs();
-    vec![
-        entry("monte carlo", move || {
-            per(
-                all,
-                timed(|| {
-                    let sums = monte_carlo(&data.settings, black_box(&noisy));
-                    let models = sums.into_iter().flatten();
-                    models
-                        .filter_map(|sums| sums.model(INITIAL_COVARIANCE))
-                        .map(|model| model.a22_per_s)
-                        .sum()
-                }),
-            )
-        }),
-        entry("drawing its numbers", move || {
-            let last = |run| normals_of_run(1, black_box(run), SHORT)[SHORT - 1];
-            per(all, timed(|| (0..RUNS).map(last).sum()))
         }),
     ]
 }
