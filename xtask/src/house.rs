@@ -256,9 +256,10 @@ fn rooms_of<'a>(plan: &'a str, package: &str) -> Option<Vec<&'a str>> {
         let end = end.or_else(|| plan[*at..].find("\n```").map(|length| at + length));
         &plan[*at..end.unwrap_or(plan.len())]
     });
+    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let words: Vec<&str> = sections
-        .flat_map(source::words)
-        .map(|(_, word)| word)
+        .flat_map(|section| section.split(move |c| !is_word(c)))
+        .filter(|word| !word.is_empty())
         .collect();
     (!words.is_empty()).then_some(words)
 }

@@ -7,8 +7,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use proc_macro2::{Delimiter, TokenTree};
+
 use super::paths::{self, Import};
-use super::source::{Source, closing, following_name, words};
+use super::source::{Source, inside, is_mark, word};
 
 /// Names from the crate's root to a module.
 pub type Name = Vec<String>;
@@ -21,8 +23,8 @@ pub struct Modules {
 
 struct Module {
     file: usize,
-    code: String,
     imports: Vec<Import>,
+    paths: Vec<(usize, Name)>,
     items: BTreeSet<String>,
 }
 
@@ -61,44 +63,48 @@ impl Modules {
     fn read_file(&mut self, path: &Path, folder: &Path, name: Name) -> Result<(), String> {
         let text = std::fs::read_to_string(path)
             .map_err(|error| format!("{}: {error}", path.display()))?;
-        let source = Source::new(text);
+        let source = Source::new(text).map_err(|error| format!("{}: {error}", path.display()))?;
         let code = source.production.clone();
         self.files.push((path.to_owned(), source));
-        self.add(self.files.len() - 1, code, folder, name)
+        self.add(self.files.len() - 1, &code, folder, name)
     }
 
-    /// Adds a module with its submodules, whose code is blanked in its own. `folder` is where the files of submodules are.
+    /// Adds a module with its submodules, whose code is no part of its own. `folder` is where the files of submodules are.
     fn add(
         &mut self,
         file: usize,
-        mut code: String,
+        code: &[TokenTree],
         folder: &Path,
         name: Name,
     ) -> Result<(), String> {
-        let declared = declarations(&code);
-        for (at, child, end) in declared.into_iter().rev() {
+        let mut own = Vec::new();
+        let mut at = 0;
+        while at < code.len() {
+            let Some((child, content)) = declaration(&code[at..]) else {
+                own.push(code[at].clone());
+                at += 1;
+                continue;
+            };
+            let inner = folder.join(&child);
             let child_name = [&name[..], std::slice::from_ref(&child)].concat();
-            let inside = folder.join(&child);
-            if code.as_bytes()[end - 1] == b'}' {
-                let own: String = blank_outside(&code, at..end);
-                self.add(file, own, &inside, child_name)?;
-            } else {
-                let given = path_attribute(&self.files[file].1.text[..at]);
-                let file = match given {
-                    Some(given) => self.files[file].0.with_file_name(given),
-                    None => file_of(folder, &child),
-                };
-                self.read_file(&file, &inside, child_name)?;
+            match content {
+                Some(content) => self.add(file, &content, &inner, child_name)?,
+                None => {
+                    let path = match path_attribute(&own) {
+                        Some(given) => self.files[file].0.with_file_name(given),
+                        None => file_of(folder, &child),
+                    };
+                    self.read_file(&path, &inner, child_name)?;
+                }
             }
-            code.replace_range(at..end, &blanks(&code[at..end]));
+            at += DECLARATION;
         }
-        let imports = paths::take_imports(&mut code);
-        let items = paths::items(&code);
+        let (imports, paths) = paths::imports_and_paths(&own);
         let module = Module {
             file,
-            code,
             imports,
-            items,
+            paths,
+            items: paths::items(&own),
         };
         self.modules.insert(name, module);
         Ok(())
@@ -131,16 +137,13 @@ impl Modules {
     fn edges(&self) -> Vec<Edge> {
         let mut edges = Vec::new();
         for (from, module) in &self.modules {
-            let imported = module
-                .imports
-                .iter()
-                .map(|import| (import.at, import.path.clone()));
-            for (at, path) in imported.chain(paths::in_code(&module.code)) {
-                let Some(to) = self.resolve(from, &path, 0) else {
+            let imported = module.imports.iter().map(|i| (i.line, &i.path));
+            let written = module.paths.iter().map(|(line, path)| (*line, path));
+            for (line, path) in imported.chain(written) {
+                let Some(to) = self.resolve(from, path, 0) else {
                     continue;
                 };
-                let (file, source) = &self.files[module.file];
-                let place = format!("{}:{}", file.display(), source.line(at));
+                let place = format!("{}:{line}", self.files[module.file].0.display());
                 edges.push(Edge {
                     from: from.clone(),
                     to,
@@ -217,27 +220,17 @@ impl Modules {
     }
 }
 
-/// `mod` items of a module's own level: where each begins, its name, and the byte after its end.
-fn declarations(code: &str) -> Vec<(usize, String, usize)> {
-    let mut found = Vec::new();
-    let mut after = 0;
-    for (at, word) in words(code) {
-        let Some(name) = following_name(code, at + word.len()).filter(|_| word == "mod") else {
-            continue;
-        };
-        if at < after {
-            continue;
-        }
-        let Some(brace) = code[at..].find(['{', ';']).map(|length| at + length) else {
-            continue;
-        };
-        after = match code.as_bytes()[brace] {
-            b'{' => (closing(code.as_bytes(), brace) + 1).min(code.len()),
-            _ => brace + 1,
-        };
-        found.push((at, name.to_owned(), after));
-    }
-    found
+/// Tokens of `mod name;` and of `mod name { ... }`.
+const DECLARATION: usize = 3;
+
+/// The name of the module that the tokens begin with, and its content where it has no file of its own.
+fn declaration(code: &[TokenTree]) -> Option<(String, Option<Vec<TokenTree>>)> {
+    let [keyword, name, end, ..] = code else {
+        return None;
+    };
+    let content = inside(end, Delimiter::Brace);
+    let is_module = word(keyword)? == "mod" && (content.is_some() || is_mark(end, ';'));
+    is_module.then_some((word(name)?, content))
 }
 
 fn file_of(folder: &Path, module: &str) -> PathBuf {
@@ -248,30 +241,17 @@ fn file_of(folder: &Path, module: &str) -> PathBuf {
     }
 }
 
-/// The file that a `#[path = "..."]` before a module names.
-fn path_attribute(before: &str) -> Option<&str> {
-    let (_, attribute) = before.rsplit_once("#[path = \"")?;
-    let (path, rest) = attribute.split_once("\"]")?;
-    let is_only_visibility = ["", "pub", "pub(crate)", "pub(super)"].contains(&rest.trim());
-    is_only_visibility.then_some(path)
-}
-
-fn blanks(code: &str) -> String {
-    code.chars()
-        .map(|c| if c == '\n' { '\n' } else { ' ' })
-        .collect()
-}
-
-/// The code inside the braces of a module, everything else blanked.
-fn blank_outside(code: &str, module: std::ops::Range<usize>) -> String {
-    let open = module.start + code[module.clone()].find('{').unwrap_or(0) + 1;
-    let close = module.end - 1;
-    [
-        &blanks(&code[..open]),
-        &code[open..close],
-        &blanks(&code[close..]),
-    ]
-    .concat()
+/// The file that a `#[path = "..."]` names right before a module.
+fn path_attribute(before: &[TokenTree]) -> Option<String> {
+    let visible = before.iter().rev().skip_while(|token| {
+        word(token).is_some_and(|word| word == "pub")
+            || inside(token, Delimiter::Parenthesis).is_some()
+    });
+    let attribute = inside(visible.into_iter().next()?, Delimiter::Bracket)?;
+    let path = attribute
+        .get(2)
+        .filter(|_| word(&attribute[0]).is_some_and(|w| w == "path"))?;
+    Some(path.to_string().trim_matches('"').to_owned())
 }
 
 /// Circles among the children of a module.

@@ -2,12 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use super::source::{following_name, words};
+use proc_macro2::{Delimiter, TokenTree};
+
+use super::source::{for_each_level, inside, is_mark, line, word};
 
 /// A name that `use` brings into a module.
 pub struct Import {
-    /// Where its `use` is.
-    pub at: usize,
+    /// The line of its `use`.
+    pub line: usize,
     /// The name, `*` for all that is there.
     pub name: String,
     /// What it stands for.
@@ -15,119 +17,94 @@ pub struct Import {
 }
 
 /// Names of what a module defines itself, and, which does no harm, of what its items hold.
-pub fn items(code: &str) -> BTreeSet<String> {
-    const KEYWORDS: [&str; 9] = [
-        "fn",
-        "struct",
-        "enum",
-        "trait",
-        "type",
-        "const",
-        "static",
-        "union",
-        "macro_rules",
+pub fn items(code: &[TokenTree]) -> BTreeSet<String> {
+    const KEYWORDS: [&str; 8] = [
+        "fn", "struct", "enum", "trait", "type", "const", "static", "union",
     ];
-    words(code)
-        .filter(|(_, word)| KEYWORDS.contains(word))
-        .filter_map(|(at, word)| following_name(code, at + word.len()))
-        .map(str::to_owned)
-        .collect()
+    let mut names = BTreeSet::new();
+    for_each_level(code, &mut |level| {
+        for pair in level.windows(2) {
+            if let (Some(keyword), Some(name)) = (word(&pair[0]), word(&pair[1]))
+                && KEYWORDS.contains(&keyword.as_str())
+            {
+                names.insert(name);
+            }
+        }
+    });
+    names
 }
 
-/// Takes every `use` out of a module's code, which keeps its length.
-pub fn take_imports(code: &mut String) -> Vec<Import> {
-    let starts: Vec<usize> = words(code)
-        .filter(|(_, word)| *word == "use")
-        .map(|(at, _)| at)
-        .collect();
-    let mut imports = Vec::new();
-    for at in starts {
-        let Some(length) = code[at..].find(';') else {
-            continue;
-        };
-        let tree = code[at + "use".len()..at + length].to_owned();
-        // `impl Trait + use<'a>` is no import.
-        if tree.trim_start().starts_with('<') {
-            continue;
+/// Every `use` of a module's code, and every path of at least two segments in the rest with its line.
+pub fn imports_and_paths(code: &[TokenTree]) -> (Vec<Import>, Vec<(usize, Vec<String>)>) {
+    let (mut imports, mut paths) = (Vec::new(), Vec::new());
+    for_each_level(code, &mut |level| {
+        let mut at = 0;
+        while at < level.len() {
+            let rest = &level[at..];
+            let is_use = word(&rest[0]).is_some_and(|word| word == "use");
+            let end = rest.iter().position(|token| is_mark(token, ';'));
+            // `impl Trait + use<'a>` is no import.
+            let is_import = is_use && rest.get(1).is_some_and(|next| !is_mark(next, '<'));
+            if let Some(end) = end.filter(|_| is_import) {
+                imports.extend(branches(line(&rest[0]), &[], &rest[1..end]));
+                at += end;
+                continue;
+            }
+            let (path, length) = path(rest);
+            let is_absolute = at > 0 && is_mark(&level[at - 1], ':') && length > 0;
+            if path.len() > 1 && !is_absolute {
+                paths.push((line(&rest[0]), path));
+            }
+            at += length.max(1);
         }
-        imports.extend(branches(at, &[], tree.trim()));
-        code.replace_range(at..at + length, &" ".repeat(length));
+    });
+    (imports, paths)
+}
+
+/// The names between `::` at the beginning, and how many tokens they take.
+fn path(tokens: &[TokenTree]) -> (Vec<String>, usize) {
+    let mut names = Vec::new();
+    let mut length = 0;
+    while let Some(name) = tokens.get(length).and_then(word) {
+        names.push(name);
+        length += 1;
+        match &tokens[length..] {
+            [a, b, ..] if is_mark(a, ':') && is_mark(b, ':') => length += 2,
+            _ => break,
+        }
     }
-    imports
+    (names, length)
 }
 
 /// The names of a `use` tree behind a path.
-fn branches(at: usize, before: &[String], tree: &str) -> Vec<Import> {
-    if let Some((head, group)) = tree.split_once('{') {
-        let group = group.trim_end().strip_suffix('}').unwrap_or(group);
-        let path = [before, &segments(head)].concat();
-        return split_group(group)
-            .into_iter()
-            .flat_map(|branch| branches(at, &path, branch))
+fn branches(line: usize, before: &[String], tree: &[TokenTree]) -> Vec<Import> {
+    let start = tree.iter().position(|token| !is_mark(token, ':'));
+    let tree = &tree[start.unwrap_or(tree.len())..];
+    let (own, length) = path(tree);
+    let mut path = [before, &own].concat();
+    let last = tree.get(length);
+    if let Some(group) = last.and_then(|token| inside(token, Delimiter::Brace)) {
+        return group
+            .split(|token| is_mark(token, ','))
+            .filter(|branch| !branch.is_empty())
+            .flat_map(|branch| branches(line, &path, branch))
             .collect();
     }
-    let (tree, alias) = match tree.split_once(" as ") {
-        Some((tree, alias)) => (tree, Some(alias.trim())),
-        None => (tree, None),
-    };
-    let mut path = [before, &segments(tree)].concat();
-    let last = path.last().cloned().unwrap_or_default();
-    if (last == "*" || last == "self") && path.len() > 1 {
+    // `use a::{self as b}`: the name of `self` is that of the module.
+    if path.len() > 1 && path.last().is_some_and(|name| name == "self") {
         path.pop();
     }
-    let own = match last.as_str() {
-        "self" => path.last().cloned().unwrap_or_default(),
-        _ => last,
+    let alias = tree
+        .iter()
+        .skip_while(|t| word(t).is_none_or(|word| word != "as"));
+    let name = match last {
+        Some(star) if is_mark(star, '*') => Some("*".to_owned()),
+        Some(_) => alias.skip(1).find_map(word),
+        None => path.last().cloned(),
     };
-    let name = alias.map_or(own, str::to_owned);
-    match path.is_empty() {
-        true => Vec::new(),
-        false => vec![Import { at, name, path }],
-    }
-}
-
-fn segments(path: &str) -> Vec<String> {
-    path.split("::")
-        .map(str::trim)
-        .filter(|segment| !segment.is_empty())
-        .map(str::to_owned)
+    name.map(|name| Import { line, name, path })
+        .into_iter()
         .collect()
-}
-
-/// Parts of a group between commas of its own level.
-fn split_group(group: &str) -> Vec<&str> {
-    let mut parts = Vec::new();
-    let (mut depth, mut start) = (0, 0);
-    for (at, character) in group.char_indices() {
-        match character {
-            '{' => depth += 1,
-            '}' => depth -= 1,
-            ',' if depth == 0 => {
-                parts.push(group[start..at].trim());
-                start = at + 1;
-            }
-            _ => {}
-        }
-    }
-    parts.push(group[start..].trim());
-    parts.retain(|part| !part.is_empty());
-    parts
-}
-
-/// Paths of at least two segments in code without its `use` items, with where they begin.
-pub fn in_code(code: &str) -> Vec<(usize, Vec<String>)> {
-    let mut found: Vec<(usize, Vec<String>)> = Vec::new();
-    let mut end = None;
-    for (at, word) in words(code) {
-        let continues = end.is_some_and(|end: usize| code[end..at].trim() == "::");
-        match found.last_mut() {
-            Some((_, path)) if continues => path.push(word.to_owned()),
-            _ => found.push((at, vec![word.to_owned()])),
-        }
-        end = Some(at + word.len());
-    }
-    found.retain(|(at, path)| path.len() > 1 && !code[..*at].ends_with("::"));
-    found
 }
 
 #[cfg(test)]
@@ -136,16 +113,20 @@ mod tests {
 
     #[test]
     fn exact_every_name_of_a_use_tree() {
-        let mut code =
-            "pub use crate::{a::{self, B as C}, d::*}; fn f() { x::y::<Z>(e) }".to_owned();
-        let imports = take_imports(&mut code);
+        let code = "pub use crate::{a::{self, B as C}, d::*}; fn f() { x::y::<Z>(e) }";
+        let code: Vec<TokenTree> = code
+            .parse::<proc_macro2::TokenStream>()
+            .unwrap()
+            .into_iter()
+            .collect();
+        let (imports, paths) = imports_and_paths(&code);
         let found: Vec<_> = imports
             .iter()
             .map(|i| (i.name.as_str(), i.path.join("::")))
             .collect();
         let expected = [("a", "crate::a"), ("C", "crate::a::B"), ("*", "crate::d")];
         assert_eq!(found, expected.map(|(name, path)| (name, path.to_owned())));
-        let paths: Vec<_> = in_code(&code).into_iter().map(|p| p.1.join("::")).collect();
+        let paths: Vec<_> = paths.into_iter().map(|p| p.1.join("::")).collect();
         assert_eq!(paths, ["x::y"]);
     }
 }
