@@ -1,6 +1,7 @@
-//! Whether the code keeps the plan of the house: arrows between crates and modules, and how long things are.
+//! Whether the code keeps the plan of the house: arrows between crates and modules, how long things are, and how many.
 
 mod floors;
+mod gates;
 mod modules;
 mod paths;
 mod source;
@@ -11,6 +12,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::cargo;
+use gates::Counts;
 use modules::Modules;
 use source::Source;
 
@@ -37,6 +39,7 @@ struct Finding {
 #[derive(Default)]
 struct Survey {
     findings: Vec<Finding>,
+    counts: Counts,
     lines: Vec<(String, usize)>,
     long_functions: Vec<String>,
 }
@@ -81,6 +84,9 @@ impl Survey {
             survey.add_unnamed_rooms(&root, package, &plan)?;
             survey.add_forgotten_tests(&root, package)?;
         }
+        for fault in survey.counts.faults(&root)? {
+            survey.add("count", &fault, gates::LIMITS.into());
+        }
         Ok(survey)
     }
 
@@ -107,6 +113,7 @@ impl Survey {
             for (path, source) in modules.files() {
                 if seen.insert(path.clone()) {
                     lines += source.production_lines;
+                    self.counts.add(name, path, source);
                     self.add_file(name, path, source);
                 }
             }
