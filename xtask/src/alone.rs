@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::steps::{skipped, succeeds};
+use crate::steps::{run, skipped, succeeds};
 use crate::target::{binary, in_target};
 use crate::toolchain::{BROWSER, has_library, no_library};
 use crate::{cargo, page, python};
@@ -33,10 +33,7 @@ pub fn compile() -> Result<(), String> {
     let mut build = cargo(&["rustc", "--package", "seatrial-wasm", "--lib", "--quiet"]);
     build.args(["--crate-type", "cdylib", "--profile", "wasm"]);
     build.args(["--target", BROWSER]);
-    match succeeds(&mut build) {
-        true => Ok(()),
-        false => Err("cargo rustc -p seatrial-wasm".into()),
-    }
+    run(&mut build, "cargo rustc -p seatrial-wasm")
 }
 
 /// Builds the page; `None` where npm, or what the lock names, is missing.
@@ -56,9 +53,7 @@ pub fn build() -> Result<Option<PathBuf>, String> {
         .arg("--outDir")
         .arg(in_target(FOLDER))
         .env("SEATRIAL_WASM", in_target(MODULE));
-    if !succeeds(&mut vite) {
-        return Err("vite build --config vite.alone.config.ts".into());
-    }
+    run(&mut vite, "vite build --config vite.alone.config.ts")?;
     Ok(Some(place()))
 }
 
@@ -86,10 +81,7 @@ pub fn check() -> Result<(), String> {
         .env("SEATRIAL", binary())
         .env("SEATRIAL_PYTHON", python::of_tests("python"))
         .env("SEATRIAL_DATA", data()?);
-    match succeeds(&mut tests) {
-        true => Ok(()),
-        false => Err("tests of the page without a server".into()),
-    }
+    run(&mut tests, "tests of the page without a server")
 }
 
 /// Measures the page and the command side by side on a long log, and fails where a goal is missed.
@@ -109,9 +101,7 @@ pub fn measure() -> Result<(), String> {
         }
     });
     let mut build = cargo(&["build", "--quiet", "--package", "seatrial-cli"]);
-    if !succeeds(&mut build) {
-        return Err("cargo build -p seatrial-cli".into());
-    }
+    run(&mut build, "cargo build -p seatrial-cli")?;
     let mut measure = page::node();
     measure
         .arg("tests/speed.ts")
@@ -123,10 +113,7 @@ pub fn measure() -> Result<(), String> {
             "SEATRIAL_TABLE",
             std::path::absolute(MEASURED).unwrap_or_default(),
         );
-    match succeeds(&mut measure) {
-        true => Ok(()),
-        false => Err("goals of the page".into()),
-    }
+    run(&mut measure, "goals of the page")
 }
 
 /// Logs for tests, where they are.

@@ -5,7 +5,7 @@ use std::process::Command;
 use std::time::Instant;
 
 use crate::environment::NO_PYTHON;
-use crate::steps::{skipped, succeeds};
+use crate::steps::{run, skipped, succeeds};
 use crate::target::{binary as built_for_tests, in_target};
 use crate::toolchain::has_library;
 use crate::{cargo, wheel};
@@ -271,9 +271,7 @@ fn debian_package(folder: &Path, target: &str) -> Result<PathBuf, String> {
             .into_owned();
         compressed.push(put(page, &format!("usr/share/man/man1/{name}"))?);
     }
-    if !succeeds(Command::new("gzip").arg("-9n").args(&compressed)) {
-        return Err("gzip".into());
-    }
+    run(Command::new("gzip").arg("-9n").args(&compressed), "gzip")?;
     std::fs::create_dir_all(root.join("DEBIAN")).map_err(failed)?;
     let control = control(architecture, target.ends_with("gnu"));
     std::fs::write(root.join("DEBIAN/control"), control).map_err(failed)?;
@@ -313,9 +311,7 @@ fn first_report(archive: &Path, name: &str, machine: Machine) -> Result<f64, Str
     let begun = Instant::now();
     let mut tar = Command::new("tar");
     tar.arg("-xf").arg(archive).arg("-C").arg(&folder);
-    if !succeeds(&mut tar) {
-        return Err("tar -xf".into());
-    }
+    run(&mut tar, "tar -xf")?;
     let mut trial = machine.command(&folder, &Path::new(name).join("seatrial"));
     trial.args(["trial", "--yes", "--report", "trial.html"]);
     let done = trial.current_dir(&folder).output().map_err(failed)?;
@@ -347,10 +343,7 @@ fn installed_package_works(package: &Path, machine: Machine) -> Result<(), Strin
                 "--log=/dev/null",
             ])
             .args(what);
-        match succeeds(&mut command) {
-            true => Ok(()),
-            false => Err(format!("dpkg {}", what.join(" "))),
-        }
+        run(&mut command, format!("dpkg {}", what.join(" ")))
     };
     dpkg(&["--install", &package.display().to_string()])?;
     let mut installed = machine.command(&root, Path::new("usr/bin/seatrial"));

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::steps::{skipped, succeeds};
+use crate::steps::{run, skipped};
 use crate::target::{binary, in_target, target};
 use crate::{alone, page, python};
 
@@ -34,9 +34,10 @@ pub fn check() -> Result<(), String> {
     copy(Path::new(DOCS), &source)?;
     write(&source.join(VERBS), &verbs()?)?;
     list_the_others()?;
-    if !succeeds(Command::new(program).arg("build").arg(&source)) {
-        return Err(format!("mdbook build {}", source.display()));
-    }
+    run(
+        Command::new(program).arg("build").arg(&source),
+        format!("mdbook build {}", source.display()),
+    )?;
     let pages = of_suffix(&in_target(BOOK), "html")?;
     for page in &pages {
         lead_out(page)?;
@@ -64,10 +65,7 @@ fn live_figures() -> Result<(), String> {
         .args(["--test", "--test-reporter=spec", "tests/figures.check.ts"])
         .env("SEATRIAL_BOOK", in_target(BOOK))
         .env("SEATRIAL", binary());
-    match succeeds(&mut tests) {
-        true => Ok(()),
-        false => Err("tests of the live figures".into()),
-    }
+    run(&mut tests, "tests of the live figures")
 }
 
 /// Puts the page without a server where the docs link to it, once it has been built; where it has not been built, a page that says how.

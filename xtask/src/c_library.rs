@@ -6,7 +6,7 @@ use std::process::Command;
 
 use crate::cargo;
 use crate::embedded::{BOARDS, Checked, run_on};
-use crate::steps::{skipped, succeeds};
+use crate::steps::{run, skipped, succeeds};
 use crate::target::{in_target, root};
 use crate::toolchain::CORTEX_M;
 
@@ -258,15 +258,10 @@ fn of_precision<'a>(
 
 /// The folder with the static and the shared library.
 fn build_for_host() -> Result<PathBuf, String> {
-    if !succeeds(&mut cargo(&[
-        "build",
-        "--quiet",
-        "--release",
-        "-p",
-        "seatrial-ffi",
-    ])) {
-        return Err("seatrial-ffi does not build for this machine".into());
-    }
+    run(
+        &mut cargo(&["build", "--quiet", "--release", "-p", "seatrial-ffi"]),
+        "seatrial-ffi does not build for this machine",
+    )?;
     let folder = in_target("release");
     folder.canonicalize().map_err(|error| error.to_string())
 }

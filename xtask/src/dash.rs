@@ -5,7 +5,7 @@ use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
 
 use crate::environment::{Environment, NO_PYTHON, PYTHON};
-use crate::steps::{skipped, succeeds};
+use crate::steps::{run, skipped};
 use crate::target::{binary, in_target};
 
 const ENVIRONMENT: Environment = Environment {
@@ -37,9 +37,7 @@ pub fn check() -> Result<(), String> {
         .args(["trial", "--logbook"])
         .arg(in_target(LOGBOOK))
         .stdout(Stdio::null());
-    if !succeeds(&mut trial) {
-        return Err("seatrial trial".into());
-    }
+    run(&mut trial, "seatrial trial")?;
     let mut server = Served::start()?;
     let schema = format!("http://{}/api/v1/openapi.json", server.address);
     let lease = format!("seatrial-lease: {}", server.control()?);
@@ -57,9 +55,10 @@ pub fn check() -> Result<(), String> {
             "--warnings",
             "off",
         ];
-        if !succeeds(&mut ENVIRONMENT.program("schemathesis", &arguments)) {
-            return Err(format!("schemathesis {which} {GIVES_CONTROL_BACK}"));
-        }
+        run(
+            &mut ENVIRONMENT.program("schemathesis", &arguments),
+            format!("schemathesis {which} {GIVES_CONTROL_BACK}"),
+        )?;
     }
     match server.process.try_wait() {
         Ok(None) => Ok(()),

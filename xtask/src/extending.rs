@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::cargo;
-use crate::steps::succeeds;
+use crate::steps::run;
 use crate::target::in_target;
 
 const FOLDER: &str = "examples/extending";
@@ -19,10 +19,7 @@ pub fn check() -> Result<(), String> {
         .arg("--target-dir")
         .arg(in_target(TARGET));
     tests.env("CARGO_INCREMENTAL", "0");
-    match succeeds(&mut tests) {
-        true => Ok(()),
-        false => Err(format!("the tests of {FOLDER}")),
-    }
+    run(&mut tests, format!("the tests of {FOLDER}"))
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use std::process::Command;
 use crate::cargo;
 use crate::extending::TARGET;
 use crate::long_log::long_log;
-use crate::steps::{skipped, succeeds};
+use crate::steps::{run, skipped};
 use crate::target::in_target;
 
 const FOLDER: &str = "examples/foxglove-loader";
@@ -21,14 +21,14 @@ const SAID: [&str; 2] = [
 
 /// Runs the tests on this machine.
 pub fn check() -> Result<(), String> {
-    run(&["test", "--quiet"])
+    with_cargo(&["test", "--quiet"])
 }
 
 /// Runs the tests, builds the module and opens a log through it.
 pub fn check_and_build() -> Result<(), String> {
     check()?;
     let target = ["--target", "wasm32-unknown-unknown"];
-    run(&[&["build", "--quiet", "--release", "--lib"][..], &target].concat())?;
+    with_cargo(&[&["build", "--quiet", "--release", "--lib"][..], &target].concat())?;
     let module = in_target(TARGET).join(MODULE);
     let file = std::fs::metadata(&module);
     let bytes = file
@@ -57,14 +57,14 @@ fn opens_a_log(module: &Path) -> Result<(), String> {
     }
 }
 
-fn run(arguments: &[&str]) -> Result<(), String> {
+fn with_cargo(arguments: &[&str]) -> Result<(), String> {
     let manifest = Path::new(FOLDER).join("Cargo.toml");
     let mut command = cargo(arguments);
     command.args(["--locked", "--manifest-path"]).arg(manifest);
     command.arg("--target-dir").arg(in_target(TARGET));
     command.env("CARGO_INCREMENTAL", "0");
-    match succeeds(&mut command) {
-        true => Ok(()),
-        false => Err(format!("cargo {} of {FOLDER}", arguments.join(" "))),
-    }
+    run(
+        &mut command,
+        format!("cargo {} of {FOLDER}", arguments.join(" ")),
+    )
 }

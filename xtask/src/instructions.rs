@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::process::Command;
 
 use crate::cargo;
-use crate::steps::{skipped, succeeds};
+use crate::steps::{run, skipped};
 use crate::target::in_target;
 
 const COUNTS: &str = "callgrind.out";
@@ -31,9 +31,7 @@ pub fn check() -> Result<(), String> {
         return skipped("instructions", "valgrind is missing");
     }
     let build = ["build", "--release", "-p", "seatrial-instructions"];
-    if !succeeds(&mut cargo(&build)) {
-        return Err("seatrial-instructions does not build".into());
-    }
+    run(&mut cargo(&build), "seatrial-instructions does not build")?;
     let run = Command::new("valgrind")
         .args(["--tool=callgrind", "--quiet"])
         .arg(format!(

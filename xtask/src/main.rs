@@ -41,7 +41,7 @@ use std::process::{Command, ExitCode};
 use std::time::Instant;
 
 use beside::Beside;
-use steps::{passes, side_by_side, skipped, succeeds};
+use steps::{Step, in_order, passes, run, side_by_side, skipped};
 use target::{in_target, target};
 
 /// The features of the terminal that no build has by default.
@@ -67,44 +67,84 @@ const CHECKS: [(&str, &str); 6] = [
 ];
 const CORE: &str = "core on Cortex-M";
 
+const HOUSE: Step = ("the plan of the house", || house::check(false));
+const PYTHON_FOR_TESTS: Step = ("Python for the tests", python::prepare_tests);
+const PYTHON: Step = ("Python", python::check);
+const PYTHON_SPEED: Step = ("Python beside scipy", python::is_fast);
+/// Last of what runs beside the tests: its build waits for theirs.
+const PYTHON_PACKAGE: Step = ("the package for Python", python::build);
+const DASHBOARD: Step = ("the dashboard's interface", dash::check);
+const PAGE: Step = ("the page", page::check);
+const PAGE_ALONE: Step = ("the page without a server", alone::check);
+const SITE: Step = ("the docs as a site", book::check);
+const INSTRUCTIONS: Step = ("instructions", instructions::check);
+const EXTENDING: Step = ("a program outside the workspace", extending::check);
+const OLDEST: Step = ("old compilers", oldest::check);
+const MICROCONTROLLERS: Step = ("microcontrollers", || match embedded::check()? {
+    Some(vectors) => c_library::check(&vectors),
+    None => Ok(()),
+});
+
+/// What each command runs, by its words.
+const COMMANDS: [(&str, &[Step]); 22] = [
+    ("house", &[HOUSE]),
+    (
+        "house --list",
+        &[("the plan of the house", || house::check(true))],
+    ),
+    ("embedded", &[MICROCONTROLLERS]),
+    ("python", &[PYTHON, PYTHON_SPEED]),
+    ("dash", &[DASHBOARD]),
+    ("ros2", &[("ROS 2", on_ros2)]),
+    ("ros2-jazzy", &[("ROS 2 Jazzy", on_ros2_itself)]),
+    ("miri", &[("Miri", miri::check)]),
+    ("instructions", &[INSTRUCTIONS]),
+    ("web", &[PAGE]),
+    ("page", &[PAGE_ALONE]),
+    (
+        "page --measure",
+        &[("the page beside the terminal", alone::measure)],
+    ),
+    ("docs", &[PYTHON_FOR_TESTS, SITE]),
+    ("extending", &[EXTENDING]),
+    (
+        "foxglove-loader",
+        &[(
+            "the data loader for Foxglove",
+            foxglove_loader::check_and_build,
+        )],
+    ),
+    ("oldest", &[OLDEST]),
+    ("packages", &[("packages", || on_crates_io(false))]),
+    ("packages --build", &[("packages", || on_crates_io(true))]),
+    ("wheel", &[("the wheel", || wheel::check(None))]),
+    ("archive", &[("archives", || archive::check(None))]),
+    ("container", &[("the container", container::check_at_work)]),
+    ("windows", &[("Windows", windows::check)]),
+];
+
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let command = arguments.join(" ");
+    let steps = COMMANDS.iter().find(|(name, _)| *name == command);
     let passed = match arguments.as_slice() {
-        ["test"] => test(fast),
+        ["test"] => test(|| with_cargo(&CHECKS, &[])),
         ["test", "--all"] => test(everything),
         ["beside"] => beside_the_tests(),
-        ["house"] => in_order(false),
-        ["house", "--list"] => in_order(true),
-        ["embedded"] => on_microcontrollers(),
-        ["python"] => in_python() && python_is_fast(),
-        ["dash"] => in_dash(),
-        ["ros2"] => on_ros2(),
-        ["ros2-jazzy"] => on_ros2_itself(),
-        ["miri"] => in_miri(),
-        ["instructions"] => in_few_instructions(),
-        ["web"] => in_browser(),
-        ["page"] => without_a_server(),
-        ["page", "--measure"] => beside_the_terminal(),
-        ["docs"] => tests_have_python() && as_a_site(),
-        ["extending"] => outside_the_workspace(),
-        ["foxglove-loader"] => in_foxglove(),
-        ["oldest"] => on_old_compilers(),
-        ["packages"] => on_crates_io(false),
-        ["packages", "--build"] => on_crates_io(true),
-        ["wheel"] => in_a_wheel(None),
-        ["wheel", target] => in_a_wheel(Some(target)),
-        ["archive"] => in_an_archive(None),
-        ["container"] => in_a_container(),
-        ["windows"] => on_windows(),
-        ["archive", target] => in_an_archive(Some(target)),
+        ["wheel", target] => passes("the wheel", || wheel::check(Some(target))),
+        ["archive", target] => passes("archives", || archive::check(Some(target))),
         ["same-answers", rest @ ..] => return same_answers::run(rest),
-        _ => {
-            eprintln!(
-                "usage: cargo xtask test [--all]|house [--list]|embedded|python|dash|ros2|ros2-jazzy|miri|instructions|web|page [--measure]|docs|extending|foxglove-loader|oldest|packages [--build]|wheel [TARGET]|archive [TARGET]|container|windows|same-answers"
-            );
-            return ExitCode::from(2);
-        }
+        _ => match steps {
+            Some((_, steps)) => in_order(steps),
+            None => {
+                let names = COMMANDS.map(|(name, _)| name).join("|");
+                eprintln!(
+                    "usage: cargo xtask test [--all]|wheel TARGET|archive TARGET|same-answers|{names}"
+                );
+                return ExitCode::from(2);
+            }
+        },
     };
     match passed {
         true => ExitCode::SUCCESS,
@@ -114,16 +154,11 @@ fn main() -> ExitCode {
 
 fn test(checks: fn() -> bool) -> bool {
     let begin = Instant::now();
-    let passed = in_order(false) && passes("the toolchain", toolchain::prepare) && checks();
+    let passed = in_order(&[HOUSE, ("the toolchain", toolchain::prepare)]) && checks();
     if passed {
         eprintln!("== all passed in {:.0} s", begin.elapsed().as_secs_f64());
     }
     passed
-}
-
-/// What every change needs.
-fn fast() -> bool {
-    with_cargo(&CHECKS, &[])
 }
 
 fn everything() -> bool {
@@ -134,48 +169,44 @@ fn everything() -> bool {
             return false;
         }
     };
-    let passed = tests_have_python()
+    let passed = in_order(&[PYTHON_FOR_TESTS])
         && with_cargo(&CHECKS, &["--features", ROS2])
-        && over_ros2()
-        && side_by_side(&[
-            &[in_python, in_dash],
-            &[in_browser, without_a_server, as_a_site],
-        ]);
+        && in_order(&[("vehicles over ROS 2", over_ros2)])
+        && side_by_side(&[&[PYTHON, DASHBOARD], &[PAGE, PAGE_ALONE, SITE]]);
     if !passed {
         beside.end();
         return false;
     }
     // What is measured is not disturbed.
-    beside.passed() && python_is_fast()
+    beside.passed() && in_order(&[PYTHON_SPEED])
 }
 
 /// What is built apart from the workspace's tests.
 fn beside_the_tests() -> bool {
     beside::end_with_the_other();
+    let browser = "the program of the page without a server";
     side_by_side(&[
         &[
-            tools_are_there,
-            in_few_instructions,
-            on_microcontrollers,
-            on_old_compilers,
-            package_for_python,
+            ("tools", prepare_tools),
+            INSTRUCTIONS,
+            MICROCONTROLLERS,
+            OLDEST,
+            PYTHON_PACKAGE,
         ],
         &[
-            program_for_a_browser,
-            outside_the_workspace,
-            logs_in_foxglove,
+            (browser, alone::compile),
+            EXTENDING,
+            ("logs in Foxglove", foxglove_loader::check),
         ],
     ])
 }
 
 /// Fetches what later checks need; one that cannot be had is told by the check that needs it.
-fn tools_are_there() -> bool {
-    passes("tools", || {
-        python::prepare();
-        dash::prepare();
-        page::prepare();
-        Ok(())
-    })
+fn prepare_tools() -> Result<(), String> {
+    python::prepare();
+    dash::prepare();
+    page::prepare();
+    Ok(())
 }
 
 /// Ends with the tests that were skipped for want of data or tools.
@@ -183,26 +214,15 @@ fn with_cargo(checks: &[(&str, &str)], ros2: &[&str]) -> bool {
     let skipped_tests = in_target("skipped-tests.txt");
     let _ = std::fs::remove_file(&skipped_tests);
     let passed = checks.iter().all(|(name, command)| {
-        let arguments: Vec<&str> = command
-            .split(' ')
-            .flat_map(|word| {
-                if word == "ROS2" {
-                    ros2.to_vec()
-                } else {
-                    vec![word]
-                }
-            })
-            .collect();
         passes(name, || {
             if *name == CORE && !toolchain::has_library(toolchain::CORTEX_M) {
                 return skipped(CORE, &toolchain::no_library(toolchain::CORTEX_M));
             }
-            let mut command_line = cargo_or_nextest(&arguments)?;
-            command_line.env("RUSTDOCFLAGS", "-D warnings");
-            command_line.env("SEATRIAL_SKIPPED", &skipped_tests);
-            succeeds(&mut command_line)
-                .then_some(())
-                .ok_or(format!("cargo {}", arguments.join(" ")))
+            let command = command.replace("ROS2", &ros2.join(" "));
+            let mut cargo = cargo_or_nextest(&command)?;
+            cargo.env("RUSTDOCFLAGS", "-D warnings");
+            cargo.env("SEATRIAL_SKIPPED", &skipped_tests);
+            run(&mut cargo, format!("cargo {command}"))
         })
     });
     if let Ok(list) = std::fs::read_to_string(&skipped_tests) {
@@ -211,195 +231,55 @@ fn with_cargo(checks: &[(&str, &str)], ros2: &[&str]) -> bool {
     passed
 }
 
-fn tests_have_python() -> bool {
-    passes("Python for the tests", python::prepare_tests)
-}
-
-fn on_microcontrollers() -> bool {
-    passes("microcontrollers", || match embedded::check()? {
-        Some(vectors) => c_library::check(&vectors),
-        None => Ok(()),
-    })
-}
-
-fn in_order(list: bool) -> bool {
-    passes("the plan of the house", || house::check(list))
-}
-
-fn in_few_instructions() -> bool {
-    passes("instructions", instructions::check)
-}
-
-fn in_python() -> bool {
-    passes("Python", python::check)
-}
-
-fn python_is_fast() -> bool {
-    passes("Python beside scipy", python::is_fast)
-}
-
 /// Whole trials on vehicles of other processes, from the tests that are built. They are played in real time, which they
 /// mostly wait for: one that the machine holds up for long is a lost one, which is tried again.
-fn over_ros2() -> bool {
-    passes("vehicles over ROS 2", || {
-        let command = [
-            "nextest",
-            "run",
-            "--workspace",
-            "--features",
-            ROS2,
-            "--test-threads",
-            "3",
-        ];
-        let rest = ["--retries", "2", "-E", "test(/^ros2::/)"];
-        let mut tests = cargo_or_nextest(&[&command[..], &rest].concat())?;
-        succeeds(&mut tests)
-            .then_some(())
-            .ok_or("vehicles over DDS or zenoh".into())
-    })
+fn over_ros2() -> Result<(), String> {
+    let tests =
+        "nextest run --workspace --test-threads 3 --retries 2 -E test(/^ros2::/) --features";
+    let mut tests = cargo_or_nextest(&format!("{tests} {ROS2}"))?;
+    run(&mut tests, "vehicles over DDS or zenoh")
 }
 
-fn on_ros2() -> bool {
-    let of_features = |verb: &[&str], features: &str, rest: &[&str]| {
-        let arguments = [verb, &["--features", features], rest].concat();
-        cargo_or_nextest(&arguments).is_ok_and(|mut command| succeeds(&mut command))
-    };
-    let lint = ["clippy", "-p", "seatrial-links", "-p", "seatrial-cli"];
-    let strict = ["--", "-D", "warnings"];
-    let test = ["nextest", "run", "--test-threads", "1"];
-    passes("ROS 2", || {
-        python::prepare_tests()?;
-        let both = "ros2,ros2-zenoh";
-        // One test at a time: the vehicles are played in real time, and one that the machine holds up for long is a lost one.
-        let is_right = of_features(&[&lint[..], &["--all-targets"]].concat(), both, &strict)
-            && of_features(&lint, "", &strict)
-            && of_features(&lint, "ros2", &strict)
-            && of_features(&lint, "ros2-zenoh", &strict)
-            && of_features(
-                &test,
-                "ros2-zenoh",
-                &["-p", "seatrial-links", "--lib", "ros2_vehicle"],
-            )
-            && of_features(&test, both, &["-p", "seatrial-cli", "-E", "test(/^ros2/)"]);
-        is_right
-            .then_some(())
-            .ok_or("vehicles over DDS or zenoh".into())
-    })
+/// One test at a time: the vehicles are played in real time, and one that the machine holds up for long is a lost one.
+fn on_ros2() -> Result<(), String> {
+    python::prepare_tests()?;
+    for command in [
+        "clippy -p seatrial-links -p seatrial-cli --all-targets --features ros2,ros2-zenoh -- -D warnings",
+        "clippy -p seatrial-links -p seatrial-cli -- -D warnings",
+        "clippy -p seatrial-links -p seatrial-cli --features ros2 -- -D warnings",
+        "clippy -p seatrial-links -p seatrial-cli --features ros2-zenoh -- -D warnings",
+        "nextest run --test-threads 1 --features ros2-zenoh -p seatrial-links --lib ros2_vehicle",
+        "nextest run --test-threads 1 --features ros2,ros2-zenoh -p seatrial-cli -E test(/^ros2/)",
+    ] {
+        run(&mut cargo_or_nextest(command)?, command)?;
+    }
+    Ok(())
 }
 
 /// Whole trials on a vehicle that is a node of ROS 2 Jazzy; not part of `test --all`, for the size of ROS 2.
-fn on_ros2_itself() -> bool {
-    passes("ROS 2 Jazzy", || {
-        let Some(python) = python::of_jazzy() else {
-            return skipped(
-                "ROS 2 Jazzy",
-                "python3.12 with venv, or ROS 2 in its registry, is missing",
-            );
-        };
-        let tests = [
-            "nextest",
-            "run",
-            "-p",
-            "seatrial-cli",
-            "--features",
-            "ros2",
-            "--test-threads",
-            "1",
-        ];
-        let which = [
-            "--run-ignored",
-            "only",
-            "-E",
-            "test(/^ros2::jazzy/)",
-            "--no-capture",
-        ];
-        let mut tests = cargo_or_nextest(&[&tests[..], &which].concat())?;
-        match succeeds(tests.env("SEATRIAL_PYTHON", python)) {
-            true => Ok(()),
-            false => Err("vehicles that are nodes of ROS 2".into()),
-        }
-    })
+fn on_ros2_itself() -> Result<(), String> {
+    let Some(python) = python::of_jazzy() else {
+        let missing = "python3.12 with venv, or ROS 2 in its registry, is missing";
+        return skipped("ROS 2 Jazzy", missing);
+    };
+    let mut tests = cargo_or_nextest(
+        "nextest run -p seatrial-cli --features ros2 --test-threads 1 --run-ignored only -E test(/^ros2::jazzy/) --no-capture",
+    )?;
+    let failed = "vehicles that are nodes of ROS 2";
+    run(tests.env("SEATRIAL_PYTHON", python), failed)
 }
 
-fn on_crates_io(builds: bool) -> bool {
-    passes("packages", || {
-        container::check()?;
-        packages::check(builds)
-    })
+fn on_crates_io(builds: bool) -> Result<(), String> {
+    container::check()?;
+    packages::check(builds)
 }
 
-fn outside_the_workspace() -> bool {
-    passes("a program outside the workspace", extending::check)
-}
-
-fn logs_in_foxglove() -> bool {
-    passes("logs in Foxglove", foxglove_loader::check)
-}
-
-fn in_foxglove() -> bool {
-    passes(
-        "the data loader for Foxglove",
-        foxglove_loader::check_and_build,
-    )
-}
-
-fn on_old_compilers() -> bool {
-    passes("old compilers", oldest::check)
-}
-
-fn in_a_wheel(target: Option<&str>) -> bool {
-    passes("the wheel", || wheel::check(target))
-}
-
-fn in_an_archive(target: Option<&str>) -> bool {
-    passes("archives", || archive::check(target))
-}
-
-fn in_a_container() -> bool {
-    passes("the container", container::check_at_work)
-}
-
-fn on_windows() -> bool {
-    passes("Windows", windows::check)
-}
-
-fn in_miri() -> bool {
-    passes("Miri", miri::check)
-}
-
-fn in_browser() -> bool {
-    passes("the page", page::check)
-}
-
-fn program_for_a_browser() -> bool {
-    passes("the program of the page without a server", alone::compile)
-}
-
-fn without_a_server() -> bool {
-    passes("the page without a server", alone::check)
-}
-
-fn beside_the_terminal() -> bool {
-    passes("the page beside the terminal", alone::measure)
-}
-
-fn as_a_site() -> bool {
-    passes("the docs as a site", book::check)
-}
-
-/// Last of what runs beside the tests: its build waits for theirs.
-fn package_for_python() -> bool {
-    passes("the package for Python", python::build)
-}
-
-fn in_dash() -> bool {
-    passes("the dashboard's interface", dash::check)
-}
-
-fn cargo_or_nextest(arguments: &[&str]) -> Result<Command, String> {
-    match arguments.split_first() {
+/// The words of a command, between blanks.
+fn cargo_or_nextest(command: &str) -> Result<Command, String> {
+    let words: Vec<&str> = command.split_whitespace().collect();
+    match words.split_first() {
         Some((&"nextest", rest)) => nextest::command(rest),
-        _ => Ok(cargo(arguments)),
+        _ => Ok(cargo(&words)),
     }
 }
 

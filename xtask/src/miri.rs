@@ -3,7 +3,7 @@
 
 use std::process::Command;
 
-use crate::steps::succeeds;
+use crate::steps::run;
 
 /// Big-endian, and without the inline assembly that `libm` has for other machines, which Miri does not know.
 const MACHINE: &str = "s390x-unknown-linux-gnu";
@@ -31,12 +31,13 @@ pub fn check() -> Result<(), String> {
             "run", "nightly", "cargo", "miri", "test", "--target", MACHINE,
         ]);
         command.args(tests);
-        if !succeeds(&mut command) {
-            return Err(format!(
+        run(
+            &mut command,
+            format!(
                 "cargo +nightly miri test {}: where Miri itself is missing, rustup toolchain install nightly --component miri,rust-src",
                 tests.join(" ")
-            ));
-        }
+            ),
+        )?;
     }
     Ok(())
 }

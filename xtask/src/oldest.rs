@@ -5,7 +5,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::packages;
-use crate::steps::{skipped, succeeds};
+use crate::steps::{run, skipped, succeeds};
 use crate::target::in_target;
 
 /// A build of its own: what the pinned compiler has made is of no use to another.
@@ -34,11 +34,10 @@ pub fn check() -> Result<(), String> {
         build.arg(in_target(FOLDER));
         // This process runs under the pinned compiler, which its environment names.
         build.env_remove("RUSTC").env_remove("RUSTUP_TOOLCHAIN");
-        if !succeeds(&mut build) {
-            return Err(format!(
-                "{name} does not build on Rust {compiler}, which it promises"
-            ));
-        }
+        run(
+            &mut build,
+            format!("{name} does not build on Rust {compiler}, which it promises"),
+        )?;
         eprintln!("== {name} builds on Rust {compiler}");
     }
     Ok(())

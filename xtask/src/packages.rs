@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::cargo;
-use crate::steps::succeeds;
+use crate::steps::run;
 
 /// Most keywords of a crate, and most characters of one.
 const KEYWORDS: (usize, usize) = (5, 20);
@@ -31,9 +31,10 @@ pub fn check(builds: bool) -> Result<(), String> {
         return Err(faults.join("\n"));
     }
     let names: Vec<&str> = others.iter().map(|p| text(p, "name")).collect();
-    if !succeeds(&mut packing(builds, &names)) {
-        return Err("cargo could not pack the crates".into());
-    }
+    run(
+        &mut packing(builds, &names),
+        "cargo could not pack the crates",
+    )?;
     eprintln!("== {} crates can be published", published.len());
     Ok(())
 }

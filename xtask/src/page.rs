@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::steps::{skipped, succeeds};
+use crate::steps::{run, skipped, succeeds};
 use crate::target::{binary, in_target};
 
 const SOURCE: &str = "web";
@@ -28,14 +28,14 @@ pub fn check() -> Result<(), String> {
     if !prepared() {
         return skipped("the page", NO_NPM);
     }
-    run(
+    with_node(
         "prettier/bin/prettier.cjs",
         &["--check", "--log-level", "warn", "."],
     )?;
-    run("typescript/bin/tsc", &["--noEmit"])?;
+    with_node("typescript/bin/tsc", &["--noEmit"])?;
     let rebuilt = in_target(REBUILT);
     let out = rebuilt.display().to_string();
-    run(
+    with_node(
         "vite/bin/vite.js",
         &["build", "--logLevel", "warn", "--outDir", &out],
     )?;
@@ -47,10 +47,7 @@ pub fn check() -> Result<(), String> {
     tests
         .args(["--test", "--test-reporter=spec", "tests/*.test.ts"])
         .env("SEATRIAL", binary());
-    if !succeeds(&mut tests) {
-        return Err("tests of the page in the browser".into());
-    }
-    Ok(())
+    run(&mut tests, "tests of the page in the browser")
 }
 
 /// Has `node_modules` what the lock names today?
@@ -96,16 +93,12 @@ pub fn node() -> Command {
     command
 }
 
-fn run(tool: &str, arguments: &[&str]) -> Result<(), String> {
+fn with_node(tool: &str, arguments: &[&str]) -> Result<(), String> {
     let mut command = node();
     command
         .arg(Path::new("node_modules").join(tool))
         .args(arguments);
-    if succeeds(&mut command) {
-        Ok(())
-    } else {
-        Err(format!("{tool} {}", arguments.join(" ")))
-    }
+    run(&mut command, format!("{tool} {}", arguments.join(" ")))
 }
 
 fn compare(rebuilt: &Path, committed: &Path) -> Result<(), String> {

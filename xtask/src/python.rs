@@ -5,7 +5,7 @@ use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::path::PathBuf;
 
 use crate::environment::{Environment, NO_PYTHON, PYTHON};
-use crate::steps::{skipped, succeeds};
+use crate::steps::{run, skipped};
 use crate::target::{binary, in_target};
 use crate::{ROS2, cargo};
 
@@ -71,9 +71,10 @@ pub fn build() -> Result<(), String> {
         return Ok(());
     }
     let all = ["build", "--quiet", "--workspace", "--tests", "--lib"];
-    if !succeeds(cargo(&all).args(["--features", ROS2])) {
-        return Err(format!("cargo {}", all.join(" ")));
-    }
+    run(
+        cargo(&all).args(["--features", ROS2]),
+        format!("cargo {}", all.join(" ")),
+    )?;
     let source = std::path::absolute(SOURCE).map_err(|error| format!("{SOURCE}: {error}"))?;
     let module = in_target(format!("debug/{DLL_PREFIX}_native{DLL_SUFFIX}"));
     // At one stroke: tests may be reading it.
@@ -82,10 +83,10 @@ pub fn build() -> Result<(), String> {
         .and_then(|_| std::fs::rename(&new, &place))
         .map_err(|error| format!("{} to {}: {error}", module.display(), place.display()))?;
     let mut link = ENVIRONMENT.program("python", &["-c", LINK]);
-    match succeeds(link.arg(&source)) {
-        true => Ok(()),
-        false => Err(format!("{} cannot be written to", ENVIRONMENT.folder)),
-    }
+    run(
+        link.arg(&source),
+        format!("{} cannot be written to", ENVIRONMENT.folder),
+    )
 }
 
 /// Builds the package and runs its tests but those of its speed. Where there is no Python that can, this is said and skipped; with
@@ -109,8 +110,8 @@ pub fn is_fast() -> Result<(), String> {
 fn pytest(which: &[&str]) -> Result<(), String> {
     let mut tests = ENVIRONMENT.program("pytest", &["-q", "-s"]);
     tests.args(which).env("SEATRIAL", binary());
-    match succeeds(tests.current_dir(PACKAGE)) {
-        true => Ok(()),
-        false => Err(format!("pytest {}", which.join(" "))),
-    }
+    run(
+        tests.current_dir(PACKAGE),
+        format!("pytest {}", which.join(" ")),
+    )
 }

@@ -32,12 +32,19 @@ pub fn passes(name: &str, step: impl FnOnce() -> Result<(), String>) -> bool {
     }
 }
 
+/// A name, and what is done.
+pub type Step = (&'static str, fn() -> Result<(), String>);
+
+/// Steps until the first that fails; did all pass?
+pub fn in_order(steps: &[Step]) -> bool {
+    steps.iter().all(|(name, step)| passes(name, step))
+}
+
 /// Rows of steps, each row until its first that fails; did all pass?
-pub fn side_by_side(rows: &[&[fn() -> bool]]) -> bool {
+pub fn side_by_side(rows: &[&[Step]]) -> bool {
     std::thread::scope(|scope| {
-        let all = |row: &[fn() -> bool]| row.iter().all(|passes| passes());
         let running: Vec<_> = (rows.iter())
-            .map(|row| scope.spawn(move || all(row)))
+            .map(|row| scope.spawn(|| in_order(row)))
             .collect();
         (running.into_iter()).all(|row| row.join().unwrap_or(false))
     })
@@ -53,6 +60,14 @@ pub fn succeeds(command: &mut Command) -> bool {
         running.retain(|id| *id != child.id());
     }
     status.is_ok_and(|status| status.success())
+}
+
+/// Runs a command as [`succeeds`] does; what failed where it fails.
+pub fn run(command: &mut Command, failed: impl Into<String>) -> Result<(), String> {
+    match succeeds(command) {
+        true => Ok(()),
+        false => Err(failed.into()),
+    }
 }
 
 fn started(command: &mut Command) -> Option<std::process::Child> {
@@ -103,19 +118,16 @@ mod tests {
     fn exact_a_step_that_fails_ends_the_others() {
         assert!(passes("one that passes", || Ok(())));
         let begun = Instant::now();
-        let waits: fn() -> bool = || {
-            passes("a step of a minute", || {
-                match succeeds(Command::new("sleep").arg("60")) {
-                    true => Ok(()),
-                    false => Err("sleep".into()),
-                }
-            })
-        };
-        let fails: fn() -> bool = || {
+        let waits: Step = ("a step of a minute", || {
+            run(Command::new("sleep").arg("60"), "sleep")
+        });
+        let fails: Step = ("one that fails", || {
             std::thread::sleep(std::time::Duration::from_millis(200));
-            passes("one that fails", || Err("as it should".into()))
-        };
-        let after: fn() -> bool = || panic!("nothing begins after a failure in its row");
+            Err("as it should".into())
+        });
+        let after: Step = ("one after it", || {
+            panic!("nothing begins after a failure in its row")
+        });
         assert!(!side_by_side(&[&[waits, after], &[fails, after]]));
         assert!(begun.elapsed().as_secs() < 30);
         assert!(!succeeds(&mut Command::new("true")));

@@ -3,8 +3,9 @@
 use std::path::Path;
 use std::process::Command;
 
+use crate::cargo;
+use crate::steps::succeeds;
 use crate::target::root;
-use crate::{cargo, succeeds};
 
 const FILE: &str = "rust-toolchain.toml";
 pub const CORTEX_M: &str = "thumbv7em-none-eabihf";

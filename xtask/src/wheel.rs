@@ -5,7 +5,7 @@ use std::process::Command;
 use std::time::Instant;
 
 use crate::environment::{Environment, NO_PYTHON, PYTHON};
-use crate::steps::{skipped, succeeds};
+use crate::steps::{run, skipped, succeeds};
 use crate::target::{in_target, target};
 
 const TOOLS: Environment = Environment {
@@ -126,9 +126,10 @@ pub fn command_for(target: &str) -> Result<PathBuf, String> {
         "--target",
         &linker,
     ];
-    if !succeeds(&mut tool("cargo-zigbuild", &arguments)) {
-        return Err(format!("cargo zigbuild -p seatrial-cli --target {linker}"));
-    }
+    run(
+        &mut tool("cargo-zigbuild", &arguments),
+        format!("cargo zigbuild -p seatrial-cli --target {linker}"),
+    )?;
     let binary = in_target(target).join("release/seatrial");
     if platform.has_glibc() {
         needs_no_newer_glibc(&binary)?;
@@ -217,26 +218,24 @@ fn install_and_identify(wheel: &Path) -> Result<f64, String> {
     let _ = std::fs::remove_dir_all(&folder);
     let wheel = std::path::absolute(wheel).map_err(|error| error.to_string())?;
     let bin = folder.join("bin");
-    let run = |program: &Path, arguments: &[&str]| {
+    let within = |program: &Path, arguments: &[&str]| {
         let mut command = Command::new(program);
         command
             .args(arguments)
             .current_dir(&folder)
             .env("PATH", &bin);
-        match succeeds(&mut command) {
-            true => Ok(()),
-            false => Err(format!("{} {}", program.display(), arguments.join(" "))),
-        }
+        run(
+            &mut command,
+            format!("{} {}", program.display(), arguments.join(" ")),
+        )
     };
     let mut venv = Command::new("python3");
     venv.args(["-m", "venv"]).arg(&folder);
-    if !succeeds(&mut venv) {
-        return Err("python3 -m venv".into());
-    }
+    run(&mut venv, "python3 -m venv")?;
     let begun = Instant::now();
     let wheel = wheel.display().to_string();
     let python = bin.join("python");
-    run(
+    within(
         &python,
         &[
             "-m",
@@ -248,12 +247,12 @@ fn install_and_identify(wheel: &Path) -> Result<f64, String> {
             &wheel,
         ],
     )?;
-    run(
+    within(
         &bin.join("seatrial"),
         &["sim", "log", "--seed", "1", "--out", "run.csv"],
     )?;
-    run(&bin.join("seatrial"), &["identify", "run.csv"])?;
-    run(&python, &["-c", FIRST_MODEL])?;
+    within(&bin.join("seatrial"), &["identify", "run.csv"])?;
+    within(&python, &["-c", FIRST_MODEL])?;
     Ok(begun.elapsed().as_secs_f64())
 }
 

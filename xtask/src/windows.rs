@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::archive::{self, WINDOWS};
 use crate::cargo;
-use crate::steps::{skipped, succeeds};
+use crate::steps::{run, skipped, succeeds};
 use crate::target::{binary, in_target, root};
 use crate::toolchain::{has_library, no_library};
 
@@ -52,9 +52,10 @@ pub fn check() -> Result<(), String> {
     let zip = archive::zipped(&exe)?;
     let bytes = std::fs::metadata(&zip).map_or(0, |file| file.len());
     eprintln!("== {} of {:.1} MB", zip.display(), bytes as f64 / 1e6);
-    if !succeeds(&mut cargo(&["build", "--quiet", "-p", "seatrial-cli"])) {
-        return Err("cargo build -p seatrial-cli".into());
-    }
+    run(
+        &mut cargo(&["build", "--quiet", "-p", "seatrial-cli"]),
+        "cargo build -p seatrial-cli",
+    )?;
     let both = Both::prepare(&exe)?;
     both.says_the_same()?;
     both.serves_the_page()?;
@@ -264,10 +265,10 @@ impl Both {
         gcc.args(["-std=c99", "-O2", "-Wall", "-Werror"])
             .args(options);
         gcc.arg(root().join(source)).args(libraries);
-        match succeeds(gcc.current_dir(&self.folder)) {
-            true => Ok(()),
-            false => Err(format!("{source} does not compile")),
-        }
+        run(
+            gcc.current_dir(&self.folder),
+            format!("{source} does not compile"),
+        )
     }
 
     /// Ctrl-C in a console aborts a trial, and the vehicle is handed back.
