@@ -40,44 +40,14 @@ fn rover(point: &OperatingPoint) -> Vec<Parameter> {
         .cascade(point.full_rudder_rad * scaling, Cascade::with_feed_forward)
         .flatten();
     let base = speed.map_or(0.0, |_| SCALING_SPEED_M_S);
-    let mut parameters = Parameter::determined(&[
-        (
-            "MOT_SPD_SCA_BASE",
-            cascade.map(|_| base),
-            "m/s",
-            "steering is divided by the speed above this one (0: never); B = |b2| full rudder min(1, base/V)",
-        ),
-        (
-            "ATC_STR_RAT_FF",
-            cascade.map(|c| c.feed_forward_s),
-            "1/(rad/s)",
-            "alpha/B: the steering of a steady turn",
-        ),
-        (
-            "ATC_STR_RAT_P",
-            cascade.map(|c| c.rate_gain_s),
-            "1/(rad/s)",
-            "p/B with the pole of the integral p = w^2/(5 alpha)",
-        ),
-        (
-            "ATC_STR_RAT_I",
-            cascade.map(|c| c.rate_integral_gain),
-            "1/rad",
-            "x/B with x the smaller root of x^2 - (w^2 + p alpha) x + p w^2 (alpha + p)",
-        ),
-        (
-            "ATC_STR_RAT_D",
-            cascade.map(|_| 0.0),
-            "s/(rad/s)",
-            "none in the design",
-        ),
-        (
-            "ATC_STR_ANG_P",
-            cascade.map(|c| c.angle_gain_per_s),
-            "1/s",
-            "p w^2/x: heading poles s^2 + alpha s + w^2, those of K_p",
-        ),
-    ]);
+    let mut parameters = determined! {
+        "MOT_SPD_SCA_BASE", cascade.map(|_| base), "m/s", "steering is divided by the speed above this one (0: never); B = |b2| full rudder min(1, base/V)";
+        "ATC_STR_RAT_FF", cascade.map(|c| c.feed_forward_s), "1/(rad/s)", "alpha/B: the steering of a steady turn";
+        "ATC_STR_RAT_P", cascade.map(|c| c.rate_gain_s), "1/(rad/s)", "p/B with the pole of the integral p = w^2/(5 alpha)";
+        "ATC_STR_RAT_I", cascade.map(|c| c.rate_integral_gain), "1/rad", "x/B with x the smaller root of x^2 - (w^2 + p alpha) x + p w^2 (alpha + p)";
+        "ATC_STR_RAT_D", cascade.map(|_| 0.0), "s/(rad/s)", "none in the design";
+        "ATC_STR_ANG_P", cascade.map(|c| c.angle_gain_per_s), "1/s", "p w^2/x: heading poles s^2 + alpha s + w^2, those of K_p";
+    };
     parameters.extend(rover_limits(point));
     parameters
 }
@@ -85,77 +55,27 @@ fn rover(point: &OperatingPoint) -> Vec<Parameter> {
 fn rover_limits(point: &OperatingPoint) -> Vec<Parameter> {
     let yaw_rate = point.yaw_rate_limit_rad_s();
     let turn = yaw_rate.zip(point.at.surge_speed_m_s);
-    Parameter::limits(&[
-        (
-            "ATC_STR_RAT_MAX",
-            yaw_rate.map(f64::to_degrees),
-            "deg/s",
-            "r_max",
-        ),
-        (
-            "ATC_STR_ACC_MAX",
-            point.yaw_acceleration_limit_rad_s2().map(f64::to_degrees),
-            "deg/s^2",
-            "alpha r_max = |b2| full rudder - |C0|",
-        ),
-        (
-            "ATC_TURN_MAX_G",
-            turn.map(|(rate, speed)| rate * speed.max(SCALING_SPEED_M_S) / GRAVITY_M_S2),
-            "g",
-            "r_max max(V, 1 m/s)/g",
-        ),
-        (
-            "TURN_RADIUS",
-            turn.map(|(rate, speed)| speed / rate),
-            "m",
-            "V/r_max",
-        ),
-    ])
+    limits! {
+        "ATC_STR_RAT_MAX", yaw_rate.map(f64::to_degrees), "deg/s", "r_max";
+        "ATC_STR_ACC_MAX", point.yaw_acceleration_limit_rad_s2().map(f64::to_degrees), "deg/s^2", "alpha r_max = |b2| full rudder - |C0|";
+        "ATC_TURN_MAX_G", turn.map(|(rate, speed)| rate * speed.max(SCALING_SPEED_M_S) / GRAVITY_M_S2), "g", "r_max max(V, 1 m/s)/g";
+        "TURN_RADIUS", turn.map(|(rate, speed)| speed / rate), "m", "V/r_max";
+    }
 }
 
 /// steering = P (r_d - r) + I integral: Sub takes no feed-forward.
 fn sub(point: &OperatingPoint) -> Vec<Parameter> {
     let cascade = point.cascade(point.full_rudder_rad, Cascade::without_feed_forward);
     let acceleration = point.yaw_acceleration_limit_rad_s2();
-    let mut parameters = Parameter::determined(&[
-        (
-            "ATC_RAT_YAW_P",
-            cascade.map(|c| c.rate_gain_s),
-            "1/(rad/s)",
-            "alpha/B with B = |b2| full rudder",
-        ),
-        (
-            "ATC_RAT_YAW_I",
-            cascade.map(|c| c.rate_integral_gain),
-            "1/rad",
-            "alpha^2/B: its zero cancels the vehicle's own pole",
-        ),
-        (
-            "ATC_RAT_YAW_D",
-            cascade.map(|_| 0.0),
-            "s/(rad/s)",
-            "none in the design",
-        ),
-        (
-            "ATC_ANG_YAW_P",
-            cascade.map(|c| c.angle_gain_per_s),
-            "1/s",
-            "w^2/alpha: heading poles s^2 + alpha s + w^2, those of K_p",
-        ),
-    ]);
-    parameters.extend(Parameter::limits(&[
-        (
-            "ATC_RATE_Y_MAX",
-            point.yaw_rate_limit_rad_s().map(f64::to_degrees),
-            "deg/s",
-            "r_max",
-        ),
-        (
-            "ATC_ACCEL_Y_MAX",
-            acceleration.map(|a| 100.0 * a.to_degrees()),
-            "cdeg/s^2",
-            "alpha r_max = |b2| full rudder - |C0|",
-        ),
-    ]));
+    let mut parameters = determined! {
+        "ATC_RAT_YAW_P", cascade.map(|c| c.rate_gain_s), "1/(rad/s)", "alpha/B with B = |b2| full rudder";
+        "ATC_RAT_YAW_I", cascade.map(|c| c.rate_integral_gain), "1/rad", "alpha^2/B: its zero cancels the vehicle's own pole";
+        "ATC_RAT_YAW_D", cascade.map(|_| 0.0), "s/(rad/s)", "none in the design";
+        "ATC_ANG_YAW_P", cascade.map(|c| c.angle_gain_per_s), "1/s", "w^2/alpha: heading poles s^2 + alpha s + w^2, those of K_p";
+    };
+    parameters.extend(limits! {
+        "ATC_RATE_Y_MAX", point.yaw_rate_limit_rad_s().map(f64::to_degrees), "deg/s", "r_max";
+        "ATC_ACCEL_Y_MAX", acceleration.map(|a| 100.0 * a.to_degrees()), "cdeg/s^2", "alpha r_max = |b2| full rudder - |C0|";
+    });
     parameters
 }

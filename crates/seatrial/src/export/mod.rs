@@ -3,6 +3,20 @@
 //! The numbers are made in [`Schedule`], [`OperatingPoint`] and [`cascade`]; a format only writes them down.
 //! `docs/exports.md` derives each of them and says where its parameter is defined.
 
+/// A table of parameters: name, value, unit, why.
+macro_rules! determined {
+    ($($name:literal, $value:expr, $unit:literal, $why:literal;)*) => {
+        Parameter::determined(&[$(($name, $value, $unit, $why)),*])
+    };
+}
+
+/// [`determined`] of parameters that are limits.
+macro_rules! limits {
+    ($($row:tt)*) => {
+        Parameter::as_limits(determined!($($row)*))
+    };
+}
+
 pub mod ardupilot;
 mod c_header;
 pub mod cascade;

@@ -72,9 +72,8 @@ impl Parameter {
         rows.iter().filter_map(parameter).collect()
     }
 
-    /// The parameters that are limits of what the vehicle does under full rudder.
-    pub(super) fn limits(rows: &[Row]) -> Vec<Self> {
-        let mut limits = Self::determined(rows);
+    /// These as limits of what the vehicle does under full rudder.
+    pub(super) fn as_limits(mut limits: Vec<Self>) -> Vec<Self> {
         limits.iter_mut().for_each(|limit| limit.is_limit = true);
         limits
     }

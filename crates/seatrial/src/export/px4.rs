@@ -41,80 +41,26 @@ fn rover(point: &OperatingPoint) -> Vec<Parameter> {
     let cascade = speed
         .and_then(|_| point.cascade(1.0, Cascade::with_feed_forward))
         .flatten();
-    let mut parameters = Parameter::determined(&[
-        (
-            "RA_MAX_STR_ANG",
-            Some(point.full_rudder_rad),
-            "rad",
-            "the rudder at full steering; other angles here scale with it",
-        ),
-        (
-            "RA_WHEEL_BASE",
-            speed
-                .zip(cascade)
-                .map(|(speed, c)| speed * c.feed_forward_s),
-            "m",
-            "V alpha/|b2|: the car that turns as fast under a small angle",
-        ),
-        (
-            "RO_MAX_THR_SPEED",
-            speed
-                .zip(point.at.thrust)
-                .map(|(speed, thrust)| speed / thrust),
-            "m/s",
-            "V/thrust: PX4 takes the speed from the thrust by it, and the feed-forward from that",
-        ),
-        (
-            "RO_YAW_RATE_P",
-            cascade.map(|c| c.rate_gain_s),
-            "rad/(rad/s)",
-            "p/|b2| with the pole of the integral p = w^2/(5 alpha)",
-        ),
-        (
-            "RO_YAW_RATE_I",
-            cascade.map(|c| c.rate_integral_gain),
-            "rad/rad",
-            "x/|b2| with x the smaller root of x^2 - (w^2 + p alpha) x + p w^2 (alpha + p)",
-        ),
-        (
-            "RO_YAW_P",
-            cascade.map(|c| c.angle_gain_per_s),
-            "1/s",
-            "p w^2/x: heading poles s^2 + alpha s + w^2, those of K_p",
-        ),
-    ]);
-    parameters.extend(Parameter::limits(&[
-        (
-            "RO_YAW_RATE_LIM",
-            point.yaw_rate_limit_rad_s().map(f64::to_degrees),
-            "deg/s",
-            "r_max",
-        ),
-        (
-            "RO_YAW_ACCEL_LIM",
-            point.yaw_acceleration_limit_rad_s2().map(f64::to_degrees),
-            "deg/s^2",
-            "alpha r_max = |b2| full rudder - |C0|",
-        ),
-    ]));
+    let mut parameters = determined! {
+        "RA_MAX_STR_ANG", Some(point.full_rudder_rad), "rad", "the rudder at full steering; other angles here scale with it";
+        "RA_WHEEL_BASE", speed.zip(cascade).map(|(speed, c)| speed * c.feed_forward_s), "m", "V alpha/|b2|: the car that turns as fast under a small angle";
+        "RO_MAX_THR_SPEED", speed.zip(point.at.thrust).map(|(speed, thrust)| speed / thrust), "m/s", "V/thrust: PX4 takes the speed from the thrust by it, and the feed-forward from that";
+        "RO_YAW_RATE_P", cascade.map(|c| c.rate_gain_s), "rad/(rad/s)", "p/|b2| with the pole of the integral p = w^2/(5 alpha)";
+        "RO_YAW_RATE_I", cascade.map(|c| c.rate_integral_gain), "rad/rad", "x/|b2| with x the smaller root of x^2 - (w^2 + p alpha) x + p w^2 (alpha + p)";
+        "RO_YAW_P", cascade.map(|c| c.angle_gain_per_s), "1/s", "p w^2/x: heading poles s^2 + alpha s + w^2, those of K_p";
+    };
+    parameters.extend(limits! {
+        "RO_YAW_RATE_LIM", point.yaw_rate_limit_rad_s().map(f64::to_degrees), "deg/s", "r_max";
+        "RO_YAW_ACCEL_LIM", point.yaw_acceleration_limit_rad_s2().map(f64::to_degrees), "deg/s^2", "alpha r_max = |b2| full rudder - |C0|";
+    });
     parameters
 }
 
 /// steering = P sin(psi_d - psi) - D r.
 fn underwater(point: &OperatingPoint) -> Vec<Parameter> {
     let gain = point.gain();
-    Parameter::determined(&[
-        (
-            "UUV_YAW_P",
-            gain.map(|gain| gain.proportional_gain.abs() / point.full_rudder_rad),
-            "1/rad",
-            "|K_p|/full rudder",
-        ),
-        (
-            "UUV_YAW_D",
-            gain.map(|_| 0.0),
-            "1/(rad/s)",
-            "none in the design: the vehicle damps itself",
-        ),
-    ])
+    determined! {
+        "UUV_YAW_P", gain.map(|gain| gain.proportional_gain.abs() / point.full_rudder_rad), "1/rad", "|K_p|/full rudder";
+        "UUV_YAW_D", gain.map(|_| 0.0), "1/(rad/s)", "none in the design: the vehicle damps itself";
+    }
 }
