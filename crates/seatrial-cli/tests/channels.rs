@@ -249,3 +249,87 @@ fn cli_binary_logs_come_on_standard_input_too() {
         "{said}"
     );
 }
+
+/// Heading and rudder in degrees of a vehicle with a time constant of 2 s at 10 Hz, with what a function makes of the heading of a row
+/// and of the rudder.
+fn write_columns(path: &Path, names: &str, of: impl Fn(usize, &[f64], f64) -> [f64; 2]) {
+    let (mut heading_deg, mut rate_deg_s) = (45.0_f64, 0.0);
+    let (mut headings, mut rudders) = (Vec::new(), Vec::new());
+    for k in 0..900_u32 {
+        let rudder_deg = match k % 200 {
+            50..110 => 12.0,
+            110..170 => -12.0,
+            _ => 0.0,
+        };
+        // Noise of a compass, 0.1 deg.
+        let noise_deg =
+            0.14 * f64::from(k.wrapping_mul(2_654_435_761) >> 16 & 0x3ff) / 512.0 - 0.14;
+        headings.push((100.0 * (heading_deg + noise_deg)).round() / 100.0);
+        rudders.push(rudder_deg);
+        for _ in 0..10 {
+            rate_deg_s += 0.01 * (0.6 * rudder_deg - rate_deg_s) / 2.0;
+            heading_deg += 0.01 * rate_deg_s;
+        }
+    }
+    let mut text = format!("time_s,{names}\n");
+    for (k, rudder_deg) in rudders.into_iter().enumerate() {
+        let [heading_deg, rudder] = of(k, &headings, rudder_deg);
+        text += &format!("{:.1},{heading_deg},{rudder}\n", 0.1 * k as f64);
+    }
+    std::fs::write(path, text).unwrap();
+}
+
+/// Validation data whose rudder has another sign or unit than that of the training are told so: nothing is wrong with rudder or compass.
+#[test]
+fn cli_validation_data_of_another_sign_or_unit_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    let degrees = "heading_deg,rudder_deg";
+    write_columns(&file("run.csv"), degrees, |k, heading, rudder| {
+        [heading[k], rudder]
+    });
+    write_columns(&file("reversed.csv"), degrees, |k, heading, rudder| {
+        [heading[k], -rudder]
+    });
+    write_columns(
+        &file("percent.csv"),
+        "heading_deg,rudder_percent",
+        |k, heading, rudder| [heading[k], rudder / 0.35],
+    );
+    let validated = |on: &str| {
+        let output = seatrial(
+            &["identify", "run.csv", "--validate-on", on],
+            folder.path(),
+            None,
+        );
+        let said = [output.stdout, output.stderr].concat();
+        String::from_utf8_lossy(&said).into_owned()
+    };
+    let said = validated("reversed.csv");
+    assert!(
+        said.contains("counts to the") && said.contains("reversed = true"),
+        "{said}"
+    );
+    assert!(!said.contains("compass did not"), "{said}");
+    let said = validated("percent.csv");
+    assert!(
+        said.contains("percent.csv: one rudder is an angle"),
+        "{said}"
+    );
+}
+
+/// A rudder in radians by the name of degrees moved, and a heading that is new once a second is why it does not follow the rudder.
+#[test]
+fn cli_the_first_cause_is_the_column_that_is_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let cause = |of: fn(usize, &[f64], f64) -> [f64; 2]| {
+        write_columns(&folder.path().join("run.csv"), "heading_deg,rudder_deg", of);
+        let output = seatrial(&["identify", "run.csv", "--json"], folder.path(), None);
+        let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+        document["verdict"]["reasons"][0]["code"].clone()
+    };
+    let radians = cause(|k, heading, rudder| [heading[k], rudder.to_radians()]);
+    assert_eq!(radians, "rudder_unit_doubtful");
+    let held = cause(|k, heading, rudder| [heading[k / 10 * 10], rudder]);
+    assert_eq!(held, "heading_held");
+}

@@ -7,6 +7,7 @@ use crate::choice::{ChannelChoice, mirrored};
 use crate::clock::unix_s;
 use crate::csv::number;
 use crate::error::Fault;
+use crate::languages;
 use crate::matching::pair_of_columns;
 use crate::name::ColumnName;
 use crate::table::Cell;
@@ -20,6 +21,8 @@ const LARGEST_DEG: f64 = 360.0;
 /// 180 degrees and no minutes as `dddmm.mmmm`.
 const LARGEST_DEG_MIN: f64 = 18_000.0;
 
+/// Hours, minutes and seconds.
+const OF_DAY: usize = 3;
 /// Words of columns of the time of day.
 const HOURS: &[&str] = &["hour", "hours", "hh", "hr", "stunde"];
 const MINUTES: &[&str] = &["minute", "minutes", "min", "mi", "mn"];
@@ -65,11 +68,14 @@ enum Rule {
     /// The second column has the sign that the other counts by.
     HalfDifference { sign: f64 },
     /// Seconds, or hour, minute, second, or those behind year, month, day; then a fraction in counts of a second.
-    Parts { per_second: Option<f64> },
+    Parts {
+        per_second: Option<f64>,
+        is_of_day: bool,
+    },
     /// A date, and a time of day.
     DateAndTime,
-    /// x, y, z, w: from east, north, up to a heading.
-    Quaternion,
+    /// x, y, z, w: from east, north, up to a heading, or from north, east, down.
+    Quaternion { z_is_down: bool },
     /// Metres north of the first position, from a latitude.
     North { first: Option<f64> },
     /// Metres east of the first position, from a latitude and a longitude.
@@ -195,7 +201,11 @@ impl<'a> Names<'a> {
         let sources = [&found[..], fraction.map(|(column, _)| column).as_slice()].concat();
         let per_second = fraction.map(|(_, per_second)| per_second);
         let name = self.list(&sources);
-        Some(self.of(Quantity::Time, name, &sources, Rule::Parts { per_second }))
+        let rule = Rule::Parts {
+            per_second,
+            is_of_day: N == OF_DAY,
+        };
+        Some(self.of(Quantity::Time, name, &sources, rule))
     }
 
     /// `stamp.secs` and `stamp.nsecs`.
@@ -246,8 +256,12 @@ impl<'a> Names<'a> {
             self.words.iter().position(is_wanted)
         };
         let sources = [
-            of(&["date", "datum", "fecha"])?,
-            of(&["time", "clock", "zeit", "uhrzeit", "hora", "utc", "gmt"])?,
+            of(&[
+                "date", "datum", "fecha", "data", "dato", "дата", "日付", "日期",
+            ])?,
+            of(&["time", "clock", "utc", "gmt"])
+                .or_else(|| of(languages::names(Quantity::Time).clear))
+                .or_else(|| of(languages::names(Quantity::Time).vague))?,
         ];
         let name = self.list(&sources);
         Some(self.of(Quantity::Time, name, &sources, Rule::DateAndTime))
@@ -275,9 +289,14 @@ impl<'a> Names<'a> {
             }
             Some(sources)
         });
-        let sources = of_prefix.or_else(|| self.group([&["qx"], &["qy"], &["qz"], &["qw"]]))?;
+        let by_letters = of_prefix.or_else(|| self.group([&["qx"], &["qy"], &["qz"], &["qw"]]));
+        // Autopilots number them from w on.
+        let by_numbers = || self.group([&["q1"], &["q2"], &["q3"], &["q0"]]);
+        let z_is_down = by_letters.is_none();
+        let sources = by_letters.or_else(by_numbers)?;
         let name = format!("heading of {}", self.list(&sources));
-        Some(self.of(Quantity::Heading, name, &sources, Rule::Quaternion))
+        let rule = Rule::Quaternion { z_is_down };
+        Some(self.of(Quantity::Heading, name, &sources, rule))
     }
 
     /// Metres north and east from latitude and longitude.
@@ -323,20 +342,30 @@ fn names_a_coordinate(words: &[String], of: &[&str]) -> bool {
 impl Computed {
     /// What the rule assumes and no value shows.
     pub fn remark(&self) -> Option<String> {
-        matches!(self.rule, Rule::Quaternion).then(|| {
-            format!(
-                "{} is that of ROS, x forward and z up, from east to north: where z points down, turns have the other sign",
-                self.name
-            )
-        })
+        let Rule::Quaternion { z_is_down } = self.rule else {
+            return None;
+        };
+        let (of, other) = match z_is_down {
+            true => (
+                "autopilots, w first, x forward and z down, from north to east",
+                "up",
+            ),
+            false => ("ROS, x forward and z up, from east to north", "down"),
+        };
+        Some(format!(
+            "{} is that of {of}: where z points {other}, turns have the other sign",
+            self.name
+        ))
     }
 
     /// Its unit, where the rule says.
     pub fn unit(&self) -> Option<Unit> {
-        match self.rule {
+        match &self.rule {
             Rule::HalfDifference { .. } | Rule::DateAndTime => None,
+            // It says so by itself, and begins again at midnight.
+            Rule::Parts { is_of_day, .. } if *is_of_day => None,
             Rule::Parts { .. } => Some(Unit::Second),
-            Rule::Quaternion => Some(Unit::Radian),
+            Rule::Quaternion { .. } => Some(Unit::Radian),
             Rule::North { .. } | Rule::East { .. } => Some(Unit::Metre),
         }
     }
@@ -364,14 +393,17 @@ impl Computed {
                 other => return other,
             }
         }
-        self.number(&numbers)
-            .filter(|number| number.is_finite())
-            .map_or(Cell::Missing, Cell::Number)
+        let number = self.number(&numbers).filter(|number| number.is_finite());
+        match (number, &self.rule) {
+            (None, _) => Cell::Missing,
+            (Some(time_s), Rule::Parts { is_of_day, .. }) if *is_of_day => Cell::OfDay(time_s),
+            (Some(number), _) => Cell::Number(number),
+        }
     }
 
     fn number(&mut self, numbers: &[f64]) -> Option<f64> {
         match (&mut self.rule, numbers) {
-            (Rule::Parts { per_second }, numbers) => {
+            (Rule::Parts { per_second, .. }, numbers) => {
                 let (parts, fraction_s) = match (*per_second, numbers.split_last()) {
                     (Some(per_second), Some((count, parts))) => (parts, count / per_second),
                     _ => (numbers, 0.0),
@@ -379,9 +411,12 @@ impl Computed {
                 of_parts(parts, fraction_s)
             }
             // From x forward, y port, z up in east, north, up.
-            (Rule::Quaternion, [x, y, z, w]) => {
+            (Rule::Quaternion { z_is_down }, [x, y, z, w]) => {
                 let [_, _, yaw] = euler_rad([*w, *x, *y, *z]);
-                Some(Real::wrapped(std::f64::consts::FRAC_PI_2 - yaw))
+                Some(match z_is_down {
+                    true => yaw,
+                    false => Real::wrapped(std::f64::consts::FRAC_PI_2 - yaw),
+                })
             }
             (Rule::North { first }, [latitude, _]) => {
                 let latitude = degrees(*latitude);

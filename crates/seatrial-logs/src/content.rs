@@ -55,7 +55,12 @@ const WORKBOOK: [&[u8]; 2] = [b"[Content_Types].xml", b"xl/"];
 const OPEN_DOCUMENT: &[u8] = b"application/vnd.oasis.opendocument.spreadsheet";
 
 /// What is recorded where boats are, by the bytes that it begins with, and what to give in its place.
-const NO_LOGS: [(&[u8], &str, &str); 6] = [
+const NO_LOGS: [(&[u8], &str, &str); 7] = [
+    (
+        b"\x89HDF\r\n",
+        "a file of arrays (HDF5)",
+        "write its columns of time, heading and rudder as CSV, as `pandas.DataFrame(...).to_csv(\"log.csv\")` does",
+    ),
     (b"\x89PNG\r\n", "a picture (PNG)", LOG_INSTEAD),
     (b"\xff\xd8\xff", "a picture (JPEG)", LOG_INSTEAD),
     (b"GIF8", "a picture (GIF)", LOG_INSTEAD),
@@ -158,6 +163,12 @@ fn check_is_log(start: &[u8]) -> Result<(), Fault> {
     }
     if let Some((what, instead)) = document(start) {
         return Err(Fault::NoLog { what, instead });
+    }
+    if crate::nmea2000::is_untimed(start) {
+        return Err(Fault::NoLog {
+            what: "frames of a CAN bus without times",
+            instead: "record them with their times, as `candump -l can0` does",
+        });
     }
     if start.starts_with(b"s: T ") || start.starts_with(b"s: F ") {
         return Err(Fault::SlocumCache);

@@ -176,8 +176,8 @@ pub enum Fault {
     },
     /// A format that knows its channels has none for a quantity that is needed.
     #[error(
-        "nothing in it is known as {quantity}: {found}; if it is there under another name say which with {} NAME",
-        .quantity.option()
+        "nothing in it is known as {quantity}: {found}; {}",
+        elsewhere(*.quantity)
     )]
     NotLogged {
         /// What is needed.
@@ -477,6 +477,20 @@ fn advice(error: &io::Error) -> &'static str {
         io::ErrorKind::NotFound => "; check the name",
         io::ErrorKind::PermissionDenied => "; give yourself the right to read it",
         _ => "",
+    }
+}
+
+/// What to do where a format that knows its channels has none for a quantity: every message has a time of its own or none.
+fn elsewhere(quantity: Quantity) -> String {
+    match quantity {
+        Quantity::Time => {
+            "record it again with a time before each sentence, as OpenCPN's voyage recorder does"
+                .into()
+        }
+        _ => format!(
+            "if it is there under another name say which with {} NAME",
+            quantity.option()
+        ),
     }
 }
 

@@ -7,7 +7,8 @@
 //! rudder_k = 1 / (t_(k+1) - t_k) integral over t_k..t_(k+1) of the held output
 //! ```
 //!
-//! so that a movement between two rows has its exact effect on the heading of the second. All times are of
+//! so that a movement between two rows has its exact effect on the heading of the second. A yaw rate whose messages have times of their own
+//! is straight between them: held, it would look late by up to the interval of its messages. All times are of
 //! the vehicle's own clock, never of the message's arrival.
 
 use std::collections::VecDeque;
@@ -180,6 +181,7 @@ pub(crate) struct Joined<M> {
     heading_kind: Option<usize>,
     /// The rudder's columns by their positions in the row: one, or two whose difference steers.
     rudders: Vec<(usize, Output)>,
+    yaw_rate: Option<Straight>,
     message: Message,
     waiting: VecDeque<Row>,
     is_at_end: bool,
@@ -190,6 +192,32 @@ pub(crate) struct Joined<M> {
 struct Selected {
     source: Option<(usize, usize)>,
     latest: f64,
+}
+
+/// A column that is straight between its messages.
+struct Straight {
+    position: usize,
+    source: (usize, usize),
+    /// The time, s, and the value of the last message.
+    last: Option<(f64, f64)>,
+}
+
+impl Straight {
+    /// Takes in a message and gives the rows since the one before their values.
+    fn take(&mut self, time_s: f64, value: f64, waiting: &mut VecDeque<Row>) {
+        let since = self.last.filter(|(last_s, _)| *last_s < time_s);
+        self.last = Some((time_s, value)).filter(|_| value.is_finite());
+        let (Some((last_s, last)), true) = (since, value.is_finite()) else {
+            return;
+        };
+        let rows = waiting.iter_mut().rev();
+        for row in rows.take_while(|row| row.time_s >= last_s) {
+            if row.time_s < time_s {
+                let share = (row.time_s - last_s) / (time_s - last_s);
+                row.values[self.position] = last + share * (value - last);
+            }
+        }
+    }
 }
 
 /// A row whose rudder is not known yet.
@@ -227,6 +255,7 @@ impl<M: Messages> Joined<M> {
             selected: Vec::new(),
             heading_kind: None,
             rudders: Vec::new(),
+            yaw_rate: None,
             message: Message::default(),
             waiting: VecDeque::new(),
             is_at_end: false,
@@ -250,6 +279,10 @@ impl<M: Messages> Joined<M> {
                     row.values[position] = selected.latest;
                 }
             }
+        }
+        if let Some(rate) = self.yaw_rate.as_mut().filter(|rate| rate.source.0 == *kind) {
+            let value = values.get(rate.source.1).copied().unwrap_or(f64::NAN);
+            rate.take(*time_s, value, &mut self.waiting);
         }
         let of_kind = |(_, rudder): &&mut (usize, Output)| rudder.source.0 == *kind;
         for (_, rudder) in self.rudders.iter_mut().filter(of_kind) {
@@ -322,16 +355,34 @@ impl<M: Messages> Table for Joined<M> {
                 match quantity {
                     Quantity::Heading => self.heading_kind = Some(source.0),
                     Quantity::Rudder => self.rudders.push((position, Output::new(source))),
+                    Quantity::YawRate => {
+                        self.yaw_rate = Some(Straight {
+                            position,
+                            source,
+                            last: None,
+                        });
+                    }
                     _ => {}
                 }
             }
         }
+        // Rates of the heading's own messages have its times.
+        let heading = self.heading_kind;
+        self.yaw_rate.take_if(|rate| Some(rate.source.0) == heading);
     }
 
     fn leave_out(&mut self, position: usize) {
         self.selected.remove(position);
         let behind = self.rudders.iter_mut().filter(|(at, _)| *at > position);
         behind.for_each(|(at, _)| *at -= 1);
+        self.yaw_rate.take_if(|rate| rate.position == position);
+        if let Some(rate) = self
+            .yaw_rate
+            .as_mut()
+            .filter(|rate| rate.position > position)
+        {
+            rate.position -= 1;
+        }
         for row in &mut self.waiting {
             row.values.remove(position);
         }
@@ -439,6 +490,26 @@ impl Output {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Rows between two messages get their share of the change, rows before the first and behind a gap keep what is held.
+    #[test]
+    fn exact_a_yaw_rate_is_straight_between_its_messages() {
+        let row = |time_s: f64| Row {
+            time_s,
+            values: vec![-1.0],
+        };
+        let mut waiting: VecDeque<Row> = [0.0, 1.0, 1.5, 2.0, 3.0].map(row).into();
+        let mut rate = Straight {
+            position: 0,
+            source: (0, 0),
+            last: None,
+        };
+        for (time_s, value) in [(1.0, 10.0), (2.0, 30.0), (2.5, f64::NAN), (4.0, 50.0)] {
+            rate.take(time_s, value, &mut waiting);
+        }
+        let values: Vec<f64> = waiting.iter().map(|row| row.values[0]).collect();
+        assert_eq!(values, [-1.0, 10.0, 20.0, -1.0, -1.0]);
+    }
 
     #[test]
     fn exact_an_output_is_averaged_over_the_interval_it_acts_in() {

@@ -1,4 +1,5 @@
-//! Names of columns in German, French, Spanish, Italian and Japanese.
+//! Names of columns in German, French, Spanish, Italian, Portuguese, Dutch, Danish, Norwegian, Swedish, Polish, Turkish, Russian, Chinese,
+//! Japanese and Korean.
 
 use crate::Quantity;
 
@@ -19,6 +20,14 @@ const TIME: Names = Names {
         "時刻",
         "時間",
         "経過時間",
+        "tijd",
+        "tid",
+        "czas",
+        "zaman",
+        "время",
+        "时间",
+        "時間戳",
+        "시간",
     ],
     vague: &[
         "heure",
@@ -31,6 +40,11 @@ const TIME: Names = Names {
         "hora",
         "ora",
         "日時",
+        "tijdstip",
+        "tidspunkt",
+        "saat",
+        "时刻",
+        "시각",
     ],
 };
 
@@ -47,6 +61,12 @@ const HEADING: Names = Names {
         "船首方位角",
         "ヨー角",
         "方位角",
+        "航向",
+        "航向角",
+        "艏向",
+        "艏向角",
+        "선수방위",
+        "선수각",
     ],
     vague: &[
         "capcompas",
@@ -60,6 +80,13 @@ const HEADING: Names = Names {
         "針路",
         "回頭角",
         "ヨー",
+        "koers",
+        "kompaskoers",
+        "proa",
+        "rumo",
+        "pruva",
+        "курс",
+        "침로",
     ],
 };
 
@@ -81,6 +108,22 @@ const RUDDER: Names = Names {
         "angolotimone",
         "舵角",
         "実舵角",
+        "roer",
+        "roerhoek",
+        "roerstand",
+        "ror",
+        "rorvinkel",
+        "roder",
+        "rodervinkel",
+        "leme",
+        "ângulodoleme",
+        "ster",
+        "kątsteru",
+        "dümen",
+        "dümenaçısı",
+        "руль",
+        "уголруля",
+        "타각",
     ],
     vague: &[
         "consignedebarre",
@@ -115,6 +158,14 @@ const SPEED: Names = Names {
         "速度",
         "対地速度",
         "速力",
+        "snelheid",
+        "hastighet",
+        "velocidade",
+        "prędkość",
+        "hız",
+        "скорость",
+        "航速",
+        "속력",
     ],
 };
 
@@ -164,6 +215,11 @@ const YAW_RATE: Names = Names {
         "回頭角速度",
         "ヨー角速度",
         "ヨーレート",
+        "draaisnelheid",
+        "girhastighet",
+        "угловаяскорость",
+        "艏向角速度",
+        "선회각속도",
     ],
     vague: &["drehgeschwindigkeit", "旋回角速度", "回頭率"],
 };
@@ -183,7 +239,7 @@ const THRUST: Names = Names {
     vague: &["poussee"],
 };
 
-/// The names of a quantity in German, French, Spanish, Italian and Japanese.
+/// The names of a quantity in other languages.
 pub(crate) fn names(quantity: Quantity) -> &'static Names {
     match quantity {
         Quantity::Time => &TIME,

@@ -44,7 +44,9 @@ const NAMES: [&str; 14] = [
     "entity",
 ];
 /// Names of the column of the values.
-const VALUES: [&str; 4] = ["value", "val", "values", "reading"];
+const VALUES: [&str; 5] = ["value", "val", "values", "reading", "state"];
+/// Names of the column of the unit of a value.
+const UNITS: [&str; 2] = ["unit", "units"];
 
 /// Values with their times and names.
 struct Loose {
@@ -167,10 +169,19 @@ pub(crate) fn from_long(
     mut table: Box<dyn Table>,
     choice: ChannelChoice,
 ) -> Result<(Box<dyn Table>, ChannelChoice), Fault> {
-    let Some(Long { time, value, names }) = Long::find(table.columns(), &choice) else {
+    let Some(Long {
+        time,
+        value,
+        names,
+        has_unit,
+    }) = Long::find(table.columns(), &choice)
+    else {
         return Ok((table, choice));
     };
     let column = table.columns()[time].clone();
+    // `Value [°]`: the unit of all values.
+    let of_all = table.columns()[value].find('[');
+    let of_all = of_all.map_or_else(String::new, |at| table.columns()[value][at..].to_owned());
     let selected = [time, value].into_iter().chain(names);
     table.select(
         &selected
@@ -217,7 +228,19 @@ pub(crate) fn from_long(
     }
     let telling = telling(&kind_of);
     for (name, kind) in &kind_of {
-        heap.kinds[*kind].name = name_of(name, &telling);
+        let (name, telling, unit) = match has_unit {
+            true => (
+                &name[..name.len() - 1],
+                &telling[..telling.len() - 1],
+                format!("[{}]", name[name.len() - 1]),
+            ),
+            false => (&name[..], &telling[..], of_all.clone()),
+        };
+        let name = name_of(name, telling);
+        heap.kinds[*kind].name = match unit.trim_matches(['[', ']']).parse::<Unit>() {
+            Ok(_) => format!("{name} {unit}"),
+            Err(_) => name,
+        };
     }
     let stated = unit_of_time(&column, &choice);
     let table = heap.into_table(table, &column, stated)?;
@@ -257,6 +280,8 @@ struct Long {
     time: usize,
     value: usize,
     names: Vec<usize>,
+    /// Is the last of the names the unit?
+    has_unit: bool,
 }
 
 impl Long {
@@ -271,11 +296,15 @@ impl Long {
             return None;
         }
         let words: Vec<Vec<String>> = columns.iter().map(|name| words(name)).collect();
-        let is_value =
-            |words: &Vec<String>| matches!(&words[..], [word] if VALUES.contains(&word.as_str()));
+        let is_one_of = |name: &String, of: &[&str]| {
+            // The unit behind the numbers stands in brackets.
+            let words = crate::words::words(name.split('[').next().unwrap_or_default());
+            matches!(&words[..], [word] if of.contains(&word.as_str()))
+        };
         let is_name =
             |words: &&Vec<String>| words.iter().any(|word| NAMES.contains(&word.as_str()));
-        let value = words.iter().position(is_value)?;
+        let value = columns.iter().position(|name| is_one_of(name, &VALUES))?;
+        let unit = columns.iter().position(|name| is_one_of(name, &UNITS));
         let mut names: Vec<usize> = (0..columns.len())
             .filter(|at| is_name(&&words[*at]))
             .collect();
@@ -287,7 +316,12 @@ impl Long {
             // `_start` and `_stop` of InfluxDB name no time; `_time` does.
             None => names_of(Quantity::Time)?.1,
         };
-        (!names.is_empty()).then_some(Self { time, value, names })
+        (!names.is_empty()).then(|| Self {
+            time,
+            value,
+            names: [&names[..], unit.as_slice()].concat(),
+            has_unit: unit.is_some(),
+        })
     }
 }
 

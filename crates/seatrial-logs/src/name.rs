@@ -108,7 +108,12 @@ const COMMANDS: [&str; 11] = [
 ];
 
 /// Words after a quantity's name that leave it the same quantity.
-const SAME_QUANTITY: [&str; 24] = [
+const SAME_QUANTITY: [&str; 29] = [
+    "mean",
+    "average",
+    "avg",
+    "median",
+    "last",
     "sensor",
     "utc",
     "gmt",
@@ -174,7 +179,9 @@ impl ColumnName {
     pub fn new(name: &str) -> Self {
         // Japanese text has brackets of its own width.
         let name = name.replace(['（', '［'], "[").replace(['）', '］'], "]");
-        let name = name.as_str();
+        // Grafana writes labels in braces behind a name.
+        let labels = name.find('{').filter(|at| *at > 0);
+        let name = &name[..labels.unwrap_or(name.len())];
         // An index, as in `control[2]`, is no unit.
         let is_index = |rest: &str| {
             rest[1..]
@@ -202,16 +209,26 @@ impl ColumnName {
     /// Does the name fit this quantity?
     pub fn fit(&self, quantity: Quantity) -> Option<Fit> {
         let dimension = quantity.dimension();
-        if let Some(text) = &self.bracket {
-            return Some(Fit {
-                rank: rank(&self.words, quantity)?,
-                unit: stated(text, dimension),
-            });
+        // A remark alone says no unit: that may be at the end of the name.
+        if let Some(text) = &self.bracket
+            && let unit = stated(text, dimension)
+            && let Some(rank) = rank(&self.words, quantity)
+        {
+            return Some(Fit { rank, unit });
+        } else if self
+            .bracket
+            .as_ref()
+            .is_some_and(|text| stated(text, dimension) != StatedUnit::None)
+        {
+            return None;
         }
         // The longest unit first: `yaw_rate_rad_s` is not the seconds of a `yaw_rate_rad`.
         for unit_words in (1..self.words.len().min(5)).rev() {
             let (base, suffix) = self.words.split_at(self.words.len() - unit_words);
             let suffix: Vec<&str> = suffix.iter().map(String::as_str).collect();
+            if is_of_something(base) {
+                continue;
+            }
             if let Some(unit) = Unit::of_words(&suffix, dimension)
                 && let Some(rank) = rank(base, quantity)
             {
@@ -235,7 +252,11 @@ impl ColumnName {
         let is_path =
             self.words.len() > 1 && matches!(self.words[0].as_str(), "navigation" | "steering");
         match (self.words.as_slice(), dimension) {
-            ([word], Dimension::Time) if word.len() > 2 => Unit::of_words(&[word], dimension),
+            // Receivers of u-blox count the time of the week so.
+            (words, Dimension::Time) if words.concat() == "itow" => Some(Unit::Millisecond),
+            ([word], Dimension::Time) if word.len() > 2 || word == "ms" => {
+                Unit::of_words(&[word], dimension)
+            }
             (_, Dimension::Angle | Dimension::Steering) if is_path => Some(Unit::Radian),
             (_, Dimension::AngularRate) if is_path => Some(Unit::RadianPerSecond),
             (_, Dimension::Speed) if is_path => Some(Unit::MetrePerSecond),
@@ -252,7 +273,10 @@ impl ColumnName {
     /// The unit that the name states for a quantity it was chosen for, whatever the name is.
     pub fn unit(&self, quantity: Quantity) -> StatedUnit {
         if let Some(text) = &self.bracket {
-            return stated(text, quantity.dimension());
+            let unit = stated(text, quantity.dimension());
+            if unit != StatedUnit::None {
+                return unit;
+            }
         }
         let at_the_end = self.unit_at_the_end(quantity).map(|(_, unit)| unit);
         at_the_end
@@ -274,13 +298,17 @@ impl ColumnName {
     /// A unit in the last words of the name, and how many words that is; the longest unit where several fit.
     fn unit_at_the_end(&self, quantity: Quantity) -> Option<(usize, Unit)> {
         (1..self.words.len().min(5)).rev().find_map(|count| {
-            let suffix: Vec<&str> = self.words[self.words.len() - count..]
-                .iter()
-                .map(String::as_str)
-                .collect();
+            let (base, suffix) = self.words.split_at(self.words.len() - count);
+            let suffix: Vec<&str> = suffix.iter().map(String::as_str).collect();
+            (!is_of_something(base)).then_some(())?;
             Some((count, Unit::of_words(&suffix, quantity.dimension())?))
         })
     }
+}
+
+/// Does the next word say of what it is? `SecondsOfDay` has no days for a unit.
+fn is_of_something(base: &[String]) -> bool {
+    base.last().is_some_and(|word| word == "of")
 }
 
 fn stated(text: &str, dimension: Dimension) -> StatedUnit {
@@ -313,8 +341,10 @@ fn rank(words: &[String], quantity: Quantity) -> Option<usize> {
     let whole = words.concat();
     let exact = groups(quantity).position(|group| group.contains(&whole.as_str()));
     let is_command = COMMANDS.iter().any(|part| whole.contains(part));
+    // A heading by its own name is better than that of an attitude.
+    let is_of_attitude = words.len() > 1 && words.iter().any(|word| word == "attitude");
     let found = exact.or_else(|| contained_rank(words, quantity))?;
-    Some(found + if is_command { COMMANDED } else { 0 })
+    Some(found + usize::from(is_of_attitude) + if is_command { COMMANDED } else { 0 })
 }
 
 /// Names from the clearest to the vaguest: English, then other languages.
@@ -457,6 +487,15 @@ mod tests {
             ("船首方位[deg]", Heading, 2, Some(Unit::Degree)),
             ("経過時間(秒)", Time, 3, Some(Unit::Second)),
             ("船速（ノット）", Speed, 3, Some(Unit::Knot)),
+            ("Roerhoek (graden)", Rudder, 4, Some(Unit::Degree)),
+            ("Rorvinkel (grader)", Rudder, 4, Some(Unit::Degree)),
+            ("Курс (град)", Heading, 3, Some(Unit::Degree)),
+            ("航向(度)", Heading, 2, Some(Unit::Degree)),
+            ("타각(도)", Rudder, 4, Some(Unit::Degree)),
+            ("rudder_deg (port positive)", Rudder, 0, Some(Unit::Degree)),
+            ("heading_x10", Heading, 0, Some(Unit::Decidegree)),
+            ("SecondsOfDay", Time, 1, None),
+            ("iTOW", Time, 1, Some(Unit::Millisecond)),
             ("Heading (°T)", Heading, 0, Some(Unit::Degree)),
             ("Heading (true)", Heading, 0, None),
             ("HDG(M)", Heading, 0, None),

@@ -1,4 +1,4 @@
-//! Recordings of Signal K: deltas in JSON, one a line, behind a time and a letter or not.
+//! Recordings of Signal K: deltas in JSON, one a line or an array of them, behind a time and a letter or not.
 //!
 //! Every path that has numbers is a kind of its own; Signal K's numbers are in SI units, and its paths say what they are.
 
@@ -11,6 +11,7 @@ use crate::clock::instant;
 use crate::error::Fault;
 use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
+use crate::nmea0183::time_before;
 
 const MOST_KINDS: usize = 10_000;
 
@@ -59,24 +60,35 @@ impl Deltas {
         };
         let length = line.len();
         let line = String::from_utf8_lossy(line).into_owned();
-        let json = delta(&line).map(serde_json::from_str::<Value>);
-        match json {
-            Some(Ok(delta)) => self.take(&delta, is_new),
-            None if line.is_empty() => {}
+        let Some(mut rest) = delta(&line) else {
             // Sentences of other recordings stand between deltas.
-            None if !self.bytes.is_line_cut() => {}
-            _ => self.bytes.not_a_line(position, length),
+            if !line.is_empty() && self.bytes.is_line_cut() {
+                self.bytes.not_a_line(position, length);
+            }
+            return Ok(true);
+        };
+        let before_s = time_before(&line[..line.len() - rest.len()]);
+        while !rest.is_empty() {
+            let mut values = serde_json::Deserializer::from_str(rest).into_iter::<Value>();
+            let Some(Ok(delta)) = values.next() else {
+                self.bytes.not_a_line(position, length);
+                break;
+            };
+            rest = rest[values.byte_offset()..].trim_start_matches([',', ']', ' ']);
+            self.take(&delta, before_s, is_new);
         }
         Ok(true)
     }
 
-    fn take(&mut self, delta: &Value, is_new: bool) {
+    fn take(&mut self, delta: &Value, before_s: Option<f64>, is_new: bool) {
         let list = |of: &Value, name: &str| of[name].as_array().cloned().unwrap_or_default();
         for update in list(delta, "updates") {
-            let time = update["timestamp"].as_str().and_then(instant);
-            let Some(time) = time else { continue };
-            let time_s = time.as_duration().as_secs_f64();
-            let source = update["$source"].as_str().unwrap_or_default().to_owned();
+            let own = update["timestamp"].as_str().and_then(instant);
+            let own_s = own.map(|time| time.as_duration().as_secs_f64());
+            let Some(time_s) = own_s.or(before_s) else {
+                continue;
+            };
+            let source = source(&update);
             for change in list(&update, "values") {
                 let path = change["path"].as_str().unwrap_or_default();
                 match (&change["value"], change["value"].as_f64()) {
@@ -112,6 +124,16 @@ impl Deltas {
                 fields: vec![String::new()],
             });
         }
+    }
+}
+
+/// The name of an update's source, which older servers write in parts.
+fn source(update: &Value) -> String {
+    let text = |of: &Value| of.as_str().unwrap_or_default().to_owned();
+    let parts = &update["source"];
+    match parts.is_object() {
+        true => [&parts["label"], &parts["src"]].map(text).join("."),
+        false => text(&update["$source"]),
     }
 }
 

@@ -57,7 +57,7 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const TURN: f64 = std::f64::consts::TAU;
 
 units! {
-    Second "s" Time 1.0, &["s", "sec", "secs", "second", "seconds", "sek", "sekunden", "秒"];
+    Second "s" Time 1.0, &["s", "sec", "secs", "second", "seconds", "sek", "sekunden", "с", "сек", "秒", "초"];
     Millisecond "ms" Time 1e-3, &["ms", "msec", "millis", "milliseconds", "millisekunden", "ミリ秒"];
     Microsecond "us" Time 1e-6, &["us", "µs", "usec", "micros", "microseconds"];
     Tick "100ns" Time 1e-7, &["100ns", "filetime"];
@@ -67,9 +67,9 @@ units! {
     Hour "h" Time 3600.0, &["h", "hr", "hrs", "hour", "hours", "stunden", "heures"];
     Day "d" Time 86_400.0, &["d", "day", "days", "tage", "jours", "日"];
     Radian "rad" Angle 1.0, &["rad", "radian", "radians", "radiant", "bogenmaß", "ラジアン"];
-    Degree "deg" Angle DEGREE, &["deg", "degree", "degrees", "grad", "度", "deg t", "deg m", "deg true", "deg mag"];
-    Centidegree "cdeg" Angle 0.01 * DEGREE, &["cdeg", "centideg", "centidegree", "centidegrees"];
-    Decidegree "ddeg" Angle 0.1 * DEGREE, &["ddeg", "decideg", "decidegree", "decidegrees"];
+    Degree "deg" Angle DEGREE, &["deg", "degree", "degrees", "grad", "grader", "graden", "graus", "gradi", "grados", "derece", "град", "度", "도", "deg t", "deg m", "deg true", "deg mag"];
+    Centidegree "cdeg" Angle 0.01 * DEGREE, &["cdeg", "centideg", "centidegree", "centidegrees", "0 01 deg", "deg 100", "deg x100", "x100"];
+    Decidegree "ddeg" Angle 0.1 * DEGREE, &["ddeg", "decideg", "decidegree", "decidegrees", "0 deg", "deg 10", "deg x10", "x10"];
     Gradian "gon" Angle TURN / 400.0, &["gon", "gradian", "gradians", "neugrad"];
     Mil "mil" Angle TURN / 6400.0, &["mil", "mils"];
     Milliradian "mrad" Angle 1e-3, &["mrad", "milliradian", "milliradians"];

@@ -1,4 +1,4 @@
-//! The first sheet with rows of an Excel workbook (`.xlsx`) as text.
+//! The longest sheet of an Excel workbook (`.xlsx`) as text.
 
 use std::io::{self, BufReader, Read, Seek};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -79,22 +79,25 @@ struct Rows {
 fn read(file: &mut Input) -> Result<Rows, Fault> {
     let mut book: Xlsx<_> = Xlsx::new(BufReader::new(file)).map_err(damaged)?;
     let names = book.sheet_names();
+    let mut longest: Option<(&String, Vec<(String, u32)>)> = None;
     for name in &names {
         let lines = lines(&mut book, name).map_err(damaged)?;
-        if lines.len() > 1 {
-            let others = names
-                .iter()
-                .filter(|other| *other != name)
-                .cloned()
-                .collect();
-            return Ok(Rows {
-                name: name.clone(),
-                others,
-                lines,
-            });
+        // Remarks stand in one column.
+        let count = |lines: &[(String, u32)]| lines.iter().filter(|(_, cells)| *cells > 1).count();
+        let is_longer = longest
+            .as_ref()
+            .is_none_or(|(_, of)| count(&lines) > count(of));
+        if lines.len() > 1 && is_longer {
+            longest = Some((name, lines));
         }
     }
-    Err(Fault::Empty)
+    let (name, lines) = longest.ok_or(Fault::Empty)?;
+    let others = names.iter().filter(|other| *other != name);
+    Ok(Rows {
+        name: name.clone(),
+        others: others.cloned().collect(),
+        lines,
+    })
 }
 
 fn lines<R: Read + Seek>(book: &mut Xlsx<R>, sheet: &str) -> Result<Vec<(String, u32)>, XlsxError> {

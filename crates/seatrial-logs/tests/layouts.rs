@@ -277,6 +277,91 @@ fn io_tables_are_read_whatever_stands_before_and_in_them() {
             }),
         ),
         (
+            "names again",
+            plain(names).replace("\n60.0,", &format!("\n{names}60.0,")),
+        ),
+        (
+            "topics without names",
+            text("", |(t, h, d)| {
+                let time_s = START_S + t;
+                format!("{time_s:.3} boat/heading_deg {h:.3}\n{time_s:.3} boat/rudder_deg {d:.2}")
+            }),
+        ),
+        (
+            "Grafana's labels",
+            text(
+                "Time,\"navigation.headingTrue.mean {context: self}\",\"steering.rudderAngle {context: self}\"\n",
+                |(t, h, d)| format!("{},{:.5},{:.5}", iso(t), h.to_radians(), d.to_radians()),
+            ),
+        ),
+        (
+            "units behind values",
+            text("Time,Series,Value\n", |(t, h, d)| {
+                format!("{0},Heading,{h:.3}°\n{0},Rudder,{d:.2}°", iso(t))
+            }),
+        ),
+        (
+            "units beside values",
+            text("ts;sensor;reading;unit\n", |(t, h, d)| {
+                format!("{0};heading;{h:.3};deg\n{0};rudder;{d:.2};deg", iso(t))
+            }),
+        ),
+        (
+            "states of entities",
+            text("entity_id,state,last_changed\n", |(t, h, d)| {
+                format!(
+                    "sensor.heading,{h:.3},{0}\nsensor.rudder,{d:.2},{0}",
+                    iso(t)
+                )
+            }),
+        ),
+        (
+            "a date and a French hour",
+            text("Date,Heure,Cap,Barre\n", |(t, h, d)| {
+                format!("01/05/2024,{},{h:.3},{d:.2}", &iso(t)[11..23])
+            }),
+        ),
+        (
+            "a zone behind the time",
+            text("time,heading_deg,rudder_deg\n", |(t, h, d)| {
+                format!("{} UTC,{h:.3},{d:.2}", iso(t)[..23].replace('T', " "))
+            }),
+        ),
+        (
+            "right and left",
+            text("time_s,heading,rudder\n", |(t, h, d)| {
+                let side = if d < 0.0 { 'L' } else { 'R' };
+                format!("{t:.1},{h:.3}°M,{:.2}°{side}", d.abs())
+            }),
+        ),
+        (
+            "tenths and hundredths by name",
+            text("time_s,heading_x100,rudder (0.1 deg)\n", |(t, h, d)| {
+                format!("{t:.1},{:.0},{:.1}", 100.0 * h, 10.0 * d)
+            }),
+        ),
+        (
+            "a remark behind a unit",
+            text(
+                "time_s,heading_deg (gyro),rudder_deg (starboard positive)\n",
+                |(t, h, d)| format!("{t:.1},{h:.3},{d:.2}"),
+            ),
+        ),
+        (
+            "seconds of a day",
+            text(
+                "Year,DOY,SecondsOfDay,heading_deg,rudder_deg\n",
+                |(t, h, d)| format!("2024,122,{:.1},{h:.3},{d:.2}", 43_200.0 + t),
+            ),
+        ),
+        (
+            "a quaternion from w on",
+            text("time_s,q0,q1,q2,q3,rudder_deg\n", |(t, h, d)| {
+                let half = 0.5 * h.to_radians();
+                format!("{t:.1},{:.6},0,0,{:.6},{d:.2}", half.cos(), half.sin())
+            }),
+        ),
+        (
             "Expedition",
             text(
                 "!Boat,Utc,BSP,RudderFwd,HDG\n!boat,0,1,7,13\n!v12\n",
@@ -355,6 +440,34 @@ fn io_a_clock_that_begins_again_goes_on() {
             twelve,
         ),
         ("midnight", of("time", &midnight), "24 h were added"),
+        (
+            "midnight in columns",
+            of("hour,minute,second", &|t| midnight(t).replace(':', ",")),
+            "24 h were added",
+        ),
+        (
+            "midnight behind dates with the month first",
+            of("time", &|t| {
+                let day = if t < 60.0 { 1 } else { 2 };
+                format!("5/{day}/2024 {}", midnight(t))
+            }),
+            "30 days",
+        ),
+        (
+            "a counter of 32 bits",
+            of("micros", &|t| {
+                let counts = 4_294_967_296.0 - 60e6 + 1e6 * t;
+                format!("{:.0}", counts.rem_euclid(4_294_967_296.0))
+            }),
+            "as a counter that is full",
+        ),
+        (
+            "a counter of 16 bits",
+            of("t_ms", &|t| {
+                format!("{:.0}", (5536.0 + 1e3 * t).rem_euclid(65_536.0))
+            }),
+            "as a counter that is full",
+        ),
     ] {
         let warnings = assert_is_the_run(name, written.as_bytes()).join("\n");
         assert!(warnings.contains(warning), "{name}: {warnings}");
@@ -473,8 +586,20 @@ fn io_sentences_are_read_with_times_before_behind_and_between_them() {
     });
     let transducer = text("", |row| {
         let heading = sentence(&format!("HCHDM,{:.1},M", row.1));
-        let rudder = sentence(&format!("IIXDR,C,20.0,C,AIR,A,{:.1},D,RUDDER", row.2));
+        let rudder = sentence(&format!("IIXDR,C,20.0,C,AIR,A,{:.1},D,RUDR", row.2));
         format!("{} {heading}\n{} {rudder}", iso(row.0), iso(row.0))
+    });
+    let stuck = text("", |row| {
+        let [heading, rudder] = sentences(row);
+        [sentence("IIHDT,123.4,T"), heading, rudder]
+            .map(|sentence| format!("{} {sentence}", iso(row.0)))
+            .join("\n")
+    });
+    let ordered = text("", |row| {
+        let [heading, _] = sentences(row);
+        let side = if row.2 < 0.0 { 'L' } else { 'R' };
+        let order = sentence(&format!("AGHTD,A,{:.1},{side},M,N,,,,,,,,T", row.2.abs()));
+        format!("{} {heading}\n{} {order}", iso(row.0), iso(row.0))
     });
     let attitude = text("", |row| {
         let body = format!(
@@ -504,6 +629,12 @@ fn io_sentences_are_read_with_times_before_behind_and_between_them() {
             "share the time before them",
         ),
         ("times behind", behind, ""),
+        (
+            "a compass that stands still first",
+            stuck,
+            "HE.HDT.heading_deg` is taken",
+        ),
+        ("a rudder that an autopilot orders", ordered, ""),
         ("a rudder by its name", transducer, ""),
         ("an attitude with its own time", attitude, ""),
     ] {
@@ -569,6 +700,16 @@ fn io_frames_of_other_adapters_and_of_the_analyzer_are_read() {
             lines("", &|(t, id, _, _, data)| {
                 let time = iso(t).replace(['T', 'Z'], " ");
                 format!("{time}R {id:08X} {}", hex(&data, " "))
+            }),
+        ),
+        (
+            "canboat without dates",
+            lines("", &|(t, _, number, source, data)| {
+                format!(
+                    "{},2,{number},{source},255,8,{}",
+                    &iso(t)[11..23],
+                    hex(&data, ",")
+                )
             }),
         ),
         (
@@ -643,6 +784,133 @@ fn io_frames_of_other_adapters_and_of_the_analyzer_are_read() {
         ),
     ] {
         assert_is_the_run(name, log.as_bytes());
+    }
+}
+
+/// A message of an NGT-1 of this kind, with every escape twice.
+fn of_gateway(kind: u8, body: &[u8], escapes: &[u8]) -> Vec<u8> {
+    let mut message = [&[kind, body.len() as u8], body].concat();
+    let sum = message
+        .iter()
+        .fold(0_u8, |sum, byte| sum.wrapping_add(*byte));
+    message.push(sum.wrapping_neg());
+    let twice = |byte: &u8| vec![*byte; 1 + usize::from(escapes.contains(byte))];
+    let escaped = message.iter().flat_map(twice);
+    [0x10, 0x02]
+        .into_iter()
+        .chain(escaped)
+        .chain([0x10, 0x03])
+        .collect()
+}
+
+/// A recording of Actisense has times between the messages of the gateway, or the gateway's own.
+#[test]
+fn io_recordings_of_a_gateway_are_read_with_times_between_or_in_their_messages() {
+    let received = |(t, _, number, source, data): Frame, has_time: bool| {
+        let ms = if has_time {
+            (1e3 * t).round() as u32
+        } else {
+            0
+        };
+        let [low, mid, high, _] = number.to_le_bytes();
+        let head = [&[2, low, mid, high, 255, source][..], &ms.to_le_bytes()].concat();
+        [&head[..], &[8], &data].concat()
+    };
+    let recording = |message: &dyn Fn(Frame) -> Vec<u8>| {
+        frames().into_iter().fold(Vec::new(), |mut log, frame| {
+            let ticks =
+                (1e7 * (START_S + 11_644_473_600.0)) as u64 + (1e7 * frame.0).round() as u64;
+            let twice = |byte: u8| vec![byte; 1 + usize::from(byte == 0x1b)];
+            log.extend([0x1b, 0x01, 0x03]);
+            log.extend(ticks.to_le_bytes().into_iter().flat_map(twice));
+            log.extend([0x1b, 0x0a]);
+            log.extend(message(frame));
+            log
+        })
+    };
+    let sent = |(_, _, number, _, data): Frame| {
+        let [low, mid, high, _] = number.to_le_bytes();
+        [&[2, low, mid, high, 255, 8][..], &data].concat()
+    };
+    let both = [0x10, 0x1b];
+    let mut inside = frames().into_iter().fold(Vec::new(), |log, frame| {
+        [log, of_gateway(0x93, &received(frame, true), &[0x10])].concat()
+    });
+    inside.drain(..7);
+    for (name, log) in [
+        (
+            "times between",
+            recording(&|frame| of_gateway(0x93, &received(frame, false), &both)),
+        ),
+        (
+            "own times",
+            recording(&|frame| of_gateway(0x93, &received(frame, true), &both)),
+        ),
+        (
+            "sent",
+            recording(&|frame| of_gateway(0x94, &sent(frame), &both)),
+        ),
+        ("from the middle of a message on", inside),
+    ] {
+        assert_is_the_run(name, &log);
+    }
+}
+
+/// Deltas name the PGN of their source, stand in an array, or have their time before them.
+#[test]
+fn io_deltas_are_read_as_servers_write_them() {
+    let delta = |t: f64, path: &str, degrees: f64, has_time: bool| {
+        let time = if has_time {
+            format!("\"timestamp\":\"{}\",", iso(t))
+        } else {
+            String::new()
+        };
+        format!(
+            "{{\"updates\":[{{\"source\":{{\"label\":\"can0\",\"pgn\":127250,\"src\":\"3\"}},{time}\"values\":[{{\"path\":\"{path}\",\"value\":{:.5}}}]}}]}}",
+            degrees.to_radians()
+        )
+    };
+    let both = |(t, heading, rudder): Row, has_time: bool| {
+        [
+            delta(t, "navigation.headingMagnetic", heading, has_time),
+            delta(t, "navigation.attitude.yaw", heading, has_time),
+            delta(t, "steering.rudderAngle", rudder, has_time),
+        ]
+    };
+    let array = text("[", |row| both(row, true).join(",\n") + ",") + "]";
+    let timed = text("", |row| {
+        let line = |delta: String| format!("{:.0};ws;{delta}", 1e3 * (START_S + row.0));
+        both(row, false).map(line).join("\n")
+    });
+    for (name, log) in [
+        ("a line each", text("", |row| both(row, true).join("\n"))),
+        ("an array", array),
+        ("times before", timed),
+    ] {
+        assert_is_the_run(name, log.as_bytes());
+    }
+}
+
+#[test]
+fn io_what_has_no_time_says_how_to_record_one() {
+    let folder = tempfile::tempdir().unwrap();
+    for (log, expected) in [
+        (
+            "  can0  09F1120F   [8]  FF C0 1E FF 7F FF 7F FD\n",
+            "candump -l",
+        ),
+        (
+            "$HEHDT,123.4,T*1F\n$IIRSA,1.0,A,,V*78\n",
+            "a time before each sentence",
+        ),
+        ("\u{89}HDF\r\n\u{1a}\n", "to_csv"),
+    ] {
+        let bytes: Vec<u8> = log.chars().map(|c| c as u8).collect();
+        let error = opened(&bytes, &folder).err().unwrap().to_string();
+        assert!(
+            error.contains(expected) && !error.contains("NAME"),
+            "{error}"
+        );
     }
 }
 

@@ -6,6 +6,7 @@ use seatrial::Window;
 use seatrial::identify::ValidationData;
 
 use crate::Error;
+use crate::health::other_unit;
 use crate::logs::{Observer, OpenedLog, ReadSettings, open_inside};
 
 /// The filters may be warmed on so many lengths of the training window before it.
@@ -111,11 +112,17 @@ impl Windows {
             let keep = validation.unwrap_or(Window::ALL);
             open_inside(path, reading, keep, observer)
         });
+        let validation_log = other.transpose()?;
+        if let (Some(other), Some(path)) = (&validation_log, &self.validate_on)
+            && other.record.rudder_unit != log.record.rudder_unit
+        {
+            return Err(other_unit(&path.display().to_string()));
+        }
         Ok(Logs {
             log,
             training,
             validation,
-            validation_log: other.transpose()?,
+            validation_log,
         })
     }
 }

@@ -214,7 +214,7 @@ impl Clock {
             })
             .collect();
         let is_of_day = |cell: &Cell| matches!(cell, Cell::OfDay(_));
-        if stated.is_none() && numbers.is_empty() && cells.iter().any(is_of_day) {
+        if numbers.is_empty() && cells.iter().any(is_of_day) {
             return ClockFound::known(Self::OfDay, "time of day");
         }
         if numbers.is_empty()
@@ -383,6 +383,11 @@ pub(crate) fn unix_s(year: f64, month: f64, day: f64, of_day_s: f64) -> Option<f
     let year = if year < 100.0 { year + 2000.0 } else { year };
     let midnight = instant(&format!("{year:04}-{month:02}-{day:02}T00:00:00Z"))?;
     Some(midnight.as_second() as f64 + of_day_s)
+}
+
+/// Seconds since 1970 of 100 ns since 1601, as Windows counts them.
+pub(crate) fn ticks_unix_s(ticks: f64) -> f64 {
+    ticks / 1e7 + WINDOWS_UNIX_S
 }
 
 /// Seconds since 1970 of days since 1900, as a spreadsheet counts them.

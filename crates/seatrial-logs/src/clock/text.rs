@@ -4,10 +4,16 @@ use jiff::civil::DateTime;
 use jiff::tz::TimeZone;
 use jiff::{SignedDuration, Timestamp};
 
+/// What stands behind a time in UTC.
+const ZONES: [&str; 3] = [" UTC", " GMT", " Z"];
+
 /// An instant with its offset from UTC; one without is taken as UTC.
 pub(crate) fn instant(text: &str) -> Option<Timestamp> {
     if text.len() < 10 {
         return None;
+    }
+    if let Some(utc) = ZONES.iter().find_map(|zone| text.strip_suffix(zone)) {
+        return instant(utc);
     }
     if text.contains('年') {
         let date = text.replace(['年', '月'], "/").replace('日', " ");
@@ -144,6 +150,9 @@ fn in_half_day(seconds: f64, is_afternoon: bool) -> Option<f64> {
 /// Seconds of `14:07:09.05` or `2:07:09.05 PM` since midnight, and of `07:09.05` since the hour; with a decimal comma, too. Two numbers
 /// without decimals may be hours and minutes, and are no time.
 pub(crate) fn time_of_day(text: &str) -> Option<f64> {
+    if let Some(utc) = ZONES.iter().find_map(|zone| text.strip_suffix(zone)) {
+        return time_of_day(utc);
+    }
     if text.contains('時') {
         return time_of_day(&with_colons(text));
     }
@@ -261,6 +270,8 @@ mod tests {
             "11/20/26 12:00:00.05 PM",
             "20261120_120000.05",
             "20261120-120000.05",
+            "2026-11-20 12:00:00.05 UTC",
+            "20.11.2026 12:00:00.05 GMT",
         ] {
             assert_eq!(instant(text), Some(expected), "{text}");
         }

@@ -1,5 +1,7 @@
 //! What the first lines of a text log say: how cells are separated and numbers written, and where the names are.
 
+use std::collections::BTreeSet;
+
 use super::decoded;
 use super::number::{is_grouped, number, unit_behind};
 use crate::Unit;
@@ -7,6 +9,10 @@ use crate::clock::{instant, time_of_day};
 
 /// The most rows above the names of columns.
 const MOST_TITLES: usize = 200;
+/// Names of columns of rows without names that hold one value each.
+const TOPIC: [&str; 3] = ["time", "topic", "value"];
+/// So many rows show that they are of this kind.
+const LEAST_ROWS_OF_TOPICS: usize = 4;
 /// Time, heading and rudder.
 const LEAST_COLUMNS: usize = 3;
 
@@ -23,7 +29,7 @@ pub(super) struct Header {
     pub dialect: Dialect,
     /// The line of the names, or the first that is no comment.
     pub line: u64,
-    /// Names of columns in the comment above the first row, where that row is numbers or times.
+    /// Names of columns in the comment above the first row, where that row is numbers or times; [`TOPIC`] of rows without names.
     pub in_comment: Option<Vec<String>>,
     /// What lines begin with that are no rows.
     pub comment: u8,
@@ -68,7 +74,10 @@ impl Header {
         });
         let in_comment = match (above, comment) {
             (Some(names), Some(units)) if are_units(&units) => Some(with_units(&names, &units)),
-            (_, names) => names,
+            (_, Some(names)) => Some(names),
+            (_, None) => {
+                are_of_topics(first, rows, delimiter).then(|| TOPIC.map(str::to_owned).to_vec())
+            }
         };
         let units = rows.first().map(|row| cells(row, delimiter));
         Some(Self {
@@ -83,6 +92,25 @@ impl Header {
             units: units.filter(|cells| are_units(cells)),
         })
     }
+}
+
+/// Are rows without names above them times, topics and numbers, one value a row? Topics then come again.
+fn are_of_topics(first: &[u8], rows: &[&[u8]], delimiter: u8) -> bool {
+    let rows: Vec<Vec<String>> = std::iter::once(&first)
+        .chain(rows)
+        .map(|row| cells(row, delimiter))
+        .collect();
+    let is_row = |row: &Vec<String>| {
+        matches!(&row[..], [time, topic, value]
+            if is_value(time) && !is_value(topic) && topic.contains(char::is_alphabetic)
+                && number(value, false).is_some())
+    };
+    let topics: BTreeSet<&str> = rows
+        .iter()
+        .filter_map(|row| row.get(1))
+        .map(String::as_str)
+        .collect();
+    rows.len() >= LEAST_ROWS_OF_TOPICS && topics.len() < rows.len() && rows.iter().all(is_row)
 }
 
 /// The line in which a part of the start begins, from 1.

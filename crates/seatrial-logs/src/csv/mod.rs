@@ -70,6 +70,8 @@ pub(crate) struct Text<R> {
     no_values: Count<u64>,
     /// The last number of each selected column.
     last: Vec<f64>,
+    /// Rows that are the names of columns again, as where logs were put behind each other.
+    repeated_names: u64,
 }
 
 /// The bytes of one record and where its cells end.
@@ -139,6 +141,7 @@ impl<R: Read> Text<R> {
             damage: None,
             no_values: Count::new(0),
             last: Vec::new(),
+            repeated_names: 0,
         };
         while !text.at_end && text.unread.end < BUFFER {
             text.fill()?;
@@ -269,6 +272,18 @@ impl<R: Read> Text<R> {
         self.parser.line() - u64::from(self.last_byte == b'\n' && self.parser.line() > 1)
     }
 
+    /// Is the record the names of columns, which may have got a unit?
+    fn repeats_the_names(&self) -> bool {
+        let is_name = |(index, name): (usize, &String)| {
+            let cell = self.record.cell(index);
+            !cell.is_empty() && name.as_bytes().starts_with(cell)
+        };
+        let first = self.record.bytes.first().copied().unwrap_or_default();
+        !matches!(first, b'0'..=b'9' | b'-' | b'+' | b'.')
+            && self.record.cells == self.columns.len()
+            && self.columns.iter().enumerate().all(is_name)
+    }
+
     /// The value of a cell whose column last held a number: a coordinate may pass what instruments write for no value.
     fn parsed(&self, bytes: &[u8], last: f64) -> Cell {
         if bytes.is_empty() {
@@ -312,11 +327,17 @@ impl<R: Read + Send> Table for Text<R> {
     }
 
     fn next_row(&mut self, cells: &mut Vec<Cell>) -> Result<Option<Place>, Fault> {
-        let Some(line) = self.read_record()? else {
-            return Ok(None);
-        };
         let expected = self.columns.len();
-        self.record.drop_empty_cells_after(expected);
+        let line = loop {
+            let Some(line) = self.read_record()? else {
+                return Ok(None);
+            };
+            self.record.drop_empty_cells_after(expected);
+            if !self.repeats_the_names() {
+                break line;
+            }
+            self.repeated_names += 1;
+        };
         if self.record.cells != expected {
             let is_cut_off = self.record.cells < expected && self.is_last_and_unterminated()?;
             if is_cut_off {
@@ -364,9 +385,13 @@ impl<R: Read + Send> Table for Text<R> {
         let none = (no_values > 0).then(|| {
             format!("-999 or -9999 was taken for a value that is missing, {no_values} times")
         });
+        let repeated = self.repeated_names;
+        let repeated = (repeated > 0)
+            .then(|| format!("{repeated} rows repeat the names of the columns and are left out"));
         let damage = self.damage.as_ref();
         let damage = damage.map(|damage| format!("it was exported from what is damaged: {damage}"));
-        damage.into_iter().chain(cut_off).chain(none).collect()
+        let damage = damage.into_iter().chain(cut_off);
+        damage.chain(none).chain(repeated).collect()
     }
 
     fn is_damaged(&self) -> bool {

@@ -27,7 +27,11 @@ const MINUTES: [char; 3] = ['\'', '’', '′'];
 const SECONDS: [char; 3] = ['"', '”', '″'];
 
 /// What stands behind an angle: starboard, port, true and magnetic.
-const LETTERS: [(&str, f64); 9] = [
+const LETTERS: [(&str, f64); 13] = [
+    ("R", 1.0),
+    ("RIGHT", 1.0),
+    ("L", -1.0),
+    ("LEFT", -1.0),
     ("S", 1.0),
     ("STB", 1.0),
     ("STBD", 1.0),

@@ -43,6 +43,8 @@ pub(crate) struct Sentences {
     kinds: Vec<Kind>,
     /// Numbers that are there, of every field of every kind.
     valid: Vec<[u64; MOST_FIELDS]>,
+    /// The last number of every field of every kind, and whether another came before.
+    last: Vec<[(f64, bool); MOST_FIELDS]>,
     clock: Clock,
     /// Sentences since the clock's last time.
     held: Vec<(usize, Vec<f64>)>,
@@ -142,6 +144,7 @@ impl Sentences {
             instruments: Vec::new(),
             kinds: Vec::new(),
             valid: Vec::new(),
+            last: Vec::new(),
             clock: Clock::default(),
             held: Vec::new(),
             interval_s: None,
@@ -155,6 +158,11 @@ impl Sentences {
             let valid = &mut log.valid[message.kind];
             for (count, value) in valid.iter_mut().zip(&message.values) {
                 *count += u64::from(value.is_finite());
+            }
+            let last = log.last[message.kind].iter_mut().zip(&message.values);
+            for ((last, changes), value) in last.filter(|(_, value)| value.is_finite()) {
+                *changes |= last.is_finite() && *last != *value;
+                *last = *value;
             }
         }
         if log.kinds.is_empty() && log.untimed > 0 {
@@ -217,6 +225,7 @@ impl Sentences {
                 .collect(),
         });
         self.valid.push([0; MOST_FIELDS]);
+        self.last.push([(f64::NAN, false); MOST_FIELDS]);
         self.instruments.push(instrument);
         Some(self.kinds.len() - 1)
     }
@@ -340,15 +349,16 @@ impl Sentences {
         }
     }
 
-    /// The kinds whose field of this sentence has numbers, that with the most first.
+    /// The kinds whose field of this sentence has numbers, that with the most first; one that never changes is last.
     fn with_numbers(&self, sentence: &str, field: &str) -> Vec<usize> {
         let count = |kind: usize| {
             let (name, fields) = SENTENCES[self.instruments[kind].sentence];
             let at = fields.iter().position(|known| known.name == field)?;
             let count = self.valid[kind][at];
-            (name == sentence && count > 0).then_some(count)
+            let changes = self.last[kind][at].1;
+            (name == sentence && count > 0).then_some((changes, count))
         };
-        let mut kinds: Vec<(u64, usize)> = (0..self.kinds.len())
+        let mut kinds: Vec<((bool, u64), usize)> = (0..self.kinds.len())
             .filter_map(|kind| Some((count(kind)?, kind)))
             .collect();
         kinds.sort_by_key(|(count, kind)| (std::cmp::Reverse(*count), *kind));
@@ -417,6 +427,19 @@ impl Messages for Sentences {
                 }
             }
         }
+        // What never changes says nothing, where another does.
+        let is_constant = |column: &String| {
+            let of = |(kind, of): (usize, &Kind)| {
+                let field = column.strip_prefix(&of.name)?.strip_prefix('.')?;
+                let (_, fields) = SENTENCES[self.instruments[kind].sentence];
+                let at = fields.iter().position(|known| known.name == field)?;
+                Some(!self.last[kind][at].1)
+            };
+            self.kinds.iter().enumerate().find_map(of) == Some(true)
+        };
+        known
+            .channels
+            .sort_by_key(|channel| is_constant(&channel.column));
         self.tell_rivals(&mut known);
         let names: Vec<&str> = self.kinds.iter().map(|kind| kind.name.as_str()).collect();
         let found = names.join(", ");
@@ -426,7 +449,7 @@ impl Messages for Sentences {
         );
         known.lacks(
             Quantity::Rudder,
-            format!("expected RSA sentences, or XDR with RUDDER; found {found}"),
+            format!("expected RSA, HTD or HTC sentences, or XDR with RUDDER; found {found}"),
         );
         known
     }

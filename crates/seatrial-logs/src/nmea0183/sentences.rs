@@ -14,6 +14,8 @@ pub(super) struct Field {
     flag: Option<(usize, &'static str)>,
     /// Is it `ddmm.mmm` with the letter of its half of the earth in the next cell?
     is_coordinate: bool,
+    /// Does L in the next cell make it negative?
+    is_of_a_side: bool,
 }
 
 const fn field(name: &'static str, cell: usize) -> Field {
@@ -22,6 +24,7 @@ const fn field(name: &'static str, cell: usize) -> Field {
         cell,
         flag: None,
         is_coordinate: false,
+        is_of_a_side: false,
     }
 }
 
@@ -39,6 +42,13 @@ const fn coordinate(name: &'static str, cell: usize) -> Field {
     }
 }
 
+const fn of_a_side(name: &'static str, cell: usize) -> Field {
+    Field {
+        is_of_a_side: true,
+        ..field(name, cell)
+    }
+}
+
 impl Field {
     pub fn value(&self, cells: &[&str]) -> f64 {
         let cell = |index: usize| cells.get(index).copied().unwrap_or_default();
@@ -49,6 +59,7 @@ impl Field {
         };
         let number: Option<f64> = cell(at).parse().ok().filter(|_| counts);
         let value = match self.is_coordinate {
+            false if self.is_of_a_side && cell(at + 1) == "L" => number.map(|number| -number),
             false => number,
             true => number.map(|number| {
                 let degrees = (number / 100.0).trunc() + number % 100.0 / 60.0;
@@ -63,13 +74,15 @@ impl Field {
 /// The cell of an angle in degrees whose name stands two cells behind it: `A,-5.0,D,RUDDER` for `rudder_deg`.
 fn angle_of(cells: &[&str], field: &str) -> Option<usize> {
     let name = field.trim_end_matches("_deg").to_uppercase();
+    // Some cut names to four letters, as `RUDR`.
+    let begin = name.get(..3).unwrap_or(&name);
     let is_it =
-        |four: &[&str]| four[0] == "A" && four[2] == "D" && four[3].to_uppercase().contains(&name);
+        |four: &[&str]| four[0] == "A" && four[2] == "D" && four[3].to_uppercase().contains(begin);
     Some(cells.windows(4).position(is_it)? + 1)
 }
 
 /// Sentences that are read.
-pub(super) const SENTENCES: [(&str, &[Field]); 15] = [
+pub(super) const SENTENCES: [(&str, &[Field]); 17] = [
     ("HDT", &[field("heading_deg", 1)]),
     ("THS", &[flagged("heading_deg", 1, 2, "A")]),
     // Of $PASHR, whose heading is that of several antennas and gyros.
@@ -84,6 +97,9 @@ pub(super) const SENTENCES: [(&str, &[Field]); 15] = [
             flagged("port_deg", 3, 4, "A"),
         ],
     ),
+    // What an autopilot orders.
+    ("HTC", &[of_a_side("rudder_order_deg", 2)]),
+    ("HTD", &[of_a_side("rudder_order_deg", 2)]),
     ("VHW", &[field("heading_deg", 1), field("speed_kn", 5)]),
     ("VTG", &[field("speed_kn", 5)]),
     (
@@ -115,7 +131,7 @@ pub(super) const SENTENCES: [(&str, &[Field]); 15] = [
 /// The most fields of a sentence.
 pub(super) const MOST_FIELDS: usize = 3;
 
-pub(super) const CHANNELS: [(Quantity, &str, &str, Unit); 14] = [
+pub(super) const CHANNELS: [(Quantity, &str, &str, Unit); 16] = [
     (Quantity::Heading, "HDT", "heading_deg", Unit::Degree),
     (Quantity::Heading, "THS", "heading_deg", Unit::Degree),
     (Quantity::Heading, "SHR", "heading_deg", Unit::Degree),
@@ -125,6 +141,8 @@ pub(super) const CHANNELS: [(Quantity, &str, &str, Unit); 14] = [
     (Quantity::Rudder, "RSA", "rudder_deg", Unit::Degree),
     (Quantity::Rudder, "RSA", "port_deg", Unit::Degree),
     (Quantity::Rudder, "XDR", "rudder_deg", Unit::Degree),
+    (Quantity::Rudder, "HTD", "rudder_order_deg", Unit::Degree),
+    (Quantity::Rudder, "HTC", "rudder_order_deg", Unit::Degree),
     (
         Quantity::YawRate,
         "ROT",

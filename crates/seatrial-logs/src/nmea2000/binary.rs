@@ -3,14 +3,17 @@
 //! | recorder | record |
 //! |---|---|
 //! | Yacht Devices (.DAT) | ms of the minute (2), identifier (4), 8 bytes; of a fast packet sequence, length and all bytes |
-//! | Actisense (.ebl) | ESC SOH, kind, message, ESC LF; an ESC of the message twice |
+//! | Actisense (.ebl) | ESC SOH, kind, a time or a message, ESC LF; between them messages of the NGT-1; an ESC twice |
 //! | Actisense NGT-1 | DLE STX, message, sum, DLE ETX; a DLE of the message twice |
 
 use super::{Frame, LONGEST_RECORD, MOST_BYTES, Piece, Records};
+use crate::clock::ticks_unix_s;
 use crate::number::number;
 
 const ESCAPE: u8 = 0x1b;
 const DATA_LINK_ESCAPE: u8 = 0x10;
+/// The kind of a record of Actisense that is the time of what follows, as Windows counts it.
+const TIME_RECORD: u8 = 0x03;
 /// The identifier of records that Yacht Devices' recorder writes of itself.
 const SERVICE: u32 = u32::MAX;
 /// Records by which a file of Yacht Devices is told.
@@ -34,6 +37,15 @@ pub(super) fn container(start: &[u8]) -> Option<Records> {
         return records(actisense, Some(65.536));
     }
     if start.starts_with(&[DATA_LINK_ESCAPE, 0x02]) {
+        return records(gateway, None);
+    }
+    // A recording that begins in a message.
+    let begin = start
+        .windows(3)
+        .position(|bytes| *bytes == [DATA_LINK_ESCAPE, 0x02, 0x93]);
+    if let Some(at) = begin.filter(|at| *at < LONGEST_RECORD)
+        && matches!(gateway(&start[at..]), (Piece::Frame(_), _))
+    {
         return records(gateway, None);
     }
     if is_utf_16(start) {
@@ -94,18 +106,20 @@ fn without_end(bytes: &[u8]) -> (Piece, usize) {
     }
 }
 
-/// What stands between a beginning and an end that an escape marks; how many bytes that is with both.
-fn escaped(bytes: &[u8], escape: u8, end: u8) -> Option<(Vec<u8>, usize)> {
+/// What stands between a beginning and an end that the first escape marks, with every escape twice; how many bytes that is with both.
+fn escaped(bytes: &[u8], escapes: &[u8], end: u8) -> Option<(Vec<u8>, usize)> {
     let mut message = Vec::new();
     let mut at = 2;
     loop {
         match (*bytes.get(at)?, bytes.get(at + 1)) {
-            (byte, Some(next)) if byte == escape && *next == escape => {
-                message.push(escape);
+            (byte, Some(next)) if escapes.contains(&byte) && *next == byte => {
+                message.push(byte);
                 at += 2;
             }
-            (byte, Some(next)) if byte == escape && *next == end => return Some((message, at + 2)),
-            (byte, _) if byte == escape => return None,
+            (byte, Some(next)) if byte == escapes[0] && *next == end => {
+                return Some((message, at + 2));
+            }
+            (byte, _) if escapes.contains(&byte) => return None,
             (byte, _) => {
                 message.push(byte);
                 at += 1;
@@ -118,18 +132,28 @@ fn actisense(bytes: &[u8]) -> (Piece, usize) {
     if bytes == [ESCAPE] {
         return (Piece::Cut, 1);
     }
+    if bytes.starts_with(&[DATA_LINK_ESCAPE, 0x02]) {
+        return message_between(bytes, &[DATA_LINK_ESCAPE, ESCAPE]);
+    }
     if !bytes.starts_with(&[ESCAPE, 0x01]) {
         return (Piece::Damaged(1), 1);
     }
-    let Some((message, count)) = escaped(bytes, ESCAPE, 0x0a) else {
+    let Some((record, count)) = escaped(bytes, &[ESCAPE], 0x0a) else {
         return without_end(bytes);
     };
     // The first byte is the kind of record; messages of the bus begin with their own kind behind it.
-    let frame = message.get(1..).and_then(|message| match message.first() {
-        Some(0x95) => short_message(message),
-        _ => long_message(message),
-    });
-    (frame.map_or(Piece::Other, Piece::Frame), count)
+    let piece = match (record.first(), record.get(1..)) {
+        (Some(&TIME_RECORD), Some(time)) => {
+            number::<u64>(time, 0).map(|ticks| Piece::Time(ticks_unix_s(ticks as f64)))
+        }
+        (Some(_), Some(message)) => match message.first() {
+            Some(0x95) => short_message(message),
+            _ => long_message(message),
+        }
+        .map(Piece::Frame),
+        _ => None,
+    };
+    (piece.unwrap_or(Piece::Other), count)
 }
 
 fn gateway(bytes: &[u8]) -> (Piece, usize) {
@@ -139,13 +163,31 @@ fn gateway(bytes: &[u8]) -> (Piece, usize) {
     if !bytes.starts_with(&[DATA_LINK_ESCAPE, 0x02]) {
         return (Piece::Damaged(1), 1);
     }
-    let Some((message, count)) = escaped(bytes, DATA_LINK_ESCAPE, 0x03) else {
+    message_between(bytes, &[DATA_LINK_ESCAPE])
+}
+
+/// A message of the NGT-1 between its beginning and its end.
+fn message_between(bytes: &[u8], escapes: &[u8]) -> (Piece, usize) {
+    let Some((message, count)) = escaped(bytes, escapes, 0x03) else {
         return without_end(bytes);
     };
-    (
-        long_message(&message).map_or(Piece::Other, Piece::Frame),
-        count,
-    )
+    let frame = long_message(&message).or_else(|| sent_message(&message));
+    (frame.map_or(Piece::Other, Piece::Frame), count)
+}
+
+/// Kind 0x94, a message that was sent, without a time: length, priority, number (3), destination, length, data.
+fn sent_message(message: &[u8]) -> Option<Frame> {
+    let (0x94, body) = (*message.first()?, message.get(2..)?) else {
+        return None;
+    };
+    let length = usize::from(*body.get(5)?);
+    Some(Frame {
+        time_s: f64::NAN,
+        number: number::<u32>(body, 1)? & 0xff_ffff,
+        source: 0,
+        data: body.get(6..6 + length)?.to_vec(),
+        is_of_bus: false,
+    })
 }
 
 /// Kind 0x93: length, priority, number (3), destination, source, ms (4), length, data.

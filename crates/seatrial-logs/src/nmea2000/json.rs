@@ -52,9 +52,13 @@ pub(super) fn is_start(start: &[u8]) -> bool {
     let text = String::from_utf8_lossy(start);
     let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
     // The analyzer begins with its version.
-    let is_message =
-        |line: &str| line.starts_with('{') && line.contains("\"pgn\"") || of_text(line).is_some();
+    let is_message = |line: &str| is_object(line) || of_text(line).is_some();
     lines.take(3).any(is_message)
+}
+
+/// Is the line a message in JSON? Signal K names the PGN of a source, too.
+fn is_object(line: &str) -> bool {
+    line.starts_with('{') && line.contains("\"pgn\"") && !line.contains("\"updates\"")
 }
 
 /// A message in text as the object that it is in JSON.

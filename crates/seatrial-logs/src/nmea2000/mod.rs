@@ -86,6 +86,8 @@ impl Frame {
 /// What a piece of a file is.
 enum Piece {
     Frame(Frame),
+    /// The time of what follows, s.
+    Time(f64),
     /// Sound, and no frame: a comment or a record of the recorder.
     Other,
     /// So many bytes that are nothing.
@@ -122,6 +124,11 @@ pub(crate) fn is_start(start: &[u8]) -> bool {
     container(start).is_some() || json::is_start(start)
 }
 
+/// Is this the start of a file of frames without times?
+pub(crate) fn is_untimed(start: &[u8]) -> bool {
+    text::are_untimed(start)
+}
+
 /// Opens a file of frames, or of messages in JSON.
 pub(crate) fn open(file: Input) -> Result<Box<dyn Messages>, Fault> {
     let mut bytes = Bytes::new(file)?;
@@ -154,10 +161,16 @@ struct Capture {
     kind_of: BTreeMap<(usize, u8, u8), usize>,
     /// Values that are there, of every field of every kind.
     valid: Vec<[u64; MOST_FIELDS]>,
+    /// The last value of every field of every kind, and whether it is another than the one before ever was.
+    last: Vec<[(f64, bool); MOST_FIELDS]>,
     /// Added to times of a clock that begins again.
     added_s: f64,
     last_s: f64,
     frames: u64,
+    /// The last time that stood between frames, s.
+    time_before_s: Option<f64>,
+    /// Do the frames say no times of their own?
+    are_timed_between: bool,
 }
 
 impl Capture {
@@ -170,10 +183,14 @@ impl Capture {
             kinds: Vec::new(),
             kind_of: BTreeMap::new(),
             valid: Vec::new(),
+            last: Vec::new(),
             added_s: 0.0,
             last_s: f64::NEG_INFINITY,
             frames: 0,
+            time_before_s: None,
+            are_timed_between: false,
         };
+        capture.are_timed_between = capture.has_times_between()?;
         let (mut first_s, mut last_s) = (f64::INFINITY, f64::NEG_INFINITY);
         while let Some(frame) = capture.next_message()? {
             (first_s, last_s) = (first_s.min(frame.time_s), last_s.max(frame.time_s));
@@ -189,8 +206,22 @@ impl Capture {
         }
         capture.bytes.begin_again()?;
         capture.packets = FastPackets::default();
+        capture.time_before_s = None;
         (capture.added_s, capture.last_s) = (0.0, f64::NEG_INFINITY);
         Ok(capture)
+    }
+
+    /// Reads a file for times that stand between its frames, where these have none.
+    fn has_times_between(&mut self) -> Result<bool, Fault> {
+        if matches!(self.container, Container::Lines(_)) {
+            return Ok(false);
+        }
+        let mut have_times = false;
+        while let Some(frame) = self.next_frame()? {
+            have_times |= frame.time_s.is_finite() && frame.time_s != 0.0;
+        }
+        self.bytes.begin_again()?;
+        Ok(!have_times && self.time_before_s.take().is_some())
     }
 
     /// The next whole message, of whatever number.
@@ -199,6 +230,12 @@ impl Capture {
             let Some(mut frame) = self.next_frame()? else {
                 return Ok(None);
             };
+            if self.are_timed_between {
+                frame.time_s = self.time_before_s.unwrap_or(f64::NAN);
+            }
+            if !frame.time_s.is_finite() {
+                continue;
+            }
             self.frames += 1;
             frame.time_s = self.going_on(frame.time_s);
             let is_fast = frame.group().is_some_and(|group| GROUPS[group].is_fast);
@@ -256,6 +293,7 @@ impl Capture {
                     self.bytes.skip(count);
                     match piece {
                         Piece::Frame(frame) => return Ok(Some(frame)),
+                        Piece::Time(time_s) => self.time_before_s = Some(time_s),
                         Piece::Other => {}
                         Piece::Damaged(bytes) => self.bytes.damage.skipped(position, bytes),
                         Piece::Cut => self.bytes.damage.cut_at = Some(position),
@@ -275,6 +313,7 @@ impl Capture {
             let known = &GROUPS[group];
             self.kind_of.insert(key, self.kinds.len());
             self.valid.push([0; MOST_FIELDS]);
+            self.last.push([(f64::NAN, false); MOST_FIELDS]);
             self.kinds.push(Kind {
                 name: match known.has_instance {
                     true => format!("{}.{source}.{instance}", known.name),
@@ -287,9 +326,14 @@ impl Capture {
                     .collect(),
             });
         }
-        let valid = &mut self.valid[self.kind_of[&key]];
-        for (count, value) in valid.iter_mut().zip(frame.values(group)) {
-            *count += u64::from(value.is_finite());
+        let kind = self.kind_of[&key];
+        let fields = self.valid[kind].iter_mut().zip(&mut self.last[kind]);
+        for ((count, (last, changes)), value) in fields.zip(frame.values(group)) {
+            if value.is_finite() {
+                *count += 1;
+                *changes |= last.is_finite() && *last != value;
+                *last = value;
+            }
         }
     }
 }
@@ -302,7 +346,7 @@ impl Messages for Capture {
     fn known(&self) -> Known {
         let mut known = Known::default();
         for (quantity, group, field, unit) in CHANNELS {
-            // Of several sources the one that says most.
+            // Of several sources the one that says most, and of those the ones that change.
             let best = self
                 .kind_of
                 .iter()
@@ -310,16 +354,20 @@ impl Messages for Capture {
                 .filter_map(|((of, ..), kind)| {
                     let fields = GROUPS[*of].fields;
                     let index = fields.iter().position(|(name, ..)| *name == field)?;
-                    Some((self.valid[*kind][index], *kind))
+                    let changes = self.last[*kind][index].1;
+                    Some(((changes, self.valid[*kind][index]), *kind))
                 })
-                .max_by_key(|(count, kind)| (*count, std::cmp::Reverse(*kind)));
-            if let Some((1.., kind)) = best {
+                .max_by_key(|(says, kind)| (*says, std::cmp::Reverse(*kind)));
+            if let Some(((_, 1..), kind)) = best {
                 let column = format!("{}.{field}", self.kinds[kind].name);
                 known.add(quantity, column, Some(unit), "");
             }
         }
         let names: Vec<&str> = self.kinds.iter().map(|kind| kind.name.as_str()).collect();
-        let found = names.join(", ");
+        let found = match names.is_empty() {
+            true => "no message that is read".into(),
+            false => names.join(", "),
+        };
         known.lacks(
             Quantity::Heading,
             format!("expected PGN 127250 or 127257 with a heading; found {found}"),

@@ -59,6 +59,28 @@ pub(super) fn container(start: &[u8]) -> Option<fn(&str) -> Option<Frame>> {
         .find(|read| 2 * count(read) >= whole && count(read) > 0)
 }
 
+/// Are the first lines frames as candump writes them without times?
+pub(super) fn are_untimed(start: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(start);
+    let is_frame = |line: &str| {
+        let mut cells = line
+            .split_whitespace()
+            .filter(|cell| !cell.starts_with("can"));
+        let first = cells.next().unwrap_or_default();
+        let hex = first.trim_matches(['<', '>']).trim_start_matches("0x");
+        let length = cells.next().unwrap_or_default();
+        let is_length = length.starts_with('[') && length.ends_with(']');
+        identifier(hex).is_some() && is_length && cells.all(|cell| cell.len() == 2)
+    };
+    let lines: Vec<&str> = text
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .take(LINES)
+        .collect();
+    let frames = lines.iter().filter(|line| is_frame(line)).count();
+    frames > 0 && 2 * frames >= lines.len()
+}
+
 /// The bytes of hexadecimal digits.
 fn hexadecimal(digits: &str) -> Option<Vec<u8>> {
     let is_sound = digits.len().is_multiple_of(2)
@@ -102,7 +124,8 @@ pub(super) fn date_s(text: &str) -> Option<f64> {
 
 fn canboat(line: &str) -> Option<Frame> {
     let mut cells = line.split(',');
-    let time_s = date_s(cells.next()?)?;
+    let time = cells.next()?;
+    let time_s = date_s(time).or_else(|| time_of_day(time.trim()))?;
     let _priority: u8 = cells.next()?.trim().parse().ok()?;
     let number = cells.next()?.trim().parse().ok()?;
     let source = cells.next()?.trim().parse().ok()?;
@@ -138,7 +161,9 @@ fn yacht_devices(line: &str) -> Option<Frame> {
 }
 
 fn ikonvert(line: &str) -> Option<Frame> {
-    let mut cells = line.strip_prefix("!PDGY,")?.split(',');
+    // Signal K writes its own time and the name of the connection before it.
+    let (_, cells) = line.split_once("!PDGY,")?;
+    let mut cells = cells.split(',');
     let number = cells.next()?.parse().ok()?;
     let _priority: u8 = cells.next()?.parse().ok()?;
     let source = cells.next()?.parse().ok()?;

@@ -102,8 +102,8 @@ fn hex(data: &[u8], between: &str) -> String {
 }
 
 /// Logs of the recorders that write bytes.
-fn records() -> [Vec<u8>; 4] {
-    let mut boxes: [Vec<u8>; 4] = Default::default();
+fn records() -> [Vec<u8>; 5] {
+    let mut boxes: [Vec<u8>; 5] = Default::default();
     for (time_s, id, data) in frames() {
         let milliseconds = ((1e3 * time_s).round() as u16).to_le_bytes();
         boxes[0].extend(milliseconds);
@@ -126,6 +126,14 @@ fn records() -> [Vec<u8>; 4] {
         boxes[3].extend([0x1b, 0x01]);
         boxes[3].extend(escaped(&short.concat(), 0x1b));
         boxes[3].extend([0x1b, 0x0a]);
+        // Times between messages that have none.
+        let ticks = 133_590_384_000_000_000_u64 + (1e7 * time_s).round() as u64;
+        boxes[4].extend([0x1b, 0x01]);
+        boxes[4].extend(escaped(&[&[0x03][..], &ticks.to_le_bytes()].concat(), 0x1b));
+        boxes[4].extend([0x1b, 0x0a, 0x10, 0x02]);
+        let message = [&long(0.0, id, &data)[..], &[0]].concat();
+        boxes[4].extend(escaped(&escaped(&message, 0x10), 0x1b));
+        boxes[4].extend([0x10, 0x03]);
     }
     boxes
 }

@@ -219,11 +219,13 @@ fn doubts(
         let [low, high] = refined.interval_95.b2_per_s2;
         low * high > 0.0
     };
+    let timing = plausibility::timing_doubts(prepared.accepted, chosen.model.a22_per_s);
     if chosen.refined.as_ref().is_none_or(turns) {
-        doubts.extend(plausibility::timing_doubts(
-            prepared.accepted,
-            chosen.model.a22_per_s,
-        ));
+        doubts.extend(timing);
+    } else {
+        // It may be why the rudder seems to turn nothing.
+        let is_held = |doubt: &Doubt| matches!(doubt, Doubt::HeadingHeld { .. }) && doubt.refuses();
+        doubts.extend(timing.into_iter().filter(is_held));
     }
     if prepared.log.times_are_shared {
         doubts.extend(plausibility::shared_times(

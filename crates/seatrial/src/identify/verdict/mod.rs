@@ -95,7 +95,10 @@ const HARDLY_MOVED_RAD: f64 = 0.026;
 fn first_of_all_the_rudder(mut verdict: Verdict, checked: &Checked) -> Verdict {
     let (amplitude_rad, unit) = (checked.log.rudder_amplitude_rad, checked.log.rudder_unit);
     let has_hardly_moved = unit == RudderUnit::Rad && amplitude_rad < HARDLY_MOVED_RAD;
-    if has_hardly_moved && verdict.outcome() == Outcome::DoNotUse {
+    // In another unit it may have moved well.
+    let is_in_doubt = |reason: &Reason| reason.code == ReasonCode::RudderUnitDoubtful;
+    let is_in_doubt = verdict.reasons.iter().any(is_in_doubt);
+    if has_hardly_moved && !is_in_doubt && verdict.outcome() == Outcome::DoNotUse {
         verdict
             .reasons
             .insert(0, rudder_constant(amplitude_rad, unit));

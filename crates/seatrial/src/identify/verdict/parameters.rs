@@ -310,7 +310,18 @@ impl Weighing {
         if let Some(share) = checked.explained.structural_misfit()
             && !self.says(&ReasonCode::CompassLate)
         {
-            self.note(ReasonCode::ModelOrder, beyond_first_order(checked, share));
+            let reason = Reason::new(ReasonCode::ModelOrder, beyond_first_order(checked, share));
+            self.notes.push(match lag_of_either(checked) {
+                Some(lag_s) => Reason {
+                    text: format!(
+                        "The rudder lags, or the heading is late or smoothed, by {} s: the log does not show which.",
+                        three_figures(lag_s)
+                    ),
+                    action: "Log the measured rudder angle, and a gyro's yaw rate.".into(),
+                    ..reason
+                },
+                None => reason,
+            });
         }
         self.play(checked.explained.play_rad());
         if let Explained::Disturbed { share, .. } = checked.explained {
@@ -370,6 +381,14 @@ impl Weighing {
             action: format!("Log the measured rudder angle{gyro}."),
             ..reason
         });
+        // Why an interval holds 0 is said once.
+        let mut found = self.rejections.iter().enumerate();
+        let first = found.find(|(_, reason)| reason.code == ReasonCode::NotIdentifiable);
+        if let Some((first, _)) = first
+            && first + 1 < self.rejections.len()
+        {
+            self.rejections.remove(first);
+        }
     }
 
     fn training_fit(&mut self, checked: &Checked) {
@@ -392,6 +411,13 @@ impl Weighing {
             );
         }
     }
+}
+
+/// The lag, s, that is all that a record has beyond first order, where nothing shows whether it is the rudder's or the heading's.
+fn lag_of_either(checked: &Checked) -> Option<f64> {
+    let higher = checked.explained.beyond()?;
+    let lags_only = higher.structure.lag && !higher.structure.sway;
+    (lags_only && checked.log.is_heading_unchecked()).then_some(higher.model.rudder_lag_s)
 }
 
 fn holds_zero([low, high]: [f64; 2]) -> bool {

@@ -166,6 +166,9 @@ impl Weighing {
             None => &TRAINED,
         };
         match (contradiction(model, covariance, other, limits), saturated) {
+            (Some(found), _) if model.b2_per_s2 * other.model.b2_per_s2 < 0.0 => {
+                self.turned(&found);
+            }
             (Some(_), _) if let Some(jump) = apart.largest_jump => {
                 if !self.has(&ReasonCode::CompassError) {
                     self.jump(jump, IN_VALIDATION);
