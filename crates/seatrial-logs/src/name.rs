@@ -460,6 +460,10 @@ mod tests {
         use Quantity::*;
         for (name, quantity, rank, unit) in [
             ("t", Time, 0, None),
+            ("psi_hat [rad]", Heading, 0, Some(Unit::Radian)),
+            ("delta_rudder [rad]", Rudder, 0, Some(Unit::Radian)),
+            ("r_angvelo [rad/s]", YawRate, 0, Some(Unit::RadianPerSecond)),
+            ("u_velo [m/s]", Speed, 0, Some(Unit::MetrePerSecond)),
             ("TimeUS", Time, 0, Some(Unit::Microsecond)),
             ("time [ms]", Time, 0, Some(Unit::Millisecond)),
             ("time_s", Time, 0, Some(Unit::Second)),

@@ -154,6 +154,7 @@ impl Quantity {
                     "heading",
                     "yaw",
                     "psi",
+                    "psihat",
                     "hdg",
                     "hdt",
                     "trueheading",
@@ -171,7 +172,15 @@ impl Quantity {
             ],
             Self::Rudder => RUDDER,
             Self::Speed => &[
-                &["surgespeed", "surge", "u", "forwardspeed", "surgevelocity"],
+                &[
+                    "surgespeed",
+                    "surge",
+                    "u",
+                    "uvelo",
+                    "uvel",
+                    "forwardspeed",
+                    "surgevelocity",
+                ],
                 &[
                     "speed",
                     "speedthroughwater",
@@ -200,6 +209,8 @@ impl Quantity {
                     "turnrate",
                     "yawspeed",
                     "yawvelocity",
+                    "rangvelo",
+                    "yawangularvelocity",
                 ],
                 &["gyroz", "omegaz", "wz", "gyrz", "gz"],
             ],
@@ -212,7 +223,15 @@ impl Quantity {
 
 /// Names of the rudder's column, as of [`Quantity::names`].
 const RUDDER: &[&[&str]] = &[
-    &["rudder", "rudderangle", "delta", "deltar", "rud", "rsa"],
+    &[
+        "rudder",
+        "rudderangle",
+        "delta",
+        "deltar",
+        "deltarudder",
+        "rud",
+        "rsa",
+    ],
     &[
         "rudderposition",
         "rudderpos",
