@@ -146,8 +146,8 @@ impl Quantity {
                     "clock",
                     "lastchanged",
                     "lastupdated",
+                    "ms",
                 ],
-                &["ms"],
             ],
             Self::Heading => &[
                 &[

@@ -108,6 +108,12 @@ pub fn signal_k() -> Vec<u8> {
     rows.collect::<String>().into_bytes()
 }
 
+/// The same as an array.
+pub fn signal_k_array() -> Vec<u8> {
+    let lines = String::from_utf8(signal_k()).unwrap();
+    format!("[{}]", lines.trim_end().replace('\n', ",\n")).into_bytes()
+}
+
 fn sheet() -> String {
     let mut sheet = String::from(
         "<worksheet xmlns=\"http://schemas.openxmlformats.org/spreadsheetml/2006/main\"><sheetData><row r=\"1\"><c r=\"A1\" t=\"s\"><v>0</v></c></row><row r=\"2\">",

@@ -16,7 +16,16 @@ pub fn refuse_record(
     rudder_amplitude_rad: f64,
     rudder_unit: RudderUnit,
     heading_range_rad: f64,
+    times_are_shared: bool,
 ) -> Option<Reason> {
+    if samples < LEAST_SAMPLES && times_are_shared {
+        return Some(Reason::new(
+            ReasonCode::TimesShared,
+            format!(
+                "{samples} usable samples in the training window, since rows that differ have the same time: write the time with more digits, or choose the column that holds it"
+            ),
+        ));
+    }
     if samples < LEAST_SAMPLES {
         return Some(Reason::new(
             ReasonCode::TooFewSamples,

@@ -79,7 +79,15 @@ pub fn manoeuvre_to_learn_from(
     let found = Manoeuvre::find(samples);
     let amplitude = found.as_ref().map_or(0.0, |m| m.amplitude_rad);
     let (heading_range_rad, unit) = (validation::heading_range_rad(samples), record.rudder_unit);
-    let found = match refuse_record(samples.len(), amplitude, unit, heading_range_rad) {
+    let times_are_shared = record.units.times_are_shared;
+    let refused = refuse_record(
+        samples.len(),
+        amplitude,
+        unit,
+        heading_range_rad,
+        times_are_shared,
+    );
+    let found = match refused {
         Some(reason) => Err(reason),
         None => found.ok_or_else(|| rudder_constant(amplitude, unit)),
     };

@@ -73,13 +73,35 @@ impl Weighing {
             );
         }
         if b2.half_width >= 1.0 {
-            return self.reject(
-                ReasonCode::NotIdentifiable,
-                format!(
-                    "the 95 % interval of b2, {} to {} 1/s^2, holds 0: the heading does not follow the rudder measurably; check that the two channels belong together, then excite with more rudder",
-                    three_figures(b2.interval[0]), three_figures(b2.interval[1])
-                ),
+            let interval = b2.interval.map(three_figures);
+            let holds_0 = format!(
+                "the 95 % interval of b2, {} to {} 1/s^2, holds 0",
+                interval[0], interval[1]
             );
+            return match lag_of_either(checked) {
+                Some(lag_s) => {
+                    let lag = three_figures(lag_s);
+                    let reason = Reason::new(
+                        ReasonCode::NotIdentifiable,
+                        format!(
+                            "{holds_0} behind a lag of {lag} s, of the rudder or of a heading that is late or smoothed: log the measured rudder angle, and a gyro's yaw rate"
+                        ),
+                    );
+                    self.rejections.push(Reason {
+                        text: format!(
+                            "The heading follows the rudder behind a lag of {lag} s, of the rudder or of a heading that is late or smoothed: the log does not show which."
+                        ),
+                        action: LOG_BOTH.into(),
+                        ..reason
+                    });
+                }
+                None => self.reject(
+                    ReasonCode::NotIdentifiable,
+                    format!(
+                        "{holds_0}: the heading does not follow the rudder measurably; check that the two channels belong together, then excite with more rudder"
+                    ),
+                ),
+            };
         }
         if let Explained::HigherOrder {
             most_gain: None, ..
@@ -317,7 +339,7 @@ impl Weighing {
                         "The rudder lags, or the heading is late or smoothed, by {} s: the log does not show which.",
                         three_figures(lag_s)
                     ),
-                    action: "Log the measured rudder angle, and a gyro's yaw rate.".into(),
+                    action: LOG_BOTH.into(),
                     ..reason
                 },
                 None => reason,
@@ -412,6 +434,9 @@ impl Weighing {
         }
     }
 }
+
+/// What shows whether the rudder lags or the heading is late.
+const LOG_BOTH: &str = "Log the measured rudder angle, and a gyro's yaw rate.";
 
 /// The lag, s, that is all that a record has beyond first order, where nothing shows whether it is the rudder's or the heading's.
 fn lag_of_either(checked: &Checked) -> Option<f64> {

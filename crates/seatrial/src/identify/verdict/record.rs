@@ -127,12 +127,21 @@ impl Weighing {
         let (less, more) = (positive.min(negative), positive.max(negative));
         if less < (1.0 - NOTED_SHORT_SIDE) * more {
             let [positive, negative] = sides.map(|side| rudder_text(unit, side));
-            self.note(
+            let text = format!(
+                "the rudder went {positive} to the positive side and {negative} to the other"
+            );
+            let reason = Reason::new(
                 ReasonCode::RudderSaturated,
                 format!(
-                    "the rudder went {positive} to the positive side and {negative} to the other: if it was asked for the same, it stops at the lesser; train with less than that, or trim the rudder"
+                    "{text}: if it was asked for the same, it stops at the lesser; train with less than that, or trim the rudder"
                 ),
             );
+            // Who asked for that knows whether it stopped.
+            self.notes.push(Reason {
+                text: format!("T{}.", &text[1..]),
+                action: "If it was asked for the same, it stops at the lesser: look at the measured rudder angle.".into(),
+                ..reason
+            });
         }
     }
 

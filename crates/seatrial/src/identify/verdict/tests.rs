@@ -317,18 +317,23 @@ fn exact_notes_do_not_refuse() {
 fn exact_records_without_a_model_are_refused() {
     let code = |reason: Option<Reason>| reason.map(|r| r.code.to_string());
     assert_eq!(
-        code(refuse_record(1, 0.2, RudderUnit::Rad, 0.5)).as_deref(),
+        code(refuse_record(1, 0.2, RudderUnit::Rad, 0.5, false)).as_deref(),
         Some("too_few_samples")
     );
     assert_eq!(
-        code(refuse_record(330, 0.0, RudderUnit::Rad, 0.5)).as_deref(),
+        code(refuse_record(330, 0.0, RudderUnit::Rad, 0.5, false)).as_deref(),
         Some("rudder_constant")
     );
     assert_eq!(
-        code(refuse_record(330, 0.2, RudderUnit::Rad, 0.0)).as_deref(),
+        code(refuse_record(330, 0.2, RudderUnit::Rad, 0.0, false)).as_deref(),
         Some("heading_constant")
     );
-    assert_eq!(refuse_record(330, 0.2, RudderUnit::Rad, 0.5), None);
+    // No logging is too slow whose times are too coarse.
+    assert_eq!(
+        code(refuse_record(1, 0.2, RudderUnit::Rad, 0.5, true)).as_deref(),
+        Some("times_shared")
+    );
+    assert_eq!(refuse_record(330, 0.2, RudderUnit::Rad, 0.5, true), None);
 }
 
 #[test]
