@@ -21,6 +21,7 @@ const OF_TESTS: Environment = Environment {
     folder: "python",
     requirements: &[
         "crates/seatrial-links/tests/vehicle/requirements.txt",
+        "crates/seatrial-cli/tests/objects/requirements.txt",
         "crates/seatrial-cli/tests/ros2/requirements.txt",
         "crates/seatrial-cli/tests/simulators/requirements.txt",
         "crates/seatrial-logs/tests/agreement/requirements.txt",

@@ -118,7 +118,7 @@ fn exact_rows_say_how_their_log_was_read() {
         assert!(!entries[0].rows.is_empty());
         for row in &entries[0].rows {
             assert_eq!(row.rudder_unit.as_deref(), Some(unit));
-            let warned = row.warnings.iter().flat_map(|text| text.lines());
+            let warned = row.warnings.iter().flatten().flat_map(|text| text.lines());
             assert!(warned.eq(opened.warnings.iter().flat_map(|text| text.lines())));
         }
         assert_eq!(opened.warnings.is_empty(), unit == "rad");

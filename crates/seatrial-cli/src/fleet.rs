@@ -21,9 +21,9 @@ const SAID_EVERY: Duration = Duration::from_secs(10);
 /// Identify every manoeuvre of many logs: one Parquet row each, and one for each log that cannot be read.
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
-What is done is kept in OUT.journal at once. After an interruption the same command with --resume goes on where it \
+What is done is kept in OUT.journal at once, in the working folder where OUT is in an object store. After an interruption the same command with --resume goes on where it \
 stopped; OUT is written when everything is done. The same command again reads only logs that are new or have changed \
-(length and time, or check sum) or could not be read.
+(length and time, or check sum; in an object store length and version) or could not be read.
 
 --estimate refined gives what `identify` reports, with 95 % intervals, in some 20 ms of a core for each manoeuvre. \
 --estimate online gives the estimator that runs on the vehicle, without intervals, twenty times faster.
@@ -34,10 +34,10 @@ Example:
   mkdir -p logs && seatrial sim log --seed 1 --out logs/run.csv && \\
       seatrial fleet logs --out fleet.parquet")]
 pub struct Args {
-    /// Folders, logs, patterns such as 'logs/**/*.csv', or @FILE with a name a line.
+    /// Folders, logs, patterns such as 'logs/**/*.csv', or @FILE with a name a line; also of s3://, gs:// and https://.
     #[arg(required = true, value_name = "DIR|GLOB|@LIST")]
     inputs: Vec<String>,
-    /// The Parquet file.
+    /// The Parquet file, here or in an object store.
     #[arg(long, value_name = "FILE")]
     out: OutputPath,
     /// Which estimate.
@@ -129,7 +129,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 
 fn failure(error: JournalError) -> Failure {
     match error {
-        JournalError::NotSaved { .. } => Failure::not_saved(error),
+        JournalError::NotSaved { .. } | JournalError::Object(_) => Failure::not_saved(error),
         JournalError::Output(error) => error.into(),
         _ => Failure::usage(error),
     }
@@ -166,11 +166,12 @@ fn text(document: &Document) -> String {
             summary.done_before
         );
     }
-    let _ = writeln!(
-        text,
-        "Rate      {:.0} manoeuvres a minute, {:.1} s on {} threads",
-        document.manoeuvres_per_minute, document.wall_s, document.workers
-    );
+    let rate = match document.manoeuvres_per_minute {
+        0.0 => "no new manoeuvre".to_owned(),
+        rate => format!("{rate:.0} manoeuvres a minute"),
+    };
+    let (wall_s, workers) = (document.wall_s, document.workers);
+    let _ = writeln!(text, "Rate      {rate}, {wall_s:.1} s on {workers} threads");
     text + &format!(
         "Written   {}\nNext      seatrial identify LOG says of one of them why, and what to do\n",
         document.out

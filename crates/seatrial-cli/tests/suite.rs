@@ -22,6 +22,7 @@ mod logbook;
 mod long_log;
 mod manoeuvres;
 mod mcp;
+mod objects;
 mod one_answer;
 mod outputs;
 mod paper;

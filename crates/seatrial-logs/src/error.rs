@@ -46,7 +46,7 @@ pub enum Fault {
     /// The operating system refused.
     #[error("cannot be {doing}: {source}{}", advice(.source))]
     Io {
-        /// `opened` or `read`.
+        /// `opened`, `read` or `downloaded`.
         doing: &'static str,
         /// What it said.
         source: io::Error,

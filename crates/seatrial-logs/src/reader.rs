@@ -159,6 +159,11 @@ impl LogReader {
         }
     }
 
+    /// Second 0 of the log in s since 1970, UTC, where its clock tells.
+    pub fn start_unix_s(&self) -> Option<f64> {
+        self.clock.start_unix_s()
+    }
+
     /// Rows read and left out so far.
     pub fn counts(&self) -> Counts {
         Counts {

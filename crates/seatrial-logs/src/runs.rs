@@ -10,7 +10,7 @@ use crate::content::table;
 use crate::description::{Format, LogDescription};
 use crate::error::{Fault, Place, ReadError, clipped};
 use crate::input::Held;
-use crate::reader::{LogReader, open};
+use crate::reader::{LogReader, open_held};
 use crate::table::{Cell, Table};
 use crate::view::{wanted_rows, with_computed};
 
@@ -58,9 +58,19 @@ impl Runs {
     /// Opens a file whose rows belong to runs. Columns and units are found as for a single log and are then the same
     /// for every run.
     pub fn open(path: &Path, choice: &ChannelChoice, run_column: &str) -> Result<Self, ReadError> {
-        let description = open(path, choice)?.description().clone();
+        Self::open_held(path, &Held::default(), choice, run_column)
+    }
+
+    /// As [`open`](Self::open), of files that may be held.
+    pub fn open_held(
+        path: &Path,
+        held: &Held,
+        choice: &ChannelChoice,
+        run_column: &str,
+    ) -> Result<Self, ReadError> {
+        let description = open_held(path, held, choice)?.description().clone();
         let log = path.display().to_string();
-        table(path, &Held::default(), &choice.formats)
+        table(path, held, &choice.formats)
             .and_then(|table| Self::new(log.clone(), table, description, choice, run_column))
             .map_err(|fault| ReadError { log, fault })
     }

@@ -13,6 +13,10 @@ pub enum Value<'a> {
     Integer(Option<u64>),
     /// Yes or no.
     Bool(Option<bool>),
+    /// Microseconds since 1970, UTC.
+    Time(Option<i64>),
+    /// Texts, in order.
+    Texts(Option<&'a [String]>),
 }
 
 /// A column.
@@ -34,7 +38,7 @@ const fn column(name: &'static str, meaning: &'static str, value: fn(&Row) -> Va
 }
 
 /// Every column, in order.
-pub const COLUMNS: [Column; 45] = [
+pub const COLUMNS: [Column; 46] = [
     column("source", "The log, as it was found", |r| {
         Value::Text(Some(&r.source))
     }),
@@ -47,20 +51,21 @@ pub const COLUMNS: [Column; 45] = [
     column("bytes", "Length of the log, bytes", |r| {
         Value::Integer(Some(r.bytes))
     }),
-    column(
-        "modified_unix_s",
-        "When the log was last written, s since 1970",
-        |r| Value::Number(Some(r.modified_unix_s)),
-    ),
+    column("modified", "When the log was last written", |r| {
+        Value::Time(r.modified)
+    }),
+    column("etag", "Version of the log in its object store", |r| {
+        Value::Text(r.etag.as_deref())
+    }),
     column(
         "sha256",
         "SHA-256 of the log; of a file of many runs missing",
         |r| Value::Text(r.sha256.as_deref()),
     ),
     column(
-        "start_utc",
-        "Second 0 of the log in UTC, where it has an epoch or calendar time",
-        |r| Value::Text(r.start_utc.as_deref()),
+        "start",
+        "Second 0 of the log, where it has an epoch or calendar time",
+        |r| Value::Time(r.start),
     ),
     column("samples_read", "Samples of the log or run", |r| {
         Value::Integer(r.samples_read)
@@ -77,8 +82,8 @@ pub const COLUMNS: [Column; 45] = [
     ),
     column(
         "warnings",
-        "What was assumed of the log or is doubtful in it, a line each",
-        |r| Value::Text(r.warnings.as_deref()),
+        "What was assumed of the log or is doubtful in it",
+        |r| Value::Texts(r.warnings.as_deref()),
     ),
     column(
         "manoeuvre",
@@ -199,7 +204,7 @@ pub const COLUMNS: [Column; 45] = [
         |r| Value::Text(r.verdict.as_deref()),
     ),
     column("reasons", "Codes of all reasons", |r| {
-        Value::Text(r.reasons.as_deref())
+        Value::Texts(r.reasons.as_deref())
     }),
     column("verdict_text", "The first reason for people", |r| {
         Value::Text(r.verdict_text.as_deref())

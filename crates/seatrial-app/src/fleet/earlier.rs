@@ -51,29 +51,36 @@ fn is_file(file: &File) -> bool {
 
 fn row(fields: Fields) -> Option<Row> {
     let fields = fields.into_columns().into_iter();
-    let cells = fields.map(|(name, field)| {
-        let cell = match field {
-            Field::Bool(cell) => cell.into(),
-            Field::Long(cell) => cell.into(),
-            Field::Double(cell) => Number::from_f64(cell).map_or(Value::Null, Value::Number),
-            Field::Str(cell) => cell.into(),
-            _ => Value::Null,
-        };
-        (name, cell)
-    });
+    let cells = fields.map(|(name, field)| (name, value(&field)));
     serde_json::from_value(Value::Object(cells.collect::<Map<_, _>>())).ok()
 }
 
-/// The rows of a log that is as it was: of the same length, and of the same time or the same check sum. A log that could not be read is
-/// tried again.
+fn value(field: &Field) -> Value {
+    match field {
+        Field::Bool(cell) => (*cell).into(),
+        Field::Long(cell) | Field::TimestampMicros(cell) => (*cell).into(),
+        Field::Double(cell) => Number::from_f64(*cell).map_or(Value::Null, Value::Number),
+        Field::Str(cell) => cell.as_str().into(),
+        Field::ListInternal(cells) => cells.elements().iter().map(value).collect(),
+        _ => Value::Null,
+    }
+}
+
+/// The rows of a log that is as it was: of the same length, and of the same version, or, where no store tells that, of the same time or
+/// check sum. A log that could not be read is tried again.
 pub(super) fn unchanged(source: &Source, mut rows: Vec<Row>) -> Option<Vec<Row>> {
     let first = rows.first()?;
-    let is_kept = first.bytes == source.bytes
-        && rows.iter().all(|row| row.format.is_some())
-        && (first.modified_unix_s == source.modified_unix_s()
-            || first.sha256.is_some() && first.sha256 == sha256(&source.path).ok());
+    let is_same = || match &source.etag {
+        Some(_) => first.etag == source.etag,
+        None => {
+            first.modified.is_some() && first.modified == source.modified()
+                || first.sha256.is_some() && first.sha256 == sha256(&source.path).ok()
+        }
+    };
+    let is_kept =
+        first.bytes == source.bytes && rows.iter().all(|row| row.format.is_some()) && is_same();
     for row in &mut rows {
-        row.modified_unix_s = source.modified_unix_s();
+        row.modified = source.modified();
     }
     is_kept.then_some(rows)
 }

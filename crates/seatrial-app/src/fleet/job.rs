@@ -11,7 +11,7 @@ use seatrial_logs::{Run, Runs};
 
 use super::journal::{Entry, Journal, JournalError, Summary};
 use super::log::{self, Options};
-use super::{Row, Source};
+use super::{Row, Source, objects};
 
 /// Many logs, and where their rows go.
 pub struct Job {
@@ -105,7 +105,10 @@ impl<'a> Queue<'a> {
             let Some(column) = &self.options.run_column else {
                 return Some((index, 0, Work::Log(source.clone())));
             };
-            let opened = caught(|| Runs::open(&source.path, &self.options.choice(), column));
+            let opened = caught(|| {
+                let held = objects::held(source)?;
+                Runs::open_held(&source.path, &held, &self.options.choice(), column)
+            });
             match failure(source, opened) {
                 Ok(runs) => self.runs = Some((runs, 0)),
                 Err(_) if is_done(index, 0) => {}
@@ -185,6 +188,7 @@ fn entry(source: &Source, run: u64, work: impl FnOnce() -> Vec<Row>) -> Entry {
         source: source.path.clone(),
         bytes: source.bytes,
         modified_ns: source.modified_ns,
+        etag: source.etag.clone(),
         run,
         rows: caught(work).unwrap_or_else(|panic| vec![panicked(source, &panic)]),
     }

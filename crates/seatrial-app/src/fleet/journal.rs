@@ -1,7 +1,8 @@
 //! What is done, kept so that it survives the end of the process at any instant.
 //!
 //! A line of JSON for each log or run, written at once and whole; a last line that was cut off is dropped when the journal
-//! is opened again. It stands beside the Parquet file that is made from it and goes when that is there.
+//! is opened again. It stands beside the Parquet file that is made from it, or in the working folder where an object store takes that, and
+//! goes when that is there.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fs::{self, File, OpenOptions};
@@ -12,6 +13,7 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use super::log::Options;
+use super::objects::{self, ObjectError, is_object};
 use super::table::TableWriter;
 use super::{Row, Source, earlier};
 use crate::outputs::{OutputError, Outputs, Planned};
@@ -29,6 +31,9 @@ pub struct Entry {
     pub bytes: u64,
     /// When it was last written, ns since 1970.
     pub modified_ns: i64,
+    /// What its object store called this version of it.
+    #[serde(default)]
+    pub etag: Option<String>,
     /// Which run of it, from 0; 0 of a log that is not divided.
     pub run: u64,
     /// One for each manoeuvre, or an error row.
@@ -108,6 +113,9 @@ pub enum JournalError {
     /// The table would take the place of something that is kept.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The object store that the table is to go to.
+    #[error(transparent)]
+    Object(#[from] ObjectError),
     /// Another process writes it.
     #[error("{}: another job is writing this journal", .0.display())]
     InUse(PathBuf),
@@ -180,7 +188,10 @@ impl Journal {
         let path = journal_path(out);
         named.push(path.clone());
         let outputs = Outputs::of(named);
-        outputs.check_for(out, Planned::Results)?;
+        let stored = objects::earlier(out)?;
+        let earlier = stored.as_ref().map_or(out, |copy| copy.path());
+        let checked = outputs.check_for(earlier, Planned::Results);
+        checked.map_err(|error| error.of(out))?;
         outputs.check(&path)?;
         let failed = |source| JournalError::NotSaved {
             path: path.clone(),
@@ -236,15 +247,15 @@ impl Journal {
         if options.run_column.is_none() {
             journal.whole = journal.done.iter().map(|(source, _)| *source).collect();
         }
-        journal.take_earlier()?;
+        journal.take_earlier(earlier)?;
         journal.done_before = journal.places.len() as u64;
         Ok(journal)
     }
 
     /// Takes over what the table of an earlier job says of unchanged logs.
-    fn take_earlier(&mut self) -> Result<(), JournalError> {
-        let (out, settings) = (self.out.clone(), self.settings.clone());
-        earlier::for_each_log(&out, &settings, |rows| {
+    fn take_earlier(&mut self, table: &Path) -> Result<(), JournalError> {
+        let settings = self.settings.clone();
+        earlier::for_each_log(table, &settings, |rows| {
             let path = rows.first().map(|row| Path::new(&row.source));
             let Some(&source) = path.and_then(|path| self.indices.get(path)) else {
                 return Ok(());
@@ -259,6 +270,7 @@ impl Journal {
                     source: now.path.clone(),
                     bytes: now.bytes,
                     modified_ns: now.modified_ns,
+                    etag: now.etag.clone(),
                     run: run as u64,
                     rows: rows.to_vec(),
                 })?;
@@ -304,7 +316,8 @@ impl Journal {
             return false;
         };
         let now = &self.sources[source];
-        let is_same = now.bytes == entry.bytes && now.modified_ns == entry.modified_ns;
+        let is_same = (now.bytes, now.modified_ns, &now.etag)
+            == (entry.bytes, entry.modified_ns, &entry.etag);
         let is_new = is_same && self.done.insert((source, entry.run));
         if is_new {
             self.places.push(Place {
@@ -360,6 +373,15 @@ impl Journal {
     /// Writes the Parquet file, puts it in its place in one step, and removes the journal.
     pub fn finish(mut self) -> Result<Summary, JournalError> {
         let (outputs, out) = (self.outputs.clone(), self.out.clone());
+        if is_object(&out) {
+            let not_saved = |source| self.not_saved(source);
+            let mut file = tempfile::tempfile().map_err(not_saved)?;
+            let summary = self
+                .write_table(&file)
+                .map_err(|source| self.not_saved(source))?;
+            objects::put(&out, &mut file)?;
+            return self.end(summary);
+        }
         let mut summary = Summary::default();
         let saved = outputs.save_with(&out, |file| {
             summary = self.write_table(file)?;
@@ -372,6 +394,10 @@ impl Journal {
             },
             refused @ OutputError::Refused { .. } => JournalError::Output(refused),
         })?;
+        self.end(summary)
+    }
+
+    fn end(self, summary: Summary) -> Result<Summary, JournalError> {
         fs::remove_file(&self.path).map_err(|source| self.not_saved(source))?;
         Ok(summary)
     }
@@ -424,11 +450,11 @@ fn settings(options: &Options) -> String {
 
 /// `fleet.parquet.journal`
 fn journal_path(out: &Path) -> PathBuf {
-    with_ending(out, ".journal")
-}
-
-fn with_ending(path: &Path, ending: &str) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(ending);
+    let place = match is_object(out) {
+        true => out.file_name().unwrap_or_default(),
+        false => out.as_os_str(),
+    };
+    let mut name = place.to_owned();
+    name.push(".journal");
     name.into()
 }

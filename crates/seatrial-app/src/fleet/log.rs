@@ -1,7 +1,5 @@
 //! From one log, or one run of it, to rows.
 
-use std::path::Path;
-
 use seatrial::identification::Verdict;
 use seatrial::identify::mission::is_ordinary_steering;
 use seatrial::identify::{ExaminedRecord, IdentifyError, IdentifySettings, ValidationData};
@@ -11,10 +9,10 @@ use seatrial::plausibility::leave_out_unsound;
 use seatrial::segmentation::{Segment, find};
 use seatrial::{Record, Window};
 use seatrial_core::RudderUnit;
-use seatrial_logs::{ChannelChoice, Fault, LogReader, Quantity, ReadError, Run};
+use seatrial_logs::{ChannelChoice, Fault, LogReader, Quantity, ReadError, Run, open_held};
 use serde::{Deserialize, Serialize};
 
-use super::{Row, Source};
+use super::{Row, Source, objects};
 use crate::logs::stated_units;
 
 /// A longer log is read in segments of this many samples (84 MB), each of which repeats the last fifth of the one before,
@@ -72,7 +70,7 @@ impl Options {
 /// The rows of a log.
 pub(super) fn rows_of_log(source: &Source, options: &Options) -> Vec<Row> {
     let blank = blank(source);
-    match read_log(&source.path, &blank, options) {
+    match read_log(source, &blank, options) {
         Ok(rows) => rows,
         Err(error) => vec![failed(blank, &error)],
     }
@@ -93,12 +91,10 @@ pub(super) fn rows_of_run(source: &Source, run: Run, options: &Options) -> Vec<R
     }
 }
 
-fn read_log(path: &Path, blank: &Row, options: &Options) -> Result<Vec<Row>, ReadError> {
-    rows(
-        seatrial_logs::open(path, &options.choice())?,
-        blank,
-        options,
-    )
+fn read_log(source: &Source, blank: &Row, options: &Options) -> Result<Vec<Row>, ReadError> {
+    let held = objects::held(source)?;
+    let log = open_held(&source.path, &held, &options.choice())?;
+    rows(log, blank, options)
 }
 
 /// What every row of a source begins with.
@@ -106,7 +102,8 @@ pub(super) fn blank(source: &Source) -> Row {
     Row {
         source: source.path.display().to_string(),
         bytes: source.bytes,
-        modified_unix_s: source.modified_unix_s(),
+        modified: source.modified(),
+        etag: source.etag.clone(),
         ..Row::default()
     }
 }
@@ -144,6 +141,7 @@ fn code(fault: &Fault) -> &'static str {
 /// Reads a log to its end, segment by segment.
 fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, ReadError> {
     let description = log.description().clone();
+    let start = (log.start_unix_s()).map(|start_s| (start_s * 1e6).round() as i64);
     let mut rows = Vec::new();
     let mut record = Record {
         rudder_unit: description.rudder_unit,
@@ -186,14 +184,15 @@ fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, 
             source: blank.source.clone(),
             run: blank.run.clone(),
             bytes: blank.bytes,
-            modified_unix_s: blank.modified_unix_s,
+            modified: blank.modified,
+            etag: blank.etag.clone(),
             format: Some(description.format.to_string()),
             sha256: Some(sha256.clone()),
-            start_utc: description.start_utc.clone(),
+            start,
             samples_read: Some(counts.samples),
             rows_left_out: Some(counts.dropped()),
             rudder_unit: Some(rudder_unit.into()),
-            warnings: (!warnings.is_empty()).then(|| warnings.join("\n")),
+            warnings: (!warnings.is_empty()).then(|| warnings.clone()),
             ..row
         })
         .collect())

@@ -13,13 +13,14 @@ pub struct Row {
     pub run: Option<String>,
     pub format: Option<String>,
     pub bytes: u64,
-    pub modified_unix_s: f64,
+    pub modified: Option<i64>,
+    pub etag: Option<String>,
     pub sha256: Option<String>,
-    pub start_utc: Option<String>,
+    pub start: Option<i64>,
     pub samples_read: Option<u64>,
     pub rows_left_out: Option<u64>,
     pub rudder_unit: Option<String>,
-    pub warnings: Option<String>,
+    pub warnings: Option<Vec<String>>,
     pub manoeuvre: Option<String>,
     pub from_s: Option<f64>,
     pub to_s: Option<f64>,
@@ -50,7 +51,7 @@ pub struct Row {
     pub r2_yaw_rate: Option<f64>,
     pub accepted: Option<bool>,
     pub verdict: Option<String>,
-    pub reasons: Option<String>,
+    pub reasons: Option<Vec<String>>,
     pub verdict_text: Option<String>,
     pub error: Option<String>,
     pub error_text: Option<String>,
@@ -93,7 +94,7 @@ impl Row {
         let codes: Vec<String> = verdict.reasons.iter().map(|r| r.code.to_string()).collect();
         self.accepted = Some(verdict.accepted);
         self.verdict = codes.first().cloned();
-        self.reasons = Some(codes.join(" "));
+        self.reasons = Some(codes);
         self.verdict_text = verdict.reasons.first().map(|reason| reason.text.clone());
     }
 

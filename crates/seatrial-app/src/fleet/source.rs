@@ -1,10 +1,12 @@
 //! Which logs there are.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
+
+use super::objects::{self, ObjectError, is_object};
 
 /// How the names of logs end; in a folder other files are passed over.
 const ENDINGS: [&str; 17] = [
@@ -13,14 +15,16 @@ const ENDINGS: [&str; 17] = [
 ];
 
 /// A log as it was when the job began.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Source {
-    /// As found.
+    /// As found: a file, or the address of an object.
     pub path: PathBuf,
     /// Its length; 0 where it cannot be seen.
     pub bytes: u64,
     /// When it was last written, ns since 1970; 0 where that is not known.
     pub modified_ns: i64,
+    /// What its object store calls this version of it.
+    pub etag: Option<String>,
 }
 
 impl Source {
@@ -33,12 +37,13 @@ impl Source {
             path: path.to_path_buf(),
             bytes: metadata.as_ref().map_or(0, fs::Metadata::len),
             modified_ns: since_1970.map_or(0, |t| i64::try_from(t.as_nanos()).unwrap_or(0)),
+            etag: None,
         }
     }
 
-    /// When it was last written, as a row has it.
-    pub(super) fn modified_unix_s(&self) -> f64 {
-        self.modified_ns as f64 * 1e-9
+    /// When it was last written, as a row has it: microseconds since 1970.
+    pub(super) fn modified(&self) -> Option<i64> {
+        (self.modified_ns != 0).then_some(self.modified_ns.div_euclid(1000))
     }
 }
 
@@ -81,27 +86,41 @@ pub enum NotFound {
         /// As given.
         input: String,
     },
+    /// An object store that cannot be asked.
+    #[error(transparent)]
+    Object(#[from] ObjectError),
 }
 
 /// Looks for logs: below folders, by patterns (`*`, `?`, `[a-z]`, `**`), in lists (`@FILE` with a name a line, as
-/// `find` prints them; blank lines and lines that begin with `#` are passed over), or a log itself. The table that the job
-/// writes is no log, wherever it stands.
+/// `find` prints them; blank lines and lines that begin with `#` are passed over), or a log itself; each in the file system or in an
+/// object store. The table that the job writes is no log, wherever it stands.
 pub fn find(inputs: &[String], out: &Path) -> Result<Found, NotFound> {
-    let mut paths = BTreeSet::new();
+    let mut sources = BTreeMap::new();
     let mut passed_over = 0;
     let table = out.canonicalize().ok();
     let is_table = |path: &Path| {
-        path.file_name() == out.file_name() && table.is_some() && path.canonicalize().ok() == table
+        path == out
+            || path.file_name() == out.file_name()
+                && table.is_some()
+                && path.canonicalize().ok() == table
     };
     for input in inputs {
         let mut found = BTreeSet::new();
+        let mut objects = Vec::new();
         let path = Path::new(input);
-        if let Some(list) = input.strip_prefix('@') {
+        if let Some(stored) = objects::find(input) {
+            let stored = stored?;
+            passed_over += stored.passed_over;
+            objects = stored.sources;
+        } else if let Some(list) = input.strip_prefix('@') {
             let list = Path::new(list);
             let text = fs::read(list).map_err(|source| io_error(list, source))?;
             let names = text.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
             let names = names.filter(|name| !name.is_empty() && !name.starts_with(b"#"));
-            found.extend(names.map(path_of));
+            let (stored, files): (Vec<_>, Vec<_>) =
+                names.map(path_of).partition(|path| is_object(path));
+            objects = objects::look(&stored)?;
+            found.extend(files);
         } else if path.is_dir() {
             passed_over += walk(path, &mut found)?;
         } else if path.exists() {
@@ -114,20 +133,32 @@ pub fn find(inputs: &[String], out: &Path) -> Result<Found, NotFound> {
             found.extend(pattern.flatten().filter(|path| path.is_file()));
             fit_no_text(input, &mut found);
         }
+        let mut found: Vec<Source> = found.iter().map(|path| Source::of(path)).collect();
+        found.extend(objects);
         if path != out {
-            found.retain(|path| !is_table(path));
+            found.retain(|source| !is_table(&source.path));
         }
         if found.is_empty() {
             return Err(NotFound::Nothing {
                 input: input.clone(),
             });
         }
-        paths.extend(found);
+        sources.extend(
+            found
+                .into_iter()
+                .map(|source| (source.path.clone(), source)),
+        );
     }
     Ok(Found {
-        sources: paths.iter().map(|path| Source::of(path)).collect(),
+        sources: sources.into_values().collect(),
         passed_over,
     })
+}
+
+/// Does a name end like that of a log?
+pub(super) fn is_log_name(path: &Path) -> bool {
+    let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
+    ending.is_some_and(|ending| ENDINGS.iter().any(|known| ending == *known))
 }
 
 /// Adds the files of a pattern whose names are no text, which the library of patterns passes over in silence.
@@ -195,9 +226,7 @@ fn walk(folder: &Path, paths: &mut BTreeSet<PathBuf>) -> Result<usize, NotFound>
                 folders.push(path);
                 continue;
             }
-            let ending = path.extension().map(|e| e.to_ascii_lowercase());
-            let is_log = ending.is_some_and(|e| ENDINGS.iter().any(|known| e == *known));
-            if is_log && path.is_file() {
+            if is_log_name(&path) && path.is_file() {
                 paths.insert(path);
             } else {
                 passed_over += 1;

@@ -69,6 +69,16 @@ pub enum OutputError {
     },
 }
 
+impl OutputError {
+    /// The same of another place, of which the file is a copy.
+    #[cfg(feature = "parquet")]
+    pub(crate) fn of(mut self, place: &Path) -> Self {
+        let (Self::Refused { path, .. } | Self::NotSaved { path, .. }) = &mut self;
+        *path = place.into();
+        self
+    }
+}
+
 /// What a file holds that is not written over.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kept {
