@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
+use crate::c_library::LOOP_FOUND;
 use crate::environment::NO_PYTHON;
 use crate::steps::{run, skipped, succeeds};
 use crate::target::{binary as built_for_tests, in_target};
-use crate::toolchain::has_library;
+use crate::toolchain::{CORTEX_M, has_library, no_library};
 use crate::{cargo, wheel};
 
 const OUT: &str = "archives";
@@ -17,6 +18,8 @@ const STATIC: &str = "x86_64-unknown-linux-musl";
 const WITH_GLIBC: &str = "x86_64-unknown-linux-gnu";
 /// A zip, built by mingw.
 pub const WINDOWS: &str = "x86_64-pc-windows-gnu";
+const HEADER: &str = "crates/seatrial-ffi/include/seatrial.h";
+const LOOP: &str = "crates/seatrial-ffi/examples/loop_20hz.c";
 /// From the archive to a report, s.
 const GOAL_S: f64 = 20.0;
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -39,6 +42,7 @@ pub fn check(target: Option<&str>) -> Result<(), String> {
     let _ = std::fs::remove_dir_all(&folder);
     let machine = Machine::of(target);
     fill(&folder, &binary, machine)?;
+    c_libraries(&folder, target)?;
     let archive = packed(&name)?;
     let package = debian_package(&folder, target)?;
     for file in [&archive, &package] {
@@ -50,6 +54,9 @@ pub fn check(target: Option<&str>) -> Result<(), String> {
         return Ok(());
     }
     let seconds = first_report(&archive, &name, machine)?;
+    if machine != Machine::Emulated {
+        c_program_runs(&in_target(OUT).join("tried").join(&name), target)?;
+    }
     eprintln!("== from the archive to a report in {seconds:.1} s, {machine}");
     installed_package_works(&package, machine)?;
     match machine == Machine::Emulated || seconds < GOAL_S {
@@ -71,6 +78,7 @@ pub fn zipped(binary: &Path) -> Result<PathBuf, String> {
     let folder = in_target(OUT).join(&name);
     let _ = std::fs::remove_dir_all(&folder);
     fill(&folder, binary, Machine::Absent)?;
+    c_libraries(&folder, WINDOWS)?;
     let zip = in_target(OUT).join(format!("{name}.zip"));
     let mut python = Command::new("python3");
     python.args(["-c", ZIP]).arg(in_target(OUT)).arg(&name);
@@ -201,6 +209,68 @@ fn fill(folder: &Path, binary: &Path, machine: Machine) -> Result<(), String> {
     match man.output().map_err(failed)?.status.success() {
         true => Ok(()),
         false => Err("seatrial completions --man".into()),
+    }
+}
+
+/// Where the library for C of a target is in an archive.
+fn c_library(folder: &Path, target: &str) -> PathBuf {
+    folder.join("c").join(target).join("libseatrial_ffi.a")
+}
+
+/// Puts the library for C in, which needs no operating system: for the target in double, for a Cortex-M4F in single precision.
+fn c_libraries(folder: &Path, target: &str) -> Result<(), String> {
+    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
+    for (target, feature) in [(target, ""), (CORTEX_M, "single")] {
+        if !has_library(target) {
+            return skipped("the library for C", &no_library(target));
+        }
+        let arguments = [
+            "rustc",
+            "--quiet",
+            "-p",
+            "seatrial-ffi",
+            "--profile",
+            "embedded",
+            "--no-default-features",
+            "--features",
+            feature,
+            "--target",
+            target,
+            "--crate-type",
+            "staticlib",
+        ];
+        if !succeeds(&mut cargo(&arguments)) {
+            return Err(format!("cargo {}", arguments.join(" ")));
+        }
+        let library = c_library(folder, target);
+        std::fs::create_dir_all(library.parent().unwrap_or(folder)).map_err(failed)?;
+        let built = in_target(target).join("embedded/libseatrial_ffi.a");
+        std::fs::copy(built, library).map_err(failed)?;
+    }
+    std::fs::copy(HEADER, folder.join("c/seatrial.h"))
+        .map(drop)
+        .map_err(failed)
+}
+
+/// Compiles the example against the archive's library and runs it.
+fn c_program_runs(folder: &Path, target: &str) -> Result<(), String> {
+    let program = folder.join("loop_20hz");
+    let mut compiler = Command::new("cc");
+    compiler.arg("-std=c99").arg("-I").arg(folder.join("c"));
+    compiler.arg(LOOP).arg(c_library(folder, target));
+    compiler
+        .args(["-Wl,--gc-sections", "-lm", "-o"])
+        .arg(&program);
+    if !succeeds(&mut compiler) {
+        return Err(format!("{LOOP} does not compile against the archive"));
+    }
+    let said = Command::new(&program).output();
+    let said = said.map_err(|error| error.to_string())?;
+    match String::from_utf8_lossy(&said.stdout).contains(LOOP_FOUND) {
+        true => Ok(()),
+        false => Err(format!(
+            "{LOOP} finds another vehicle with the archive's library"
+        )),
     }
 }
 

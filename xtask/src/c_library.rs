@@ -27,7 +27,7 @@ const M4F: [&str; 4] = [
 ];
 
 /// Printed by the loop once its trial has found the vehicle, a22 = -1.07 1/s; its plant takes 50 plain steps an interval.
-const LOOP_FOUND: &str = "thrust 0.9: a22 -1.06";
+pub const LOOP_FOUND: &str = "thrust 0.9: a22 -1.06";
 
 /// What programs with one kind of object, or with everything, bring into an image, in f32 and f64, libm and software floating point
 /// included: what was measured and 10 %.

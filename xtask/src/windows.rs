@@ -22,26 +22,7 @@ const EXE: &str = "seatrial.exe";
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// A short trial.
-const PLAN: &str = "\
-thrusts = [0.8]
-max_repeats = 0
-[settle]
-at_least_s = 1.5
-steady_for_s = 1.0
-at_most_s = 6.0
-[training]
-lead_in_s = 1.0
-observe_s = 6.0
-[training.excitation.doublet]
-amplitude_rad = 0.2
-period_s = 5.0
-[validation]
-lead_in_s = 1.0
-observe_s = 5.0
-[validation.excitation.doublet]
-amplitude_rad = 0.15
-period_s = 5.0
-";
+const PLAN: &str = include_str!("../../crates/seatrial-cli/tests/short_plan.toml");
 
 /// Builds, packs and tries it.
 pub fn check() -> Result<(), String> {
