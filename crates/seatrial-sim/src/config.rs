@@ -2,9 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::config_error::{ConfigError, check_numbers, invalid};
+use crate::config_error::{ConfigError, invalid};
 use crate::plant::{Disturbance, Servo, SpeedPoint, Surge, SurgeDrag};
-use crate::range::{NOT_BELOW_0, POSITIVE_NUMBER, a_number, not_negative, positive};
+use crate::range::{
+    a_number, check, check_not_negative, check_number, check_positive, positive, within,
+};
 use crate::sensors::{Sensors, Timing};
 
 /// A first-order vehicle.
@@ -136,20 +138,8 @@ impl Default for HeadingHold {
 
 impl HeadingHold {
     fn check(&self) -> Result<(), ConfigError> {
-        check_numbers([
-            (
-                "heading_hold.gain",
-                self.gain,
-                a_number(self.gain),
-                "a number",
-            ),
-            (
-                "heading_hold.rudder_limit_rad",
-                self.rudder_limit_rad,
-                positive(self.rudder_limit_rad),
-                POSITIVE_NUMBER,
-            ),
-        ])
+        check_number("heading_hold.gain", self.gain)?;
+        check_positive("heading_hold.rudder_limit_rad", self.rudder_limit_rad)
     }
 }
 
@@ -282,34 +272,17 @@ impl VehicleConfig {
 
     /// Names the first field that is out of range.
     pub fn check(&self) -> Result<(), ConfigError> {
-        let servo = &self.servo;
-        check_numbers([
-            ("depth_m", self.depth_m, a_number(self.depth_m), "a number"),
-            (
-                "surge_time_constant_s",
-                self.surge_time_constant_s,
-                positive(self.surge_time_constant_s),
-                POSITIVE_NUMBER,
-            ),
-            (
-                "servo.time_constant_s",
-                servo.time_constant_s,
-                not_negative(servo.time_constant_s),
-                NOT_BELOW_0,
-            ),
-            (
-                "rudder_delay_s",
-                self.rudder_delay_s,
-                (0.0..=60.0).contains(&self.rudder_delay_s),
-                "a number from 0 to 60",
-            ),
-            (
-                "servo.rate_limit_rad_s",
-                servo.rate_limit_rad_s.unwrap_or(f64::INFINITY),
-                servo.rate_limit_rad_s.is_none_or(positive),
-                "a number from 1e-9 to 1e9 or absent",
-            ),
-        ])?;
+        let (servo, rudder_delay_s) = (&self.servo, self.rudder_delay_s);
+        check_number("depth_m", self.depth_m)?;
+        check_positive("surge_time_constant_s", self.surge_time_constant_s)?;
+        check_not_negative("servo.time_constant_s", servo.time_constant_s)?;
+        within!(rudder_delay_s, 0.0, 60.0, "s")?;
+        check(
+            "servo.rate_limit_rad_s",
+            servo.rate_limit_rad_s.unwrap_or(f64::INFINITY),
+            servo.rate_limit_rad_s.is_none_or(positive),
+            "a number from 1e-9 to 1e9 or absent",
+        )?;
         self.surge_drag.as_ref().map_or(Ok(()), |drag| {
             let fastest_m_s = self.speeds.last().map_or(0.0, |p| p.surge_speed_m_s);
             drag.check(fastest_m_s)
@@ -363,26 +336,14 @@ impl HelmConfig {
 
     /// Names the first field that is out of range.
     pub fn check(&self) -> Result<(), ConfigError> {
-        check_numbers([
-            (
-                "rudder_limit_rad",
-                self.rudder_limit_rad,
-                positive(self.rudder_limit_rad),
-                POSITIVE_NUMBER,
-            ),
-            (
-                "initial_thrust",
-                self.initial_thrust,
-                (0.0..=1.0).contains(&self.initial_thrust),
-                "a fraction of full thrust, 0 to 1",
-            ),
-            (
-                "initial_heading_rad",
-                self.initial_heading_rad,
-                a_number(self.initial_heading_rad),
-                "a number",
-            ),
-        ])?;
+        check_positive("rudder_limit_rad", self.rudder_limit_rad)?;
+        check(
+            "initial_thrust",
+            self.initial_thrust,
+            (0.0..=1.0).contains(&self.initial_thrust),
+            "a fraction of full thrust, 0 to 1",
+        )?;
+        check_number("initial_heading_rad", self.initial_heading_rad)?;
         self.heading_hold.check()?;
         self.disturbance.check()?;
         self.timing.check()?;

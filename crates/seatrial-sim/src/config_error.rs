@@ -28,7 +28,7 @@ pub enum ConfigError {
         /// The field.
         field: String,
         /// What it has to be.
-        requirement: &'static str,
+        requirement: String,
         /// What it is.
         found: String,
     },
@@ -50,24 +50,14 @@ pub enum ConfigError {
     },
 }
 
-/// Names the first field that does not hold, of (field, what was found, does it hold, what it has to be).
-pub(crate) fn check_numbers<const N: usize>(
-    numbers: [(&str, f64, bool, &'static str); N],
-) -> Result<(), ConfigError> {
-    match numbers.into_iter().find(|(_, _, holds, _)| !holds) {
-        Some((field, found, _, requirement)) => Err(invalid(field, requirement, found)),
-        None => Ok(()),
-    }
-}
-
 pub(crate) fn invalid(
     field: impl Into<String>,
-    requirement: &'static str,
+    requirement: impl Into<String>,
     found: impl ToString,
 ) -> ConfigError {
     ConfigError::Invalid {
         field: field.into(),
-        requirement,
+        requirement: requirement.into(),
         found: found.to_string(),
     }
 }

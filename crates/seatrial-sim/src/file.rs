@@ -6,9 +6,9 @@ use serde::Deserialize;
 use toml::{Table, Value};
 
 use crate::config::VehicleConfig;
-use crate::config_error::{ConfigError, check_numbers};
+use crate::config_error::ConfigError;
 use crate::identified::IdentifiedVehicle;
-use crate::range::{NOT_BELOW_0, a_number, not_negative, positive};
+use crate::range::{a_number, check_not_negative, positive};
 use crate::six_dof::config::required;
 use crate::six_dof::fins::Drive;
 use crate::six_dof::rigid_body::{GRAVITY_M_S2, RigidBody};
@@ -242,7 +242,9 @@ impl Changed {
             ("vehicle.rudder_area_factor", self.rudder_area_factor),
             ("vehicle.elevator_area_factor", self.elevator_area_factor),
         ];
-        check_numbers(factors.map(|(field, x)| (field, x, not_negative(x), NOT_BELOW_0)))?;
+        for (field, x) in factors {
+            check_not_negative(field, x)?;
+        }
         for fin in &mut config.fins {
             fin.foil.area_m2 *= match fin.drive {
                 Drive::Rudder => self.rudder_area_factor,

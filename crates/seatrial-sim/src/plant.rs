@@ -6,9 +6,9 @@ use seatrial_core::YawModel;
 use seatrial_core::model::YawState;
 use serde::{Deserialize, Serialize};
 
-use crate::config_error::{ConfigError, check_numbers};
+use crate::config_error::ConfigError;
 use crate::faults::Damage;
-use crate::range::{NOT_BELOW_0, POSITIVE_NUMBER, not_negative, positive};
+use crate::range::{check, check_not_negative, check_positive, positive};
 
 /// Longest step over which fin and speed are held, s; both are exact at its end.
 const STEP_S: f64 = 0.005;
@@ -82,20 +82,13 @@ impl SurgeDrag {
     /// Names the first field that is out of range, for a vehicle of this speed. A drag that stops it within a few hundredths of a
     /// second is not followed in steps of 5 ms.
     pub(crate) fn check(&self, fastest_m_s: f64) -> Result<(), ConfigError> {
-        check_numbers([
-            (
-                "surge_drag.drag_length_m",
-                self.drag_length_m,
-                positive(self.drag_length_m) && self.drag_length_m >= 0.05 * fastest_m_s,
-                "at least the way at the fastest speed in 0.05 s, and at most 1e9",
-            ),
-            (
-                "surge_drag.turning_drag_m",
-                self.turning_drag_m,
-                not_negative(self.turning_drag_m),
-                NOT_BELOW_0,
-            ),
-        ])
+        check(
+            "surge_drag.drag_length_m",
+            self.drag_length_m,
+            positive(self.drag_length_m) && self.drag_length_m >= 0.05 * fastest_m_s,
+            "at least the way at the fastest speed in 0.05 s, and at most 1e9",
+        )?;
+        check_not_negative("surge_drag.turning_drag_m", self.turning_drag_m)
     }
 }
 
@@ -143,20 +136,11 @@ impl Default for Disturbance {
 impl Disturbance {
     /// Names the first field that is out of range.
     pub(crate) fn check(&self) -> Result<(), ConfigError> {
-        check_numbers([
-            (
-                "disturbance.standard_deviation_rad_s2",
-                self.standard_deviation_rad_s2,
-                not_negative(self.standard_deviation_rad_s2),
-                NOT_BELOW_0,
-            ),
-            (
-                "disturbance.correlation_time_s",
-                self.correlation_time_s,
-                positive(self.correlation_time_s),
-                POSITIVE_NUMBER,
-            ),
-        ])
+        check_not_negative(
+            "disturbance.standard_deviation_rad_s2",
+            self.standard_deviation_rad_s2,
+        )?;
+        check_positive("disturbance.correlation_time_s", self.correlation_time_s)
     }
 
     /// The disturbance `interval_s` after it was this, by a normal deviate.

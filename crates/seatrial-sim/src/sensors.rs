@@ -8,8 +8,8 @@ use rand_pcg::Pcg64;
 use seatrial_core::Real;
 use serde::{Deserialize, Serialize};
 
-use crate::config_error::{ConfigError, check_numbers};
-use crate::range::{NOT_BELOW_0, a_number, not_negative};
+use crate::config_error::ConfigError;
+use crate::range::{a_number, check, check_not_negative, check_number, check_within, within};
 
 /// What a vehicle measures itself with.
 ///
@@ -231,103 +231,81 @@ impl Compass {
     fn check(&self) -> Result<(), ConfigError> {
         let mut deviations = self.deviation_rad.into_iter();
         let too_great = deviations.find(|x| x.is_nan() || x.abs() >= 1.0);
-        check_numbers([
-            from_0("sensors.compass.noise_rad", self.noise_rad),
-            from_0("sensors.compass.resolution_rad", self.resolution_rad),
-            from_0("sensors.compass.lag_s", self.lag_s),
-            from_0("sensors.compass.interval_s", self.interval_s),
-            latency("sensors.compass.latency_s", self.latency_s),
-            (
-                "sensors.compass.deviation_rad",
-                too_great.unwrap_or_default(),
-                too_great.is_none(),
-                "five angles below 1 rad",
-            ),
-            (
-                "sensors.compass.declination_rad",
-                self.declination_rad,
-                self.declination_rad.abs() <= PI,
-                "an angle from -pi to pi",
-            ),
-        ])
+        check_not_negative("sensors.compass.noise_rad", self.noise_rad)?;
+        check_not_negative("sensors.compass.resolution_rad", self.resolution_rad)?;
+        check_not_negative("sensors.compass.lag_s", self.lag_s)?;
+        check_not_negative("sensors.compass.interval_s", self.interval_s)?;
+        latency("sensors.compass.latency_s", self.latency_s)?;
+        check(
+            "sensors.compass.deviation_rad",
+            too_great.unwrap_or_default(),
+            too_great.is_none(),
+            "five angles below 1 rad",
+        )?;
+        check(
+            "sensors.compass.declination_rad",
+            self.declination_rad,
+            self.declination_rad.abs() <= PI,
+            "an angle from -pi to pi",
+        )
     }
 }
 
 impl Gyro {
     fn check(&self) -> Result<(), ConfigError> {
-        check_numbers([
-            from_0("sensors.gyro.noise_rad_s", self.noise_rad_s),
-            from_0(
-                "sensors.gyro.bias_walk_rad_s_sqrt_s",
-                self.bias_walk_rad_s_sqrt_s,
-            ),
-            from_0("sensors.gyro.interval_s", self.interval_s),
-            latency("sensors.gyro.latency_s", self.latency_s),
-            any("sensors.gyro.bias_rad_s", self.bias_rad_s),
-        ])
+        check_not_negative("sensors.gyro.noise_rad_s", self.noise_rad_s)?;
+        check_not_negative(
+            "sensors.gyro.bias_walk_rad_s_sqrt_s",
+            self.bias_walk_rad_s_sqrt_s,
+        )?;
+        check_not_negative("sensors.gyro.interval_s", self.interval_s)?;
+        latency("sensors.gyro.latency_s", self.latency_s)?;
+        check_number("sensors.gyro.bias_rad_s", self.bias_rad_s)
     }
 }
 
 impl Dvl {
     fn check(&self) -> Result<(), ConfigError> {
         let [near_m, far_m] = self.range_m.unwrap_or([0.0, 1.0]);
-        check_numbers([
-            from_0("sensors.dvl.noise_m_s", self.noise_m_s),
-            from_0("sensors.dvl.altitude_noise_m", self.altitude_noise_m),
-            from_0("sensors.dvl.range_m", near_m),
-            from_0("sensors.dvl.interval_s", self.interval_s),
-            latency("sensors.dvl.latency_s", self.latency_s),
-            (
-                "sensors.dvl.dropout_fraction",
-                self.dropout_fraction,
-                (0.0..=1.0).contains(&self.dropout_fraction),
-                "a fraction, 0 to 1",
-            ),
-            (
-                "sensors.dvl.range_m",
-                far_m,
-                far_m > near_m && a_number(far_m),
-                "the least and then the greatest altitude",
-            ),
-        ])
+        check_not_negative("sensors.dvl.noise_m_s", self.noise_m_s)?;
+        check_not_negative("sensors.dvl.altitude_noise_m", self.altitude_noise_m)?;
+        check_not_negative("sensors.dvl.range_m", near_m)?;
+        check_not_negative("sensors.dvl.interval_s", self.interval_s)?;
+        latency("sensors.dvl.latency_s", self.latency_s)?;
+        check(
+            "sensors.dvl.dropout_fraction",
+            self.dropout_fraction,
+            (0.0..=1.0).contains(&self.dropout_fraction),
+            "a fraction, 0 to 1",
+        )?;
+        check(
+            "sensors.dvl.range_m",
+            far_m,
+            far_m > near_m && a_number(far_m),
+            "the least and then the greatest altitude",
+        )
     }
 }
 
 impl Pressure {
     fn check(&self) -> Result<(), ConfigError> {
-        check_numbers([
-            from_0("sensors.pressure.noise_m", self.noise_m),
-            from_0("sensors.pressure.interval_s", self.interval_s),
-            latency("sensors.pressure.latency_s", self.latency_s),
-            any("sensors.pressure.bias_m", self.bias_m),
-        ])
+        check_not_negative("sensors.pressure.noise_m", self.noise_m)?;
+        check_not_negative("sensors.pressure.interval_s", self.interval_s)?;
+        latency("sensors.pressure.latency_s", self.latency_s)?;
+        check_number("sensors.pressure.bias_m", self.bias_m)
     }
 }
 
 impl Attitude {
     fn check(&self) -> Result<(), ConfigError> {
-        check_numbers([
-            from_0("sensors.attitude.noise_rad", self.noise_rad),
-            from_0("sensors.attitude.interval_s", self.interval_s),
-            latency("sensors.attitude.latency_s", self.latency_s),
-        ])
+        check_not_negative("sensors.attitude.noise_rad", self.noise_rad)?;
+        check_not_negative("sensors.attitude.interval_s", self.interval_s)?;
+        latency("sensors.attitude.latency_s", self.latency_s)
     }
 }
 
-/// A field, what was found, whether it holds and what it has to be.
-type Checked = (&'static str, f64, bool, &'static str);
-
-fn from_0(field: &'static str, value: f64) -> Checked {
-    (field, value, not_negative(value), NOT_BELOW_0)
-}
-
-fn latency(field: &'static str, value: f64) -> Checked {
-    let holds = (0.0..=LONGEST_LATENCY_S).contains(&value);
-    (field, value, holds, "from 0 to 60 s")
-}
-
-fn any(field: &'static str, value: f64) -> Checked {
-    (field, value, a_number(value), "a number")
+fn latency(field: &str, value: f64) -> Result<(), ConfigError> {
+    check_within(field, Some(value), [0.0, LONGEST_LATENCY_S], "s", "")
 }
 
 impl Compass {
@@ -369,26 +347,20 @@ pub struct Timing {
 impl Timing {
     /// Names the first field that is out of range.
     pub(crate) fn check(&self) -> Result<(), ConfigError> {
-        check_numbers([
-            (
-                "timing.sample_interval_s",
-                self.sample_interval_s,
-                (1e-3..=100.0).contains(&self.sample_interval_s),
-                "a number from 0.001 to 100",
-            ),
-            (
-                "timing.jitter_s",
-                self.jitter_s,
-                self.jitter_s >= 0.0 && self.jitter_s < self.sample_interval_s,
-                "a number not below 0 and under timing.sample_interval_s",
-            ),
-            (
-                "timing.missing_fraction",
-                self.missing_fraction,
-                (0.0..=0.9).contains(&self.missing_fraction),
-                "a fraction, 0 to 0.9",
-            ),
-        ])
+        let timing = self;
+        within!(timing.sample_interval_s, 1e-3, 100.0, "s")?;
+        check(
+            "timing.jitter_s",
+            self.jitter_s,
+            self.jitter_s >= 0.0 && self.jitter_s < self.sample_interval_s,
+            "a number not below 0 and under timing.sample_interval_s",
+        )?;
+        check(
+            "timing.missing_fraction",
+            self.missing_fraction,
+            (0.0..=0.9).contains(&self.missing_fraction),
+            "a fraction, 0 to 0.9",
+        )
     }
 }
 

@@ -163,7 +163,7 @@ fn io_the_field_is_named_with_its_range() {
     };
     assert!(
         waves("1e3", "3.0")
-            .contains("sea.waves.significant_height_m must be a height from 0 to 30 m")
+            .contains("sea.waves.significant_height_m must be a length from 0 to 30 m")
     );
     assert!(
         waves("1.0", "1e-300")

@@ -3,7 +3,8 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::{IdentifiedVehicle, SCHEMA};
-use crate::config_error::{ConfigError, check_numbers, invalid};
+use crate::config_error::{ConfigError, invalid};
+use crate::range::{check, within, within_if_given};
 
 /// Shortest drag length, s at the fastest speed.
 const SHORTEST_DRAG_S: f64 = 0.05;
@@ -30,103 +31,34 @@ impl IdentifiedVehicle {
     fn check_drag(&self) -> Result<(), ConfigError> {
         let fastest_m_s = self.speeds.last().map_or(0.0, |p| p.surge_speed_m_s);
         let length_m = self.surge.drag_length_m.unwrap_or(f64::INFINITY);
-        check_numbers([(
+        check(
             "surge.drag_length_m",
             length_m,
             length_m >= SHORTEST_DRAG_S * fastest_m_s,
             "at least the way at the fastest speed in 0.05 s",
-        )])
+        )
     }
 
     fn check_rudder(&self) -> Result<(), ConfigError> {
         let rudder = &self.rudder;
-        check_numbers([
-            (
-                "rudder.limit_rad",
-                rudder.limit_rad,
-                rudder.limit_rad >= 1e-3 && rudder.limit_rad <= FRAC_PI_2,
-                "an angle from 0.001 to 1.5708 rad",
-            ),
-            (
-                "rudder.lag_s",
-                rudder.lag_s,
-                (0.0..=600.0).contains(&rudder.lag_s),
-                "a time from 0 to 600 s",
-            ),
-            (
-                "rudder.delay_s",
-                rudder.delay_s,
-                (0.0..=60.0).contains(&rudder.delay_s),
-                "a time from 0 to 60 s",
-            ),
-            (
-                "rudder.rate_limit_rad_s",
-                rudder.rate_limit_rad_s.unwrap_or(1.0),
-                rudder
-                    .rate_limit_rad_s
-                    .is_none_or(|rate| (1e-4..=1e3).contains(&rate)),
-                "absent or a rate from 0.0001 to 1000 rad/s",
-            ),
-        ])
+        within!(rudder.limit_rad, 1e-3, FRAC_PI_2, "rad")?;
+        within!(rudder.lag_s, 0.0, 600.0, "s")?;
+        within!(rudder.delay_s, 0.0, 60.0, "s")?;
+        within_if_given!(rudder.rate_limit_rad_s, 1e-4, 1e3, "rad/s")
     }
 
     fn check_surge_and_noise(&self) -> Result<(), ConfigError> {
-        let surge = &self.surge;
-        let interval_s = self.sample_interval_s.unwrap_or(1.0);
-        check_numbers([
-            (
-                "sample_interval_s",
-                interval_s,
-                (1e-3..=60.0).contains(&interval_s),
-                "absent or a time from 0.001 to 60 s",
-            ),
-            (
-                "surge.time_constant_s",
-                surge.time_constant_s,
-                (1e-3..=1e5).contains(&surge.time_constant_s),
-                "a time from 0.001 to 100000 s",
-            ),
-            (
-                "surge.drag_length_m",
-                surge.drag_length_m.unwrap_or(1.0),
-                surge
-                    .drag_length_m
-                    .is_none_or(|l| (1e-2..=1e6).contains(&l)),
-                "absent or a length from 0.01 to 1000000 m",
-            ),
-            (
-                "surge.turning_drag_m",
-                surge.turning_drag_m.unwrap_or(0.0),
-                surge
-                    .turning_drag_m
-                    .is_none_or(|d| (0.0..=1e6).contains(&d)),
-                "absent or a length from 0 to 1000000 m",
-            ),
-        ])?;
+        let (surge, sample_interval_s) = (&self.surge, self.sample_interval_s);
+        within_if_given!(sample_interval_s, 1e-3, 60.0, "s")?;
+        within!(surge.time_constant_s, 1e-3, 1e5, "s")?;
+        within_if_given!(surge.drag_length_m, 1e-2, 1e6, "m")?;
+        within_if_given!(surge.turning_drag_m, 0.0, 1e6, "m")?;
         let Some(noise) = &self.noise else {
             return Ok(());
         };
-        let time_s = noise.disturbance_time_s.unwrap_or(1.0);
-        check_numbers([
-            (
-                "noise.heading_rad",
-                noise.heading_rad,
-                (0.0..=1.0).contains(&noise.heading_rad),
-                "an angle from 0 to 1 rad",
-            ),
-            (
-                "noise.disturbance_rad_s2",
-                noise.disturbance_rad_s2,
-                (0.0..=1e3).contains(&noise.disturbance_rad_s2),
-                "a number from 0 to 1000 rad/s^2",
-            ),
-            (
-                "noise.disturbance_time_s",
-                time_s,
-                (1e-3..=1e5).contains(&time_s),
-                "absent or a time from 0.001 to 100000 s",
-            ),
-        ])
+        within!(noise.heading_rad, 0.0, 1.0, "rad")?;
+        within!(noise.disturbance_rad_s2, 0.0, 1e3, "rad/s^2")?;
+        within_if_given!(noise.disturbance_time_s, 1e-3, 1e5, "s")
     }
 
     fn check_speed(&self, k: usize) -> Result<(), ConfigError> {

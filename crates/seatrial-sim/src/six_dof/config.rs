@@ -10,9 +10,9 @@ use super::propeller::Propeller;
 use super::rigid_body::RigidBody;
 use super::sea::{CurrentPoint, Sea};
 use crate::config::HelmConfig;
-use crate::config_error::{ConfigError, check_numbers};
+use crate::config_error::ConfigError;
 use crate::faults::Damage;
-use crate::range::{NOT_BELOW_0, POSITIVE_NUMBER, a_number, not_negative, positive};
+use crate::range::{a_number, check, check_not_negative, check_positive};
 
 /// A vehicle of six degrees of freedom and the sea it is in.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -123,15 +123,19 @@ impl SixDofConfig {
                 self.depth_hold.pitch_limit_rad,
             ),
         ];
-        check_numbers(above_0.map(|(field, x)| (field, x, positive(x), POSITIVE_NUMBER)))?;
-        check_numbers(from_0.map(|(field, x)| (field, x, not_negative(x), NOT_BELOW_0)))?;
+        for (field, x) in above_0 {
+            check_positive(field, x)?;
+        }
+        for (field, x) in from_0 {
+            check_not_negative(field, x)?;
+        }
         let dead_band = propeller.dead_band;
-        check_numbers([(
+        check(
             "propeller.dead_band",
             dead_band,
             (0.0..1.0).contains(&dead_band),
             "a fraction, 0 to below 1",
-        )])?;
+        )?;
         self.check_places()?;
         self.sea.waves.map_or(Ok(()), |waves| waves.check())?;
         let in_order = self

@@ -6,8 +6,8 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::rigid_body::GRAVITY_M_S2;
-use crate::config_error::{ConfigError, check_numbers};
-use crate::range::a_number;
+use crate::config_error::ConfigError;
+use crate::range::{check_number, check_within};
 use crate::sensors::Chance;
 
 /// Frequencies from this to that multiple of the peak's carry 99.9 % of the energy that reaches a vehicle.
@@ -104,40 +104,20 @@ pub struct WaveMotion {
 impl Waves {
     /// Names the first field that is out of range.
     pub fn check(&self) -> Result<(), ConfigError> {
-        let (height, period) = (self.significant_height_m, self.peak_period_s);
-        let enhancement = self.peak_enhancement;
-        check_numbers([
+        for (field, found, range, unit) in [
             (
-                "sea.waves.significant_height_m",
-                height,
-                (0.0..=30.0).contains(&height),
-                "a height from 0 to 30 m",
+                "significant_height_m",
+                self.significant_height_m,
+                [0.0, 30.0],
+                "m",
             ),
-            (
-                "sea.waves.peak_period_s",
-                period,
-                (0.5..=60.0).contains(&period),
-                "a period from 0.5 to 60 s",
-            ),
-            (
-                "sea.waves.peak_enhancement",
-                enhancement,
-                (1.0..=20.0).contains(&enhancement),
-                "a number from 1 to 20",
-            ),
-            (
-                "sea.waves.towards_rad",
-                self.towards_rad,
-                a_number(self.towards_rad),
-                "a number",
-            ),
-            (
-                "sea.waves.components",
-                f64::from(self.components),
-                (1..=1000).contains(&self.components),
-                "from 1 to 1000",
-            ),
-        ])
+            ("peak_period_s", self.peak_period_s, [0.5, 60.0], "s"),
+            ("peak_enhancement", self.peak_enhancement, [1.0, 20.0], ""),
+            ("components", f64::from(self.components), [1.0, 1000.0], ""),
+        ] {
+            check_within(&format!("sea.waves.{field}"), Some(found), range, unit, "")?;
+        }
+        check_number("sea.waves.towards_rad", self.towards_rad)
     }
 
     /// The sea of its seed.
