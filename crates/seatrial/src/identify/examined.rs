@@ -1,6 +1,5 @@
 //! A record with what is doubtful about all of it, looked for once however many windows of it are identified.
 
-use super::gyro_heading::where_the_compass_jumped;
 use super::joined::Joined;
 use super::{IdentifyError, IdentifySettings, ValidationData};
 use crate::identification::Identification;
@@ -35,10 +34,7 @@ impl<'a> ExaminedRecord<'a> {
         data: Option<ValidationData>,
         settings: &IdentifySettings,
     ) -> Result<Identification, IdentifyError> {
-        let model_of = |record: &ExaminedRecord, data: Option<ValidationData>| {
-            Ok((super::model_of(record, training, data, settings)?, None))
-        };
-        Ok(where_the_compass_jumped(self, &[training], data, model_of)?.0)
+        super::model_of(self, training, data, settings)
     }
 
     /// [`identify_joined`](super::identify_joined) of manoeuvres of this record, with the same answer.
@@ -48,9 +44,7 @@ impl<'a> ExaminedRecord<'a> {
         data: Option<ValidationData>,
         settings: &IdentifySettings,
     ) -> Result<(Identification, Option<Joined>), IdentifyError> {
-        where_the_compass_jumped(self, training, data, |record, data| {
-            super::joined_model(record, training, data, settings)
-        })
+        super::joined_model(self, training, data, settings)
     }
 
     /// The record.

@@ -73,6 +73,7 @@ pub use error::{IdentifyError, WindowUse};
 pub use examined::ExaminedRecord;
 pub(crate) use excited_segment::most_excited;
 use explained::Explained;
+use gyro_heading::where_the_compass_jumped;
 use joined::Joined;
 pub(crate) use mishap::heading_jump;
 use mission::Steering;
@@ -105,6 +106,19 @@ pub fn identify(
 
 /// [`identify`] of a record that was looked through.
 fn model_of(
+    record: &ExaminedRecord,
+    training: Window,
+    data: Option<ValidationData>,
+    settings: &IdentifySettings,
+) -> Result<Identification, IdentifyError> {
+    let by_its_heading = |record: &ExaminedRecord, data: Option<ValidationData>| {
+        Ok((by_this_heading(record, training, data, settings)?, None))
+    };
+    Ok(where_the_compass_jumped(record, &[training], data, by_its_heading)?.0)
+}
+
+/// [`identify`] by the heading of the record as it is.
+fn by_this_heading(
     record: &ExaminedRecord,
     training: Window,
     data: Option<ValidationData>,
@@ -184,6 +198,17 @@ pub fn identify_joined(
 
 /// [`identify_joined`] of a record that was looked through.
 fn joined_model(
+    record: &ExaminedRecord,
+    training: &[Window],
+    data: Option<ValidationData>,
+    settings: &IdentifySettings,
+) -> Result<(Identification, Option<Joined>), IdentifyError> {
+    where_the_compass_jumped(record, training, data, |record, data| {
+        joined_by_this_heading(record, training, data, settings)
+    })
+}
+
+fn joined_by_this_heading(
     record: &ExaminedRecord,
     training: &[Window],
     data: Option<ValidationData>,
