@@ -7,33 +7,14 @@ use std::process::{Child, ChildStdin, Command, Output, Stdio};
 use std::sync::mpsc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use seatrial_dev::{program, python_with};
+use seatrial_dev::{program, program_path, python_with};
 use seatrial_logbook::Logbook;
 use serde_json::Value;
 
 /// What the vehicle is; see vehicle.py.
 const TRUTH: [f64; 3] = [-1.3, 1.5, 0.02];
 
-const PLAN: &str = "\
-thrusts = [0.7]
-max_repeats = 0
-[settle]
-at_least_s = 1.5
-steady_for_s = 1.0
-at_most_s = 6.0
-[training]
-lead_in_s = 1.0
-observe_s = 6.0
-[training.excitation.doublet]
-amplitude_rad = 0.26
-period_s = 3.0
-[validation]
-lead_in_s = 1.0
-observe_s = 5.0
-[validation.excitation.doublet]
-amplitude_rad = 0.15
-period_s = 3.0
-";
+const PLAN: &str = include_str!("short_plan.toml");
 
 const VEHICLE: &str = "\
 command_timeout_s = 0.5
@@ -136,18 +117,23 @@ impl Trial {
         };
         let description = (over.description)(over.domain);
         let vehicle = file("boat.toml", &format!("{description}{VEHICLE}"));
-        let process = program()
+        let mut command = program();
+        command
             .args(["trial", "--json", "--yes", "--vehicle"])
             .arg(format!("ros2:{}", vehicle.display()))
             .arg("--plan")
             .arg(file("plan.toml", PLAN))
             .arg("--logbook")
-            .arg(folder.path().join("seatrial.db"))
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        Self { folder, process }
+            .arg(folder.path().join("seatrial.db"));
+        Self::begin(folder, command)
+    }
+
+    fn begin(folder: tempfile::TempDir, mut command: Command) -> Self {
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        Self {
+            folder,
+            process: command.spawn().unwrap(),
+        }
     }
 
     fn logbook(folder: &Path) -> PathBuf {
@@ -191,10 +177,13 @@ fn is_handed_back(trial: Trial, peer: Peer, at_s: Option<f64>, reason: &str) {
 }
 
 fn recovers_the_model(over: Over) {
-    let Some(peer) = Peer::start(over, "none") else {
-        return;
-    };
-    let (folder, output) = Trial::start(over).end();
+    if let Some(peer) = Peer::start(over, "none") {
+        recovers(over, peer, Trial::start(over));
+    }
+}
+
+fn recovers(over: Over, peer: Peer, trial: Trial) {
+    let (folder, output) = trial.end();
     let printed = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{printed}");
     let document: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -357,6 +346,65 @@ mod jazzy {
     #[ignore = "needs ROS 2 Jazzy"]
     fn io_sigterm_leaves_a_neutral_rudder_on_the_wire() {
         sigterm_leaves_a_neutral_rudder(over(65), |_| ());
+    }
+
+    /// The node of the package for ROS 2: parameters, a namespace, a remapped name and the domain of the environment, on a boat that steers
+    /// by its two thrusters.
+    fn node(over: Over, folder: tempfile::TempDir) -> Trial {
+        let packaging = concat!(env!("CARGO_MANIFEST_DIR"), "/../../packaging/ros2");
+        let plan = folder.path().join("plan.toml");
+        std::fs::write(&plan, PLAN).unwrap();
+        let programs = program_path();
+        let mut command = Command::new(python_with(over.package).unwrap());
+        command
+            .args([
+                "-B",
+                &format!("{packaging}/seatrial_ros/trial.py"),
+                "--ros-args",
+            ])
+            .args([
+                "--params-file",
+                &format!("{packaging}/config/two_thrusters.yaml"),
+            ])
+            .args(["-r", "__ns:=/boat", "-r", "odom:=odometry"])
+            .args(["-p", &format!("plan:={}", plan.display())])
+            .args(["-p", "vehicle.enable.service:=enable"])
+            .args([
+                "-p",
+                "arguments:=['--yes', '--json', '--logbook', 'seatrial.db']",
+            ])
+            .current_dir(folder.path())
+            .env("PATH", programs.parent().unwrap())
+            .env("ROS_DOMAIN_ID", over.domain.to_string())
+            .env("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp")
+            .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST");
+        Trial::begin(folder, command)
+    }
+
+    #[test]
+    #[ignore = "needs ROS 2 Jazzy"]
+    fn recover_a_boat_of_two_thrusters_by_the_node_of_the_package() {
+        if let Some(peer) = Peer::start(over(67), "two_thrusters") {
+            recovers(over(67), peer, node(over(67), tempfile::tempdir().unwrap()));
+        }
+    }
+
+    #[test]
+    #[ignore = "needs ROS 2 Jazzy"]
+    fn io_a_service_of_the_namespace_ends_the_trial_of_the_node() {
+        if let Some(peer) = Peer::start(over(68), "two_thrusters_abort") {
+            let trial = node(over(68), tempfile::tempdir().unwrap());
+            let (_folder, output) = trial.end();
+            let printed = String::from_utf8_lossy(&output.stderr);
+            assert_eq!(output.status.code(), Some(5), "{printed}");
+            assert!(
+                printed.contains("/boat/seatrial/abort was called"),
+                "{printed}"
+            );
+            let seen = peer.seen();
+            assert_eq!(seen["last_rudder"].as_f64().unwrap(), 0.0, "{seen}");
+            assert_eq!(seen["last_thrust"].as_f64().unwrap(), 0.0, "{seen}");
+        }
     }
 
     #[test]

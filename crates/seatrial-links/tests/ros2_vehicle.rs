@@ -1,6 +1,6 @@
 //! Trials on a vehicle on ROS 2 in made-up time: what befalls it, and what it is then asked for.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -8,8 +8,8 @@ use seatrial::campaign::Campaign;
 use seatrial_app::conduct::{Unwatched, conduct};
 use seatrial_core::{AbortReason, List, Outcome, Plan, YawModel};
 use seatrial_links::ros2_vehicle::{
-    CommandType, Demand, Description, Diagnosis, Enable, Feedback, FeedbackType, Frame, Graph,
-    Heard, Matched, Middleware, Motion, Odometry, RosVehicle, RudderCommand, Settings, Stop,
+    Actuator, CommandType, Demand, Description, Diagnosis, Enable, Feedback, FeedbackType, Frame,
+    Graph, Heard, Matched, Middleware, Motion, Odometry, RosVehicle, RudderCommand, Settings, Stop,
     ThrustCommand,
 };
 
@@ -211,6 +211,7 @@ impl Graph for Sea {
 fn description() -> Description {
     Description {
         domain: 0,
+        namespace: String::new(),
         addresses: Vec::new(),
         zenoh: None,
         listens_on_all_addresses: false,
@@ -224,20 +225,21 @@ fn description() -> Description {
         }),
         imu: None,
         rudder: RudderCommand {
-            topic: "/rudder".into(),
+            topic: Some("/rudder".into()),
             kind: CommandType::Float64,
             field: None,
             units_per_rad: -57.3,
             trim_units: 0.0,
             limit_rad: 0.4,
         },
-        thrust: ThrustCommand {
+        thrust: Some(ThrustCommand {
             topic: "/thrust".into(),
             kind: CommandType::Float64,
             field: None,
             units_at_full: 1.0,
             neutral_units: 0.0,
-        },
+        }),
+        actuators: BTreeMap::new(),
         feedback: Some(Feedback {
             topic: "/joint_states".into(),
             kind: FeedbackType::JointState,
@@ -421,26 +423,23 @@ fn exact_commands_are_in_the_units_of_the_description() {
     let mut description = description();
     description.rudder.units_per_rad = -100.0;
     description.rudder.trim_units = 2.0;
-    description.thrust.units_at_full = 1900.0;
-    description.thrust.neutral_units = 1500.0;
+    let thrust = description.thrust.as_mut().unwrap();
+    (thrust.units_at_full, thrust.neutral_units) = (1900.0, 1500.0);
     let demand = Demand {
         rudder_rad: 0.25,
         thrust: 0.5,
     };
-    let numbers: Vec<(&str, Vec<f64>)> = description
-        .commands(demand)
-        .into_iter()
-        .map(|command| (command.topic, command.numbers))
-        .collect();
     assert_eq!(
-        numbers,
-        [("/rudder", vec![-23.0]), ("/thrust", vec![1700.0])]
+        numbers(&description, demand),
+        [
+            ("/rudder".into(), vec![-23.0]),
+            ("/thrust".into(), vec![1700.0])
+        ]
     );
-    for topic in [&mut description.rudder.topic, &mut description.thrust.topic] {
-        *topic = "/cmd_vel".into();
-    }
+    description.rudder.topic = Some("/cmd_vel".into());
     description.rudder.kind = CommandType::Twist;
-    description.thrust.kind = CommandType::Twist;
+    let thrust = description.thrust.as_mut().unwrap();
+    (thrust.topic, thrust.kind) = ("/cmd_vel".into(), CommandType::Twist);
     assert_eq!(description.check(), Ok(()));
     let commands = description.commands(demand);
     assert_eq!(commands.len(), 1);
@@ -454,6 +453,70 @@ fn exact_commands_are_in_the_units_of_the_description() {
     assert_eq!(description.commands(full)[0].numbers[0], 1900.0);
 }
 
+fn numbers(description: &Description, demand: Demand) -> Vec<(String, Vec<f64>)> {
+    let commands = description.commands(demand).into_iter();
+    commands
+        .map(|command| (command.topic, command.numbers))
+        .collect()
+}
+
+/// A boat that steers by its two thrusters, and a pair of fins that turn opposite ways, in one message.
+#[test]
+fn exact_thrusters_and_fins_are_commanded_together() {
+    let mut description: Description = toml::from_str(
+        "command_timeout_s = 0.5
+        odometry.topic = '/odom'
+        rudder.limit_rad = 0.4
+        [actuators.left]
+        topic = '/left'
+        units_per_rad = 100.0
+        units_at_full = 250.0
+        [actuators.right]
+        topic = '/right'
+        units_per_rad = -100.0
+        units_at_full = 250.0
+        [actuators.upper_fin]
+        topic = '/fins'
+        type = 'std_msgs/Float64MultiArray'
+        field = 'data[0]'
+        units_per_rad = 1.0
+        [actuators.lower_fin]
+        topic = '/fins'
+        type = 'std_msgs/Float64MultiArray'
+        field = 'data[1]'
+        units_per_rad = -1.0
+        neutral_units = 0.5
+        ",
+    )
+    .unwrap();
+    assert_eq!(description.check(), Ok(()));
+    let demand = Demand {
+        rudder_rad: 0.25,
+        thrust: 0.5,
+    };
+    assert_eq!(
+        numbers(&description, demand),
+        [
+            ("/fins".into(), vec![0.25, 0.25]),
+            ("/left".into(), vec![150.0]),
+            ("/right".into(), vec![100.0])
+        ]
+    );
+    description
+        .actuators
+        .retain(|name, _| name.ends_with("fin"));
+    let error = description.check().unwrap_err().to_string();
+    assert!(error.contains("nothing drives"), "{error}");
+    let fin = description.actuators["upper_fin"].clone();
+    let twice = Actuator {
+        units_at_full: Some(1.0),
+        ..fin
+    };
+    description.actuators.insert("third".into(), twice);
+    let error = description.check().unwrap_err().to_string();
+    assert!(error.contains("different fields"), "{error}");
+}
+
 #[test]
 fn io_a_description_that_makes_no_sense_is_refused() {
     let error_of = |change: fn(&mut Description)| {
@@ -464,7 +527,7 @@ fn io_a_description_that_makes_no_sense_is_refused() {
     for (expected, error) in [
         (
             "rudder.topic",
-            error_of(|d| d.rudder.topic = "rudder".into()),
+            error_of(|d| d.rudder.topic = Some("rudder".into())),
         ),
         (
             "enable.service",
@@ -480,8 +543,11 @@ fn io_a_description_that_makes_no_sense_is_refused() {
         ),
         (
             "the same type",
-            error_of(|d| d.thrust.topic = "/rudder".into()),
+            error_of(|d| d.thrust.as_mut().unwrap().topic = "/rudder".into()),
         ),
+        ("nothing drives", error_of(|d| d.thrust = None)),
+        ("nothing steers", error_of(|d| d.rudder.topic = None)),
+        ("namespace", error_of(|d| d.namespace = "boat".into())),
         ("[odometry] or [imu]", error_of(|d| d.odometry = None)),
         (
             "feedback.joint",
@@ -496,7 +562,10 @@ fn io_a_description_that_makes_no_sense_is_refused() {
             error_of(|d| d.command_timeout_s = f64::NAN),
         ),
         ("domain", error_of(|d| d.domain = 200)),
-        ("neutral_units", error_of(|d| d.thrust.neutral_units = 1.0)),
+        (
+            "neutral_units",
+            error_of(|d| d.thrust.as_mut().unwrap().neutral_units = 1.0),
+        ),
     ] {
         assert!(error.contains(expected), "{expected}: {error}");
     }

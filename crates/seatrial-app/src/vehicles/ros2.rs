@@ -134,7 +134,8 @@ impl OnRos2 {
         refuse(&preflight.checks)?;
         if !terms.is_agreed {
             attendant.tell(&format!(
-                "the vehicle will move; agree to it by calling {ENABLE_SERVICE} (std_srvs/SetBool) with true"
+                "the vehicle will move; agree to it by calling {} (std_srvs/SetBool) with true",
+                vehicle.named(ENABLE_SERVICE)
             ));
             if !vehicle.is_agreed_to() {
                 return Err(VehicleError::refused("not agreed to; nothing was moved"));

@@ -8,7 +8,8 @@ end what it saw.
 usage: vehicle.py dds|zenoh|rclpy DOMAIN MISHAP [AT_S]
 
 Mishaps, AT_S seconds after the first training rudder: none; abort and disable call a service of seatrial's; killed ends this
-process; second has another publisher of rudders.
+process; second has another publisher of rudders. two_thrusters and two_thrusters_abort: the boat is in the namespace /boat, steers by its
+two thrusters and measures no rudder.
 """
 
 import importlib
@@ -47,16 +48,21 @@ HEADING_NOISE_RAD = 0.002
 
 class Vehicle:
     def __init__(self, graph, mishap, at_s):
-        self.graph, self.mishap, self.at_s = graph, mishap, at_s
-        self.odometry = graph.writer("/odom", Odometry, False)
+        self.graph, self.at_s = graph, at_s
+        self.has_thrusters = mishap.startswith("two_thrusters")
+        self.mishap = mishap.removeprefix("two_thrusters").lstrip("_")
+        namespace = "/boat" if self.has_thrusters else ""
+        self.odometry = graph.writer("/boat/odometry" if self.has_thrusters else "/odom", Odometry, False)
         self.joints = graph.writer("/joint_states", JointState, False)
-        self.rudder = graph.reader("/rudder/command", Float64)
-        self.thrust = graph.reader("/thrust/command", Float64)
-        self.estimates = graph.reader("/seatrial/estimate", Float64MultiArray)
+        sides = ("thrusters/left/thrust", "thrusters/right/thrust")
+        commands = sides if self.has_thrusters else ("rudder/command", "thrust/command")
+        self.rudder, self.thrust = (graph.reader(f"{namespace}/{name}", Float64) for name in commands)
+        self.estimates = graph.reader(f"{namespace}/seatrial/estimate", Float64MultiArray)
         self.diagnostics = graph.reader("/diagnostics", DiagnosticArray)
         self.enable = graph.server("/boat/enable", "SetBool")
-        self.abort = graph.client("/seatrial/abort", "Trigger")
-        self.trial = graph.client("/seatrial/enable", "SetBool")
+        self.abort = graph.client(f"{namespace}/seatrial/abort", "Trigger")
+        self.trial = graph.client(f"{namespace}/seatrial/enable", "SetBool")
+        self.left, self.right = 0.0, 0.0
         self.random = random.Random(1)
         self.yaw_rad, self.rate_rad_s = 0.4, 0.0
         self.rudder_rad, self.speed_m_s = 0.0, 0.0
@@ -97,22 +103,34 @@ class Vehicle:
         message.twist.twist = Twist(Vector3(self.speed_m_s), Vector3(z=-self.rate_rad_s))
         self.odometry.write(message)
 
+    def commands(self):
+        """Rudders in degrees to port, and thrusts."""
+        if not self.has_thrusters:
+            rudders = [command.data for command in self.rudder.taken()]
+            return rudders, [command.data for command in self.thrust.taken()]
+        left, right = self.rudder.taken(), self.thrust.taken()
+        if not left and not right:
+            return [], []
+        self.left = left[-1].data if left else self.left
+        self.right = right[-1].data if right else self.right
+        return [-math.degrees(0.5 * (self.left - self.right))], [0.5 * (self.left + self.right)]
+
     def listen(self):
         now_s = time.monotonic()
-        for command in self.rudder.taken():
-            # Degrees, positive to port.
-            self.asked_rad = -math.radians(command.data)
+        rudders, thrusts = self.commands()
+        for rudder in rudders:
+            self.asked_rad = -math.radians(rudder)
             self.heard_s = now_s
             self.seen["rudders"] += 1
-            self.seen["last_rudder"] = command.data
-            if command.data != 0.0:
+            self.seen["last_rudder"] = rudder
+            if rudder != 0.0:
                 self.seen["steered_at"] = time.time()
-            if self.mishap_s is None and abs(command.data) > 12.0:
+            if self.mishap_s is None and abs(rudder) > 12.0:
                 self.mishap_s = now_s + self.at_s
                 print("training", flush=True)
-        for command in self.thrust.taken():
-            self.asked_thrust = command.data
-            self.seen["last_thrust"] = command.data
+        for thrust in thrusts:
+            self.asked_thrust = thrust
+            self.seen["last_thrust"] = thrust
         for request, answer in self.enable.taken():
             self.is_enabled = request.data
             self.seen["enables"].append(request.data)

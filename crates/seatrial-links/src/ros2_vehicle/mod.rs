@@ -24,8 +24,9 @@ use seatrial_core::{Action, Sample, Steering, Vehicle};
 use serde::Serialize;
 
 pub use description::{
-    Command, CommandType, Description, Enable, Feedback, FeedbackType, Frame, InvalidDescription,
-    Middleware, Odometry, RudderCommand, Source, ThrustCommand, Zenoh, ZenohMode,
+    Actuator, Command, CommandType, Description, Enable, Feedback, FeedbackType, Frame,
+    InvalidDescription, Middleware, Odometry, RudderCommand, Source, ThrustCommand, Zenoh,
+    ZenohMode,
 };
 pub use estimates::{ESTIMATE_TOPIC, EstimateTopic, TimedEstimate};
 pub use graph::{Demand, Diagnosis, Graph, Heard, Matched, Motion};
@@ -36,7 +37,7 @@ pub use stop::Stop;
 use crate::handover::{Controls, FOLLOWS, Following, HeadingHold, SILENCE_S, WAIT_S};
 use sampler::Sampler;
 
-/// Name of the services that give the vehicle to the trial and take it back.
+/// Name, below the namespace, of the services that give the vehicle to the trial and take it back.
 pub const ENABLE_SERVICE: &str = "/seatrial/enable";
 /// Name of the service that ends the trial.
 pub const ABORT_SERVICE: &str = "/seatrial/abort";
@@ -142,6 +143,11 @@ impl<G: Graph> RosVehicle<G> {
         self.stopped.as_ref()
     }
 
+    /// One of our names, in the namespace of the description.
+    pub fn named(&self, name: &str) -> String {
+        self.description.named(name)
+    }
+
     /// The graph.
     pub fn graph(&mut self) -> &mut G {
         &mut self.graph
@@ -198,11 +204,11 @@ impl<G: Graph> RosVehicle<G> {
                     self.follow(came_s, rudder_rad);
                 }
             }
-            Heard::Abort => self.stop_on_guard(Stop::Called(ABORT_SERVICE.into())),
+            Heard::Abort => self.stop_on_guard(Stop::Called(self.description.named(ABORT_SERVICE))),
             Heard::Enable(true) => self.is_agreed = true,
             Heard::Enable(false) => {
                 self.is_agreed = false;
-                self.stop_on_guard(Stop::Called(ENABLE_SERVICE.into()));
+                self.stop_on_guard(Stop::Called(self.description.named(ENABLE_SERVICE)));
             }
             Heard::Answered(is_done) => self.answered = Some(is_done),
         }

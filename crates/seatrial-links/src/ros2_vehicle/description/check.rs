@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::{Description, FeedbackType, Middleware, Zenoh, is_absolute_name, loopback};
+use super::{Actuator, Description, FeedbackType, Middleware, Zenoh, is_absolute_name, loopback};
 
 /// What is wrong with a description, and what was expected.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -29,28 +29,7 @@ impl Description {
         if let Some(zenoh) = &self.zenoh {
             self.check_zenoh(zenoh)?;
         }
-        let (rudder, thrust) = (&self.rudder, &self.thrust);
-        for (name, kind, field) in [
-            ("rudder", rudder.kind, rudder.field()),
-            ("thrust", thrust.kind, thrust.field()),
-        ] {
-            if kind.index(field).is_none() {
-                return Err(format!(
-                    "{name}.field is {field:?}: its type has {}",
-                    kind.expected()
-                )
-                .into());
-            }
-        }
-        if rudder.topic == thrust.topic
-            && (rudder.kind != thrust.kind || rudder.field() == thrust.field())
-        {
-            return Err(format!(
-                "rudder and thrust are both on {}: expected the same type and different fields",
-                rudder.topic
-            )
-            .into());
-        }
+        self.check_actuators()?;
         if self.odometry.is_none() && self.imu.is_none() {
             return Err("expected [odometry] or [imu]: the heading comes from one of them".into());
         }
@@ -62,6 +41,64 @@ impl Description {
                         .into(),
                 );
             }
+        }
+        Ok(())
+    }
+
+    fn check_actuators(&self) -> Result<(), InvalidDescription> {
+        let all = self.actuators();
+        for (place, (name, actuator)) in all.iter().enumerate() {
+            let (topic, kind, field) = (&actuator.topic, actuator.kind, actuator.field());
+            if !is_absolute_name(topic) {
+                return Err(no_name(&format!("{name}.topic"), topic));
+            }
+            if kind.index(field).is_none() {
+                return Err(format!(
+                    "{name}.field is {field:?}: its type has {}",
+                    kind.expected()
+                )
+                .into());
+            }
+            for (before, other) in &all[..place] {
+                if other.topic == *topic && (other.kind != kind || other.field() == field) {
+                    return Err(format!(
+                        "{before} and {name} are both on {topic}: expected the same type and different fields"
+                    )
+                    .into());
+                }
+            }
+            for (key, value, low, high) in [
+                ("units_per_rad", actuator.units_per_rad, -1e6, 1e6),
+                (
+                    "neutral_units or trim_units",
+                    actuator.neutral_units,
+                    -1e9,
+                    1e9,
+                ),
+                (
+                    "units_at_full",
+                    actuator.units_at_full.unwrap_or(0.0),
+                    -1e9,
+                    1e9,
+                ),
+            ] {
+                in_range(&format!("{name}.{key}"), value, low, high)?;
+            }
+            if actuator.units_at_full == Some(actuator.neutral_units) {
+                return Err(format!("{name}.units_at_full is the same as neutral_units").into());
+            }
+        }
+        let steers = |(_, actuator): &(_, Actuator)| actuator.units_per_rad.abs() >= 1e-6;
+        if !all.iter().any(steers) {
+            return Err("nothing steers: expected rudder.topic and rudder.units_per_rad, or [actuators.NAME] with units_per_rad, of 1e-6 or more either way".into());
+        }
+        if !all
+            .iter()
+            .any(|(_, actuator)| actuator.units_at_full.is_some())
+        {
+            return Err(
+                "nothing drives: expected [thrust], or [actuators.NAME] with units_at_full".into(),
+            );
         }
         Ok(())
     }
@@ -93,8 +130,6 @@ impl Description {
 
     fn check_names(&self) -> Result<(), InvalidDescription> {
         let names = [
-            ("rudder.topic", Some(&self.rudder.topic)),
-            ("thrust.topic", Some(&self.thrust.topic)),
             (
                 "odometry.topic",
                 self.odometry.as_ref().map(|odometry| &odometry.topic),
@@ -109,11 +144,13 @@ impl Description {
                 self.enable.as_ref().map(|enable| &enable.service),
             ),
         ];
-        for (key, name) in names {
+        let namespace = (
+            "namespace",
+            Some(&self.namespace).filter(|name| !name.is_empty()),
+        );
+        for (key, name) in names.into_iter().chain([namespace]) {
             if let Some(name) = name.filter(|name| !is_absolute_name(name)) {
-                return Err(format!(
-                    "{key} is {name:?}: expected a whole name of letters, digits and single underscores, as in /boat/rudder"
-                ).into());
+                return Err(no_name(key, name));
             }
         }
         Ok(())
@@ -127,13 +164,6 @@ impl Description {
             ("command_timeout_s", self.command_timeout_s, 0.1, 5.0),
             ("rudder.limit_rad", self.rudder.limit_rad, 0.01, 1.5),
             (
-                "rudder.units_per_rad, either way,",
-                self.rudder.units_per_rad.abs(),
-                1e-6,
-                1e6,
-            ),
-            ("rudder.trim_units", self.rudder.trim_units, -1e6, 1e6),
-            (
                 "feedback.units_per_rad, either way,",
                 feedback.map_or(1.0, |feedback| feedback.units_per_rad.abs()),
                 1e-6,
@@ -145,16 +175,20 @@ impl Description {
                 -1e6,
                 1e6,
             ),
-            ("thrust.units_at_full", self.thrust.units_at_full, -1e9, 1e9),
-            ("thrust.neutral_units", self.thrust.neutral_units, -1e9, 1e9),
         ] {
-            if !(low..=high).contains(&value) {
-                return Err(format!("{key} is {value}: expected {low} to {high}").into());
-            }
-        }
-        if self.thrust.units_at_full == self.thrust.neutral_units {
-            return Err("thrust.units_at_full is the same as neutral_units".into());
+            in_range(key, value, low, high)?;
         }
         Ok(())
     }
+}
+
+fn in_range(key: &str, value: f64, low: f64, high: f64) -> Result<(), InvalidDescription> {
+    match (low..=high).contains(&value) {
+        true => Ok(()),
+        false => Err(format!("{key} is {value}: expected {low} to {high}").into()),
+    }
+}
+
+fn no_name(key: &str, name: &str) -> InvalidDescription {
+    format!("{key} is {name:?}: expected a whole name of letters, digits and single underscores, as in /boat/rudder").into()
 }

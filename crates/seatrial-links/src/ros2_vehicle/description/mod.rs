@@ -14,9 +14,12 @@ pub use check::InvalidDescription;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Description {
-    /// `ROS_DOMAIN_ID`.
-    #[serde(default)]
+    /// `ROS_DOMAIN_ID`; where it is left out, that of the environment.
+    #[serde(default = "domain_of_environment")]
     pub domain: u16,
+    /// What stands before the names of our node, services and topics, as in `/boat`.
+    #[serde(default)]
+    pub namespace: String,
     /// Addresses of this machine that are announced and on which multicast is used.
     #[serde(default = "loopback")]
     pub addresses: Vec<IpAddr>,
@@ -40,11 +43,19 @@ pub struct Description {
     /// The command that steers.
     pub rudder: RudderCommand,
     /// The command that drives.
-    pub thrust: ThrustCommand,
+    pub thrust: Option<ThrustCommand>,
+    /// Commands that steer and drive at once, as of two thrusters, or several that steer, as of fins; by names of their own.
+    #[serde(default)]
+    pub actuators: BTreeMap<String, Actuator>,
     /// The rudder as it is.
     pub feedback: Option<Feedback>,
     /// A service of the vehicle that gives its controls away and takes them back.
     pub enable: Option<Enable>,
+}
+
+/// 0 where the environment says nothing, as in ROS 2; what is no number is refused by its range.
+fn domain_of_environment() -> u16 {
+    std::env::var("ROS_DOMAIN_ID").map_or(0, |domain| domain.trim().parse().unwrap_or(u16::MAX))
 }
 
 fn loopback() -> Vec<IpAddr> {
@@ -206,8 +217,8 @@ impl CommandType {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RudderCommand {
-    /// Its topic.
-    pub topic: String,
+    /// Its topic; none where actuators steer.
+    pub topic: Option<String>,
     /// Its type.
     #[serde(default, rename = "type")]
     pub kind: CommandType,
@@ -240,6 +251,39 @@ pub struct ThrustCommand {
     /// The command of no thrust.
     #[serde(default)]
     pub neutral_units: f64,
+}
+
+/// A command of rudder and thrust: `neutral_units + units_per_rad rudder + (units_at_full - neutral_units) thrust`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Actuator {
+    /// Its topic.
+    pub topic: String,
+    /// Its type.
+    #[serde(default, rename = "type")]
+    pub kind: CommandType,
+    /// The field of the type [data; data\[0\]; angular.z].
+    pub field: Option<String>,
+    /// Units of the command for a rudder of one radian; 0 of one that does not steer.
+    #[serde(default)]
+    pub units_per_rad: f64,
+    /// The command of full thrust; none of one that does not drive.
+    pub units_at_full: Option<f64>,
+    /// The command of no thrust and a rudder amidships.
+    #[serde(default)]
+    pub neutral_units: f64,
+}
+
+impl Actuator {
+    fn field(&self) -> &str {
+        let default = self.kind.default_field("angular.z");
+        self.field.as_deref().unwrap_or(default)
+    }
+
+    fn units(&self, demand: Demand) -> f64 {
+        let span = self.units_at_full.unwrap_or(self.neutral_units) - self.neutral_units;
+        self.neutral_units + self.units_per_rad * demand.rudder_rad + span * demand.thrust
+    }
 }
 
 /// The rudder as it is.
@@ -300,46 +344,62 @@ fn one() -> f64 {
 
 /// Numbers on their way to a topic.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Command<'a> {
+pub struct Command {
     /// The topic.
-    pub topic: &'a str,
+    pub topic: String,
     /// Its type.
     pub kind: CommandType,
     /// The fields of the type, one after the other.
     pub numbers: Vec<f64>,
 }
 
-impl RudderCommand {
-    fn field(&self) -> &str {
-        let default = self.kind.default_field("angular.z");
-        self.field.as_deref().unwrap_or(default)
-    }
-}
-
-impl ThrustCommand {
-    fn field(&self) -> &str {
-        let default = self.kind.default_field("linear.x");
-        self.field.as_deref().unwrap_or(default)
-    }
-}
-
 impl Description {
+    /// Everything that is commanded, by its section.
+    fn actuators(&self) -> Vec<(String, Actuator)> {
+        let rudder = self.rudder.topic.as_ref().map(|topic| {
+            let actuator = Actuator {
+                topic: topic.clone(),
+                kind: self.rudder.kind,
+                field: self.rudder.field.clone(),
+                units_per_rad: self.rudder.units_per_rad,
+                units_at_full: None,
+                neutral_units: self.rudder.trim_units,
+            };
+            ("rudder".to_owned(), actuator)
+        });
+        let thrust = self.thrust.as_ref().map(|thrust| {
+            let default = thrust.kind.default_field("linear.x");
+            let actuator = Actuator {
+                topic: thrust.topic.clone(),
+                kind: thrust.kind,
+                field: Some(thrust.field.as_deref().unwrap_or(default).to_owned()),
+                units_per_rad: 0.0,
+                units_at_full: Some(thrust.units_at_full),
+                neutral_units: thrust.neutral_units,
+            };
+            ("thrust".to_owned(), actuator)
+        });
+        let others = self.actuators.iter();
+        let others = others.map(|(name, actuator)| (format!("actuators.{name}"), actuator.clone()));
+        rudder.into_iter().chain(thrust).chain(others).collect()
+    }
+
     /// What a demand is on the wire, a message for each topic.
-    pub fn commands(&self, demand: Demand) -> Vec<Command<'_>> {
-        let (rudder, thrust) = (&self.rudder, &self.thrust);
-        let limited = demand.rudder_rad.clamp(-rudder.limit_rad, rudder.limit_rad);
-        let steer = rudder.trim_units + rudder.units_per_rad * limited;
-        let span = thrust.units_at_full - thrust.neutral_units;
-        let drive = thrust.neutral_units + span * demand.thrust.clamp(0.0, 1.0);
-        let mut commands: BTreeMap<&str, Command<'_>> = BTreeMap::new();
-        for (topic, kind, field, value) in [
-            (rudder.topic.as_str(), rudder.kind, rudder.field(), steer),
-            (thrust.topic.as_str(), thrust.kind, thrust.field(), drive),
-        ] {
-            let Some(index) = kind.index(field) else {
+    pub fn commands(&self, demand: Demand) -> Vec<Command> {
+        let limit_rad = self.rudder.limit_rad;
+        let demand = Demand {
+            rudder_rad: demand.rudder_rad.clamp(-limit_rad, limit_rad),
+            thrust: demand.thrust.clamp(0.0, 1.0),
+        };
+        let mut commands: BTreeMap<String, Command> = BTreeMap::new();
+        for (_, actuator) in self.actuators() {
+            let kind = actuator.kind;
+            let Some(index) = kind.index(actuator.field()) else {
                 continue;
             };
-            let command = commands.entry(topic).or_insert_with(|| Command {
+            let value = actuator.units(demand);
+            let topic = actuator.topic;
+            let command = commands.entry(topic.clone()).or_insert_with(|| Command {
                 topic,
                 kind,
                 numbers: vec![0.0; kind.least_numbers()],
@@ -353,12 +413,17 @@ impl Description {
     }
 
     /// The topics of commands, each once, and their types.
-    pub fn command_topics(&self) -> Vec<(&str, CommandType)> {
+    pub fn command_topics(&self) -> Vec<(String, CommandType)> {
         let commands = self.commands(Demand::default());
         commands
             .into_iter()
             .map(|command| (command.topic, command.kind))
             .collect()
+    }
+
+    /// A name of ours in the namespace.
+    pub fn named(&self, name: &str) -> String {
+        format!("{}{name}", self.namespace)
     }
 }
 

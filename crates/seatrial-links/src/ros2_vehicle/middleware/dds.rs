@@ -137,8 +137,8 @@ impl Maker {
             joints: None,
             float64: None,
             float32: None,
-            abort: self.server(ABORT_SERVICE, wire::TRIGGER)?,
-            enable: self.server(ENABLE_SERVICE, wire::SET_BOOL)?,
+            abort: self.server(&description.named(ABORT_SERVICE), wire::TRIGGER)?,
+            enable: self.server(&description.named(ENABLE_SERVICE), wire::SET_BOOL)?,
         };
         if let Some(imu) = &description.imu {
             ears.imu = Some(self.subscription(&imu.topic, wire::IMU, imu.reliable)?);
@@ -189,7 +189,11 @@ impl Dds {
             .map_err(failed("DDS"))?;
         let context =
             Context::from_domain_participant(participant.clone()).map_err(failed("DDS"))?;
-        let name = NodeName::new("/", "seatrial").map_err(failed("node"))?;
+        let namespace = match description.namespace.as_str() {
+            "" => "/",
+            namespace => namespace,
+        };
+        let name = NodeName::new(namespace, "seatrial").map_err(failed("node"))?;
         let options = NodeOptions::new()
             .enable_rosout(false)
             .start_parameter_services(false);
@@ -204,7 +208,8 @@ impl Dds {
         let mut publishers = Vec::new();
         for (topic, kind) in description.command_topics() {
             let kind = wire::kind_of_command(kind);
-            publishers.push((topic.into(), maker.publisher(topic, kind, newest())?));
+            let publisher = maker.publisher(&topic, kind, newest())?;
+            publishers.push((topic, publisher));
         }
         let diagnostics = maker.publisher(DIAGNOSTICS_TOPIC, wire::DIAGNOSTIC_ARRAY, qos(true))?;
         let client = match &description.enable {
@@ -243,9 +248,11 @@ impl Dds {
 
     /// Shows rows of a trial as messages.
     pub fn estimates(&mut self) -> Result<EstimateTopic, MiddlewareError> {
-        let topic = self
-            .maker
-            .publisher(ESTIMATE_TOPIC, wire::FLOAT64_MULTI_ARRAY, qos(true))?;
+        let topic = self.maker.publisher(
+            &self.description.named(ESTIMATE_TOPIC),
+            wire::FLOAT64_MULTI_ARRAY,
+            qos(true),
+        )?;
         Ok(EstimateTopic::new(move |estimate| {
             let numbers = Float64MultiArray::from(estimate);
             topic
@@ -351,7 +358,7 @@ impl Graph for Dds {
             let publisher = self
                 .publishers
                 .iter()
-                .find(|(topic, _)| topic == command.topic);
+                .find(|(topic, _)| *topic == command.topic);
             if let Some((_, publisher)) = publisher {
                 // What cannot be published now is sent again soon.
                 let _ = publisher.publish(command.into());
@@ -383,14 +390,14 @@ impl Graph for Dds {
                 data.topic_name() == &name && data.type_name() == &type_name && is_volatile
             });
             if !is_heard {
-                matched.not_heard.push(topic.into());
+                matched.not_heard.push(topic.clone());
             }
             let is_shared = writers.iter().any(|writer| {
                 *writer.publication_topic_data.topic_name() == name
                     && !self.is_ours(writer.writer_proxy.remote_writer_guid)
             });
             if is_shared {
-                matched.shared.push(topic.into());
+                matched.shared.push(topic);
             }
         }
         matched.has_enable = self.description.enable.as_ref().is_some_and(|enable| {

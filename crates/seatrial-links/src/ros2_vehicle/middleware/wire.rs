@@ -271,8 +271,8 @@ pub enum CommandMessage {
     TwistStamped(TwistStamped),
 }
 
-impl From<Command<'_>> for CommandMessage {
-    fn from(command: Command<'_>) -> Self {
+impl From<Command> for CommandMessage {
+    fn from(command: Command) -> Self {
         let numbers = command.numbers;
         let first = numbers.first().copied().unwrap_or(0.0);
         match command.kind {

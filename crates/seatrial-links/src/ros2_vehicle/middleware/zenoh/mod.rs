@@ -339,11 +339,11 @@ impl OverZenoh {
         let (sender, heard) = mpsc::channel();
         let mut maker = Maker::new(session, description.domain, zenoh.type_hashes, sender)?;
         maker.hear_all(&description)?;
-        maker.serve::<TriggerRequest>(ABORT_SERVICE, wire::TRIGGER)?;
-        maker.serve::<SetBoolRequest>(ENABLE_SERVICE, wire::SET_BOOL)?;
+        maker.serve::<TriggerRequest>(&description.named(ABORT_SERVICE), wire::TRIGGER)?;
+        maker.serve::<SetBoolRequest>(&description.named(ENABLE_SERVICE), wire::SET_BOOL)?;
         let mut commands = Vec::new();
         for (topic, kind) in description.command_topics() {
-            let entity = maker.topic(topic, wire::kind_of_command(kind));
+            let entity = maker.topic(&topic, wire::kind_of_command(kind));
             let outlet = maker.outlet(&entity, 1)?;
             commands.push((entity, outlet));
         }
@@ -375,7 +375,8 @@ impl OverZenoh {
 
     /// Shows rows of a trial as messages.
     pub fn estimates(&mut self) -> Result<EstimateTopic, MiddlewareError> {
-        let entity = self.maker.topic(ESTIMATE_TOPIC, wire::FLOAT64_MULTI_ARRAY);
+        let name = self.description.named(ESTIMATE_TOPIC);
+        let entity = self.maker.topic(&name, wire::FLOAT64_MULTI_ARRAY);
         let mut outlet = self.maker.outlet(&entity, WAITING)?;
         Ok(EstimateTopic::new(move |estimate| {
             outlet.put(&Float64MultiArray::from(estimate))
