@@ -11,7 +11,8 @@ use seatrial_app::fleet::{
     Entry, Estimate, Job, Journal, JournalError, Options, Source, find, work_on,
 };
 
-use crate::{error, json, usage};
+use crate::reading::Reading;
+use crate::{error, failed, json, usage};
 
 /// Python is asked this often whether somebody wants to stop.
 const ASK_EVERY: Duration = Duration::from_millis(200);
@@ -21,7 +22,12 @@ pub fn cores() -> usize {
     thread::available_parallelism().map_or(1, usize::from)
 }
 
-fn options(py: Python<'_>, estimate: &str, run_column: Option<String>) -> PyResult<Options> {
+fn options(
+    py: Python<'_>,
+    estimate: &str,
+    run_column: Option<String>,
+    reading: &Reading,
+) -> PyResult<Options> {
     let estimate = match estimate {
         "refined" => Estimate::Refined,
         "online" => Estimate::Online,
@@ -32,7 +38,15 @@ fn options(py: Python<'_>, estimate: &str, run_column: Option<String>) -> PyResu
             ));
         }
     };
+    let settings = reading.settings(py)?;
+    if settings.servo.is_some() {
+        return Err(usage(
+            py,
+            "rudder_delay_s and rudder_lag_s are for one log; of many, identify estimates the lag",
+        ));
+    }
     let mut options = Options::default();
+    options.channels = settings.choice().map_err(|found| failed(py, &found))?;
     options.estimate = estimate;
     options.run_column = run_column;
     Ok(options)
@@ -47,7 +61,7 @@ fn sources(py: Python<'_>, inputs: &[String], out: &Path) -> PyResult<Vec<Source
 
 fn failure(py: Python<'_>, found: &JournalError) -> PyErr {
     let class = match found {
-        JournalError::NotSaved { .. } => "NotSavedError",
+        JournalError::NotSaved { .. } | JournalError::Object(_) => "NotSavedError",
         _ => "UsageError",
     };
     error(py, class, found)
@@ -61,12 +75,13 @@ pub fn fleet(
     out: PathBuf,
     estimate: &str,
     run_column: Option<String>,
+    reading: Reading,
     workers: Option<usize>,
     resume: bool,
 ) -> PyResult<String> {
     let job = Job {
         sources: sources(py, &inputs, &out)?,
-        options: options(py, estimate, run_column)?,
+        options: options(py, estimate, run_column, &reading)?,
         out,
         workers: workers.unwrap_or_else(cores),
         resume,
@@ -103,7 +118,7 @@ pub fn fleet(
 }
 
 /// A log as a worker needs to know it.
-type Log = (PathBuf, u64, i64);
+type Log = (PathBuf, u64, i64, Option<String>);
 
 /// What a worker makes of some logs: lines for [`FleetJournal::keep`].
 #[pyfunction]
@@ -112,15 +127,17 @@ pub fn fleet_work(
     logs: Vec<Log>,
     estimate: &str,
     run_column: Option<String>,
+    reading: Reading,
 ) -> PyResult<String> {
-    let options = options(py, estimate, run_column)?;
+    let options = options(py, estimate, run_column, &reading)?;
     let lines = py.detach(|| {
         let mut lines = String::new();
-        for (path, bytes, modified_ns) in logs {
+        for (path, bytes, modified_ns, etag) in logs {
             let source = Source {
                 path,
                 bytes,
                 modified_ns,
+                etag,
             };
             for entry in work_on(&source, &options) {
                 lines += &serde_json::to_string(&entry)?;
@@ -148,10 +165,11 @@ impl FleetJournal {
         out: PathBuf,
         estimate: &str,
         run_column: Option<String>,
+        reading: Reading,
         resume: bool,
     ) -> PyResult<Self> {
         let sources = sources(py, &inputs, &out)?;
-        let options = options(py, estimate, run_column)?;
+        let options = options(py, estimate, run_column, &reading)?;
         let journal =
             Journal::open(&out, &sources, &options, resume).map_err(|found| failure(py, &found))?;
         Ok(Self {
@@ -170,7 +188,7 @@ impl FleetJournal {
             .iter()
             .enumerate()
             .filter(|(index, _)| !is_done(*index))
-            .map(|(_, s)| (s.path.clone(), s.bytes, s.modified_ns))
+            .map(|(_, s)| (s.path.clone(), s.bytes, s.modified_ns, s.etag.clone()))
             .collect()
     }
 

@@ -26,11 +26,18 @@ ray = pytest.importorskip("ray")
 def test_io_a_cluster_that_loses_a_worker_gives_the_rows_of_one_machine(tmp_path: Path) -> None:
     first = tmp_path / "run0000.csv"
     assert command("sim", "log", "--seed", "1", "--out", str(first)).returncode == 0
-    for copy in range(1, 24):
+    count = int(os.environ.get("SEATRIAL_FLEET_LOGS", 24))
+    # Read by a choice of columns and units that no default makes.
+    name, *rows = first.read_text().splitlines()
+    first.write_text("\n".join([name.replace("heading_rad", "angle"), *rows]))
+    reading = seatrial.Reading(columns={"heading": "angle"}, units={"heading": "rad"})
+    for copy in range(1, count):
         os.link(first, tmp_path / f"run{copy:04}.csv")
     (tmp_path / "bad.csv").write_text("time,heading\n")
-    alone = seatrial.fleet(tmp_path, tmp_path / "alone.out")
-    assert (alone["logs"], alone["manoeuvres"], alone["errors"]) == (25, 240, 1)
+    alone = seatrial.fleet(tmp_path, tmp_path / "alone.out", reading=reading)
+    assert (alone["logs"], alone["manoeuvres"], alone["errors"]) == (count + 1, 10 * count, 1)
+    with pytest.raises(seatrial.UsageError, match="rudder_lag_s"):
+        seatrial.fleet(tmp_path, tmp_path / "late.out", reading=seatrial.Reading(rudder_lag_s=0.1))
 
     killed: list[int] = []
 
@@ -53,7 +60,9 @@ def test_io_a_cluster_that_loses_a_worker_gives_the_rows_of_one_machine(tmp_path
     try:
         killer = threading.Thread(target=kill_a_worker)
         killer.start()
-        together = seatrial.fleet(tmp_path, tmp_path / "together.out", ray=True, logs_per_task=3)
+        together = seatrial.fleet(
+            tmp_path, tmp_path / "together.out", reading=reading, ray=True, logs_per_task=3
+        )
         killer.join()
     finally:
         ray.shutdown()

@@ -9,6 +9,7 @@ from os import PathLike, fspath
 from typing import Any, Iterator, Literal, Optional, Sequence
 
 from . import _native
+from ._reading import Reading
 
 
 def fleet(
@@ -17,6 +18,7 @@ def fleet(
     *,
     estimate: Literal["refined", "online"] = "refined",
     run_column: Optional[str] = None,
+    reading: Optional[Reading] = None,
     workers: Optional[int] = None,
     resume: bool = False,
     ray: bool = False,
@@ -31,13 +33,15 @@ def fleet(
     Parameters
     ----------
     inputs
-        Folders, logs, patterns or @LIST.
+        Folders, logs, patterns or @LIST; also of ``s3://``, ``gs://`` and ``https://``.
     out
-        The Parquet file; ``out.journal`` beside it keeps what is done.
+        The Parquet file, here or in a store; ``out.journal`` beside it, or in the working folder, keeps what is done.
     estimate
         ``refined`` with intervals, ``online`` without, many times faster.
     run_column
         Column that tells the runs of a log apart.
+    reading
+        Columns, units and channels of every log; a lag of the rudder is for one log alone.
     workers
         Threads on this machine; all cores without.
     resume
@@ -60,14 +64,14 @@ def fleet(
     """
     given = [inputs] if isinstance(inputs, (str, PathLike)) else inputs
     names = [fspath(name) for name in given]
+    how = (estimate, run_column, (reading or Reading()).native())
     if not ray and executor is None:
-        text = _native.fleet(names, out, estimate, run_column, workers, resume)
+        text = _native.fleet(names, out, *how, workers, resume)
     else:
-        journal = _native.FleetJournal(names, out, estimate, run_column, resume)
+        journal = _native.FleetJournal(names, out, *how, resume)
         logs = journal.pending()
         tasks = [logs[i : i + logs_per_task] for i in range(0, len(logs), logs_per_task)]
-        how = (estimate, run_column)
-        done = _by_executor(executor, tasks, *how) if executor else _on_ray(tasks, *how, max_retries)
+        done = _by_executor(executor, tasks, how) if executor else _on_ray(tasks, how, max_retries)
         try:
             for lines in done:
                 journal.keep(lines)
@@ -79,10 +83,11 @@ def fleet(
     return summary
 
 
-def _by_executor(
-    executor: Executor, tasks: list[Any], estimate: str, run_column: Optional[str]
-) -> Iterator[str]:
-    waiting = {executor.submit(_native_work, task, estimate, run_column) for task in tasks}
+_How = tuple[str, Optional[str], dict[str, Any]]
+
+
+def _by_executor(executor: Executor, tasks: list[Any], how: _How) -> Iterator[str]:
+    waiting = {executor.submit(_native_work, task, how) for task in tasks}
     try:
         for future in as_completed(set(waiting)):
             # What is kept is held no longer.
@@ -93,9 +98,7 @@ def _by_executor(
             future.cancel()
 
 
-def _on_ray(
-    tasks: list[Any], estimate: str, run_column: Optional[str], max_retries: int
-) -> Iterator[str]:
+def _on_ray(tasks: list[Any], how: _How, max_retries: int) -> Iterator[str]:
     ray: Any = import_module("ray")
     work = ray.remote(max_retries=max_retries)(_native_work)
     # So many tasks wait at a time that every core has its next one, however many there are.
@@ -103,10 +106,10 @@ def _on_ray(
     running: list[Any] = []
     while tasks or running:
         while tasks and len(running) < at_once:
-            running.append(work.remote(tasks.pop(0), estimate, run_column))
+            running.append(work.remote(tasks.pop(0), how))
         [done], running = ray.wait(running, num_returns=1)
         yield ray.get(done)
 
 
-def _native_work(logs: Any, estimate: str, run_column: Optional[str]) -> str:
-    return _native.fleet_work(logs, estimate, run_column)
+def _native_work(logs: Any, how: _How) -> str:
+    return _native.fleet_work(logs, *how)

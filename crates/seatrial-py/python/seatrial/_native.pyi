@@ -15,7 +15,7 @@ __version__: str
 _Array = NDArray[np.float64]
 _Span = tuple[Optional[float], Optional[float]]
 _Theta = tuple[float, float, float] | list[float]
-_Log = tuple[str | PathLike[str], int, int]
+_Log = tuple[str | PathLike[str], int, int, Optional[str]]
 _Told = tuple[str, list[str]]
 _Mapping = dict[str, Any]
 _Point = tuple[Optional[float], Optional[float], _Theta]
@@ -118,10 +118,13 @@ def fleet(
     out: str | PathLike[str],
     estimate: str,
     run_column: Optional[str],
+    reading: _Mapping,
     workers: Optional[int],
     resume: bool,
 ) -> str: ...
-def fleet_work(logs: list[_Log], estimate: str, run_column: Optional[str]) -> str: ...
+def fleet_work(
+    logs: list[_Log], estimate: str, run_column: Optional[str], reading: _Mapping
+) -> str: ...
 
 @final
 class FleetJournal:
@@ -131,6 +134,7 @@ class FleetJournal:
         out: str | PathLike[str],
         estimate: str,
         run_column: Optional[str],
+        reading: _Mapping,
         resume: bool,
     ) -> FleetJournal: ...
     def pending(self) -> list[_Log]: ...
