@@ -66,7 +66,7 @@ impl Store {
                     let args = [
                         "sim", "log", "--thrust", "0.8", "--seed", &seed, "--out", &log,
                     ];
-                    assert!(program().args(args).status().unwrap().success());
+                    assert!(program().args(args).output().unwrap().status.success());
                 }
                 false => {
                     let first = format!("logs/run{:04}.csv", number % LOGS);

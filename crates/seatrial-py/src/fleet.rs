@@ -22,13 +22,11 @@ pub fn cores() -> usize {
     thread::available_parallelism().map_or(1, usize::from)
 }
 
-fn options(
-    py: Python<'_>,
-    estimate: &str,
-    run_column: Option<String>,
-    reading: &Reading,
-) -> PyResult<Options> {
-    let estimate = match estimate {
+/// Which estimate, the column that tells runs apart, how logs are read.
+type How = (String, Option<String>, Reading);
+
+fn options(py: Python<'_>, (estimate, run_column, reading): How) -> PyResult<Options> {
+    let estimate = match estimate.as_str() {
         "refined" => Estimate::Refined,
         "online" => Estimate::Online,
         other => {
@@ -73,15 +71,13 @@ pub fn fleet(
     py: Python<'_>,
     inputs: Vec<String>,
     out: PathBuf,
-    estimate: &str,
-    run_column: Option<String>,
-    reading: Reading,
+    how: How,
     workers: Option<usize>,
     resume: bool,
 ) -> PyResult<String> {
     let job = Job {
         sources: sources(py, &inputs, &out)?,
-        options: options(py, estimate, run_column, &reading)?,
+        options: options(py, how)?,
         out,
         workers: workers.unwrap_or_else(cores),
         resume,
@@ -122,14 +118,8 @@ type Log = (PathBuf, u64, i64, Option<String>);
 
 /// What a worker makes of some logs: lines for [`FleetJournal::keep`].
 #[pyfunction]
-pub fn fleet_work(
-    py: Python<'_>,
-    logs: Vec<Log>,
-    estimate: &str,
-    run_column: Option<String>,
-    reading: Reading,
-) -> PyResult<String> {
-    let options = options(py, estimate, run_column, &reading)?;
+pub fn fleet_work(py: Python<'_>, logs: Vec<Log>, how: How) -> PyResult<String> {
+    let options = options(py, how)?;
     let lines = py.detach(|| {
         let mut lines = String::new();
         for (path, bytes, modified_ns, etag) in logs {
@@ -163,13 +153,11 @@ impl FleetJournal {
         py: Python<'_>,
         inputs: Vec<String>,
         out: PathBuf,
-        estimate: &str,
-        run_column: Option<String>,
-        reading: Reading,
+        how: How,
         resume: bool,
     ) -> PyResult<Self> {
         let sources = sources(py, &inputs, &out)?;
-        let options = options(py, estimate, run_column, &reading)?;
+        let options = options(py, how)?;
         let journal =
             Journal::open(&out, &sources, &options, resume).map_err(|found| failure(py, &found))?;
         Ok(Self {

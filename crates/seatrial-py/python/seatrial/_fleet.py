@@ -66,9 +66,9 @@ def fleet(
     names = [fspath(name) for name in given]
     how = (estimate, run_column, (reading or Reading()).native())
     if not ray and executor is None:
-        text = _native.fleet(names, out, *how, workers, resume)
+        text = _native.fleet(names, out, how, workers, resume)
     else:
-        journal = _native.FleetJournal(names, out, *how, resume)
+        journal = _native.FleetJournal(names, out, how, resume)
         logs = journal.pending()
         tasks = [logs[i : i + logs_per_task] for i in range(0, len(logs), logs_per_task)]
         done = _by_executor(executor, tasks, how) if executor else _on_ray(tasks, how, max_retries)
@@ -112,4 +112,4 @@ def _on_ray(tasks: list[Any], how: _How, max_retries: int) -> Iterator[str]:
 
 
 def _native_work(logs: Any, how: _How) -> str:
-    return _native.fleet_work(logs, *how)
+    return _native.fleet_work(logs, how)

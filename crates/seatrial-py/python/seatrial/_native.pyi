@@ -16,6 +16,7 @@ _Array = NDArray[np.float64]
 _Span = tuple[Optional[float], Optional[float]]
 _Theta = tuple[float, float, float] | list[float]
 _Log = tuple[str | PathLike[str], int, int, Optional[str]]
+_How = tuple[str, Optional[str], dict[str, Any]]
 _Told = tuple[str, list[str]]
 _Mapping = dict[str, Any]
 _Point = tuple[Optional[float], Optional[float], _Theta]
@@ -116,15 +117,11 @@ def study(
 def fleet(
     inputs: list[str],
     out: str | PathLike[str],
-    estimate: str,
-    run_column: Optional[str],
-    reading: _Mapping,
+    how: _How,
     workers: Optional[int],
     resume: bool,
 ) -> str: ...
-def fleet_work(
-    logs: list[_Log], estimate: str, run_column: Optional[str], reading: _Mapping
-) -> str: ...
+def fleet_work(logs: list[_Log], how: _How) -> str: ...
 
 @final
 class FleetJournal:
@@ -132,9 +129,7 @@ class FleetJournal:
         cls,
         inputs: list[str],
         out: str | PathLike[str],
-        estimate: str,
-        run_column: Optional[str],
-        reading: _Mapping,
+        how: _How,
         resume: bool,
     ) -> FleetJournal: ...
     def pending(self) -> list[_Log]: ...
