@@ -1,17 +1,15 @@
 //! `seatrial study commission`: commissions of many simulated boats, beside the defaults and QuickTune's rule.
 
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use seatrial::commission::study::{CLASSES_S, Method, boat_of};
 use seatrial_app::studies::commission::{Class, Commissions, boats_of_all, commission_boats};
-use seatrial_app::workers::Workers;
 use seatrial_sim::VehicleConfig;
 use seatrial_sim::plant::{Disturbance, Servo, SpeedPoint};
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output, OutputPath};
-use crate::progress;
+use crate::progress::RunsOf;
 use crate::table::Table;
 
 /// Commissions of simulated boats in three classes, beside the autopilot's defaults and QuickTune's rule.
@@ -25,9 +23,6 @@ pub struct Args {
     /// Boats of each class.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     boats: u64,
-    /// The first seed.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
     /// Loops of the autopilot per second.
     #[arg(long, value_name = "HZ", default_value_t = 50, value_parser = clap::value_parser!(u32).range(10..=1000))]
     loop_rate: u32,
@@ -37,9 +32,8 @@ pub struct Args {
     /// Write each boat into this folder, for `sim ardupilot-json --vehicle sim:FILE.toml`, and commission none.
     #[arg(long, value_name = "DIR")]
     vehicles: Option<OutputPath>,
-    /// Threads [default: all cores]. The result does not depend on it.
-    #[arg(long)]
-    threads: Option<NonZeroUsize>,
+    #[command(flatten)]
+    runs_of: RunsOf,
 }
 
 /// The boats that are written: rudder at full steering, rad; speed at half thrust, m/s; disturbance as a share of what full
@@ -53,18 +47,22 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if let Some(folder) = &args.vehicles {
         return write_vehicles(args, folder, output);
     }
-    let bar = progress::bar(boats_of_all(args.boats));
-    let done = || bar.step();
-    let workers = Workers::new(args.threads, &done);
-    let document = commission_boats(args.boats, args.seed, args.loop_rate, args.sea, &workers);
-    bar.clear();
+    let document = args.runs_of.all(boats_of_all(args.boats), |workers| {
+        commission_boats(
+            args.boats,
+            args.runs_of.seed,
+            args.loop_rate,
+            args.sea,
+            workers,
+        )
+    });
     output.print(&document, || text(&document))?;
     Ok(Exit::Done)
 }
 
 /// The seed of the first boat of a class.
 fn first_seed(args: &Args, class: usize) -> u64 {
-    args.seed.wrapping_add(1_000_000 * class as u64)
+    args.runs_of.seed.wrapping_add(1_000_000 * class as u64)
 }
 
 /// The files of boats that `study commission --vehicles` has written.

@@ -2,15 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::num::NonZeroUsize;
 
 use seatrial_app::simulated;
 use seatrial_app::studies::fault_matrix::{Cell, FaultMatrix, FaultStudy};
-use seatrial_app::workers::Workers;
 use seatrial_sim::faults::{Kind, Moment};
 
 use crate::output::{Exit, Failure, Output, OutputPath};
-use crate::progress;
+use crate::progress::RunsOf;
 
 /// Every fault in every stage: does each trial end in a correct model, or stopped or rejected for the right reason?
 #[derive(clap::Args, Debug)]
@@ -28,9 +26,6 @@ pub struct Args {
     /// Trials of each fault in each stage.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     seeds: u64,
-    /// The first seed.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
     /// Kinds of faults; repeatable [default: all that the vehicle can play].
     #[arg(long, value_parser = kind)]
     kind: Vec<Kind>,
@@ -40,9 +35,8 @@ pub struct Args {
     /// Write the table as Markdown too.
     #[arg(long, value_name = "FILE")]
     markdown: Option<OutputPath>,
-    /// Threads [default: all cores]. The result does not depend on it.
-    #[arg(long)]
-    threads: Option<NonZeroUsize>,
+    #[command(flatten)]
+    runs_of: RunsOf,
 }
 
 fn kind(name: &str) -> Result<Kind, String> {
@@ -63,14 +57,14 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let study = FaultStudy {
         vehicle: args.vehicle.clone(),
         config: simulated::config(&args.vehicle)?,
-        seed: args.seed,
+        seed: args.runs_of.seed,
         seeds: args.seeds,
         kinds: args.kind.clone(),
         stages: args.stage.clone(),
     };
-    let bar = progress::bar(study.trials()?);
-    let document = study.run(&Workers::new(args.threads, &|| bar.step()))?;
-    bar.clear();
+    let document = args
+        .runs_of
+        .all(study.trials()?, |workers| study.run(workers))?;
     if let Some(path) = &args.markdown {
         output.save(path, markdown(&document))?;
     }

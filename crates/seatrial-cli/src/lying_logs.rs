@@ -2,13 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::num::NonZeroUsize;
 
 use seatrial_app::studies::lies::{LyingLogStudy, LyingLogs, name};
-use seatrial_app::workers::Workers;
 
 use crate::output::{Exit, Failure, Output};
-use crate::progress;
+use crate::progress::RunsOf;
 
 /// Logs that lie or fall short: is a wrong model ever accepted?
 #[derive(clap::Args, Debug)]
@@ -23,29 +21,27 @@ pub struct Args {
     /// Logs of each kind.
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     seeds: u64,
-    /// The first seed.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
     /// Kinds, or the first letters of several; repeatable [default: all].
     #[arg(long, value_name = "KIND")]
     kinds: Vec<String>,
-    /// Threads [default: all cores]. The result does not depend on it.
-    #[arg(long)]
-    threads: Option<NonZeroUsize>,
+    #[command(flatten)]
+    runs_of: RunsOf,
 }
 
 /// Runs the study.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let study = LyingLogStudy {
-        seed: args.seed,
+        seed: args.runs_of.seed,
         seeds: args.seeds,
         kinds: args.kinds.clone(),
     };
-    let bar = progress::bar(args.seeds * study.chosen()?.len() as u64);
     let folder = std::env::temp_dir().join(format!("seatrial-lies-{}", std::process::id()));
     std::fs::create_dir_all(&folder).map_err(|error| Failure::not_saved(error.to_string()))?;
-    let document = study.run(&folder, &Workers::new(args.threads, &|| bar.step()))?;
-    bar.clear();
+    let document = args
+        .runs_of
+        .all(args.seeds * study.chosen()?.len() as u64, |workers| {
+            study.run(&folder, workers)
+        })?;
     // An empty folder that stays behind harms nobody.
     let _ = std::fs::remove_dir(&folder);
     output.print(&document, || text(&document))?;

@@ -1,13 +1,10 @@
 //! `seatrial study manoeuvres`: do the predicted intervals of manoeuvres hold the truth?
 
-use std::num::NonZeroUsize;
-
 use seatrial_app::ship_trials::{ManoeuvreCoverage, ManoeuvreStudy};
 use seatrial_app::simulated;
-use seatrial_app::workers::Workers;
 
 use crate::output::{Exit, Failure, Output};
-use crate::progress;
+use crate::progress::RunsOf;
 use crate::table::Table;
 
 /// Trials of a simulated vehicle, the manoeuvres predicted from each, and how often their intervals hold those of the truth.
@@ -24,12 +21,8 @@ pub struct Args {
     /// Trials.
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
     runs: u64,
-    /// Seed of the first.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Threads [default: all cores]. The result does not depend on it.
-    #[arg(long)]
-    threads: Option<NonZeroUsize>,
+    #[command(flatten)]
+    runs_of: RunsOf,
 }
 
 /// Runs the study.
@@ -39,11 +32,9 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         config: simulated::config(&args.vehicle)?,
         thrust: args.thrust,
         runs: args.runs,
-        seed: args.seed,
+        seed: args.runs_of.seed,
     };
-    let bar = progress::bar(args.runs);
-    let document = study.run(&Workers::new(args.threads, &|| bar.step()))?;
-    bar.clear();
+    let document = args.runs_of.all(args.runs, |workers| study.run(workers))?;
     output.print(&document, || text(&document))?;
     Ok(Exit::Done)
 }

@@ -1,11 +1,8 @@
 //! `seatrial study`: Monte Carlo accuracy of estimators on a simulated vehicle.
 
-use std::num::NonZeroUsize;
-
 use seatrial::study::{Accuracy, Convergence, Estimator, QuantityAccuracy};
 use seatrial_app::simulated;
 use seatrial_app::studies::estimators::{EstimatorAccuracy, EstimatorStudy};
-use seatrial_app::workers::Workers;
 use seatrial_report::render_study;
 
 use crate::commission_study;
@@ -13,7 +10,7 @@ use crate::fault_matrix;
 use crate::lying_logs;
 use crate::manoeuvre_study;
 use crate::output::{Exit, Failure, Output, OutputPath};
-use crate::progress;
+use crate::progress::RunsOf;
 use crate::surge_study;
 use crate::table::Table;
 use crate::world;
@@ -45,9 +42,6 @@ pub struct Args {
     /// Runs of each cell.
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u64).range(2..=MOST_RUNS))]
     runs: u64,
-    /// Seed of the first run; the same seed gives the same study.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
     /// Compass noise, standard deviation in degrees; repeatable [default: 0.5].
     #[arg(long, value_name = "DEG", value_parser = not_negative, allow_hyphen_values = true)]
     noise_deg: Vec<f64>,
@@ -65,9 +59,8 @@ pub struct Args {
     /// Write the page of the study.
     #[arg(long, value_name = "FILE.html")]
     report: Option<OutputPath>,
-    /// Threads [default: all cores]. The result does not depend on it.
-    #[arg(long)]
-    threads: Option<NonZeroUsize>,
+    #[command(flatten)]
+    runs_of: RunsOf,
 }
 
 /// Other studies.
@@ -133,15 +126,15 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         config: simulated::config(&args.vehicle)?,
         thrust: args.thrust,
         runs: args.runs,
-        seed: args.seed,
+        seed: args.runs_of.seed,
         noises_deg: args.noise_deg.clone(),
         disturbances: args.disturbance.clone(),
         estimators: args.estimator.clone(),
         width: args.width,
     };
-    let bar = progress::bar(study.runs_of_all());
-    let document = study.run(&Workers::new(args.threads, &|| bar.step()))?;
-    bar.clear();
+    let document = args
+        .runs_of
+        .all(study.runs_of_all(), |workers| study.run(workers))?;
     if let Some(path) = &args.report {
         let title = format!("{} at {:.0} % thrust", args.vehicle, 100.0 * args.thrust);
         output.save(path, render_study(&title, args.runs, &document.cells))?;

@@ -1,13 +1,10 @@
 //! `seatrial study surge`: do the intervals of a trial's surge hold the truth?
 
-use std::num::NonZeroUsize;
-
 use seatrial_app::simulated;
 use seatrial_app::studies::surge::{SurgeCoverage, SurgeStudy};
-use seatrial_app::workers::Workers;
 
 use crate::output::{Exit, Failure, Output};
-use crate::progress;
+use crate::progress::RunsOf;
 use crate::table::Table;
 
 /// Trials of a simulated vehicle, the surge of each, and how often its intervals hold what a trial without noise finds.
@@ -24,12 +21,8 @@ pub struct Args {
     /// Trials.
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
     runs: u64,
-    /// Seed of the first.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Threads [default: all cores]. The result does not depend on it.
-    #[arg(long)]
-    threads: Option<NonZeroUsize>,
+    #[command(flatten)]
+    runs_of: RunsOf,
 }
 
 /// Runs the study.
@@ -42,11 +35,9 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             false => args.thrust.clone(),
         },
         runs: args.runs,
-        seed: args.seed,
+        seed: args.runs_of.seed,
     };
-    let bar = progress::bar(args.runs);
-    let document = study.run(&Workers::new(args.threads, &|| bar.step()))?;
-    bar.clear();
+    let document = args.runs_of.all(args.runs, |workers| study.run(workers))?;
     output.print(&document, || text(&document))?;
     Ok(Exit::Done)
 }

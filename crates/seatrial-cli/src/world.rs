@@ -1,13 +1,11 @@
 //! `seatrial study world`: whole trials as seeded worlds of vehicle, link, disk, clock and operator.
 
 use std::fmt::Write as _;
-use std::num::NonZeroUsize;
 
 use seatrial_app::studies::world::{Depth, Models, PARAMETERS, WorldStudy, Worlds};
-use seatrial_app::workers::Workers;
 
 use crate::output::{Exit, Failure, Output};
-use crate::progress;
+use crate::progress::RunsOf;
 
 /// Whole trials as seeded worlds: vehicle, link, disk, clock and operator, and a fault at any instant.
 #[derive(clap::Args, Debug)]
@@ -32,15 +30,11 @@ pub struct Args {
     /// Worlds.
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     seeds: u64,
-    /// The first seed.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
     /// Only worlds of one depth: quick, kept, linked, outputs or whole [default: as each seed chooses].
     #[arg(long, value_name = "DEPTH", value_parser = depth)]
     depth: Option<Depth>,
-    /// Threads [default: all cores]. The result does not depend on it.
-    #[arg(long)]
-    threads: Option<NonZeroUsize>,
+    #[command(flatten)]
+    runs_of: RunsOf,
 }
 
 fn name(depth: Depth) -> String {
@@ -58,13 +52,11 @@ fn depth(text: &str) -> Result<Depth, String> {
 /// Plays the worlds.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let study = WorldStudy {
-        seed: args.seed,
+        seed: args.runs_of.seed,
         seeds: args.seeds,
         depth: args.depth,
     };
-    let bar = progress::bar(args.seeds);
-    let worlds = study.run(&Workers::new(args.threads, &|| bar.step()));
-    bar.clear();
+    let worlds = args.runs_of.all(args.seeds, |workers| study.run(workers));
     output.print(&worlds, || text(&worlds))?;
     Ok(
         match worlds.broken == 0 && worlds.broken_together.is_empty() {
