@@ -1,5 +1,6 @@
 //! What is believed of a vehicle before its trial: a simulated one, or models that are known of it.
 
+use seatrial::gain_allowance::DAMPING_RATIO;
 use seatrial::identify::cramer_rao::Noise;
 use seatrial::preview::{Prior, PriorSpeed};
 use seatrial_core::schedule::{Beyond, ScheduleKey};
@@ -90,7 +91,7 @@ impl Stated {
             model,
             ..
         } = point_at(models, thrust, warnings)?;
-        let designed = HeadingGain::design(&model, std::f64::consts::FRAC_1_SQRT_2);
+        let designed = HeadingGain::design(&model, DAMPING_RATIO);
         let hold_gain = match (self.hold_gain, designed) {
             (Some(gain), _) => gain,
             (None, Ok(designed)) => designed.proportional_gain,

@@ -15,7 +15,7 @@
 
 use seatrial::GainAllowance;
 use seatrial::export::{OperatingPoint, Schedule};
-use seatrial::gain_allowance::{least_damped_schedule, longest};
+use seatrial::gain_allowance::{DAMPING_RATIO, least_damped_schedule, longest};
 use seatrial_core::RudderUnit;
 use seatrial_core::heading_loop::{LoopTiming, Poles};
 use seatrial_core::schedule::{Beyond, ScheduleError, ScheduleKey};
@@ -44,7 +44,7 @@ impl Default for Wanted {
     /// What `seatrial gains` takes without options: a damping ratio of 1/sqrt(2), and what the record tells of the loop.
     fn default() -> Self {
         Self {
-            damping_ratio: std::f64::consts::FRAC_1_SQRT_2,
+            damping_ratio: DAMPING_RATIO,
             delay_s: None,
             interval_s: None,
             at: None,

@@ -3,7 +3,7 @@
 use seatrial::Window;
 use seatrial::identification::{Reader, Reason, ReasonCode, Verdict};
 use seatrial::identify::{Proposal, propose};
-use seatrial::manoeuvre::{Manoeuvre, Stroke};
+use seatrial::log::{Manoeuvre, Stroke};
 use seatrial::segmentation::{Segment, find};
 use seatrial_core::{Real, Sample};
 use seatrial_logs::Quantity;

@@ -12,7 +12,7 @@ pub use seatrial_sim::Scenario;
 use seatrial_sim::config::HelmConfig;
 use seatrial_sim::{FaultyVehicle, SimulatedConfig, SimulatedVehicle, VehicleConfig, VehicleFile};
 
-use crate::trial_run::{Check, Preflight, TakenVehicle, Terms, TrialVehicle, VehicleError, taken};
+use crate::trial_run::{Preflight, TakenVehicle, Terms, TrialVehicle, VehicleError, taken};
 
 /// The simulators that need no file.
 pub const BUILT_IN: [(&str, &str); 3] = [
@@ -77,14 +77,15 @@ impl TrialVehicle for Simulator {
     }
 
     fn inspect(&self, _: &Plan<f64>) -> Result<Preflight, VehicleError> {
-        let found = match vehicle(&self.name, 1) {
-            Ok(_) => (true, "simulated".into()),
-            Err(error) => (false, error.to_string()),
+        let found = vehicle(&self.name, 1).map(|_| "simulated".to_owned());
+        let passed = found.is_ok();
+        let mut preflight = Preflight {
+            vehicle: self.name.clone(),
+            ..Preflight::default()
         };
-        Ok(Preflight {
-            checks: vec![Check::new("vehicle", found.0, found.1)],
-            changes: Vec::new(),
-        })
+        let text = found.unwrap_or_else(|error| error.to_string());
+        preflight.check("vehicle", passed, text);
+        Ok(preflight)
     }
 
     fn take(&self, terms: &Terms) -> Result<Box<dyn TakenVehicle>, VehicleError> {

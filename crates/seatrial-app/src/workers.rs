@@ -1,7 +1,7 @@
 //! Many runs on several threads.
 
 use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
 /// As many threads as asked for, or one for each core.
@@ -12,37 +12,16 @@ pub fn threads(asked: Option<NonZeroUsize>) -> usize {
 }
 
 /// What `work` makes of each item, in their order, on a thread for each core; in place where there is one core or item, or no
-/// threads, as in a browser. A panic of `work` is one of the caller.
+/// threads, as in a browser.
 pub fn of_each<I: Sync, T: Send>(items: &[I], work: impl Fn(&I) -> T + Sync) -> Vec<T> {
-    let threads = threads(None).min(items.len());
-    if threads <= 1 {
-        return items.iter().map(work).collect();
-    }
-    let next = AtomicUsize::new(0);
-    let worker = || {
-        let mut made = Vec::new();
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            match items.get(index) {
-                Some(item) => made.push((index, work(item))),
-                None => return made,
-            }
-        }
+    let threads = threads(None).min(items.len()).max(1);
+    let workers = Workers {
+        threads,
+        done: &|| {},
     };
-    let mut made: Vec<(usize, T)> = thread::scope(|scope| {
-        // The caller's own thread is one of them.
-        let others: Vec<_> = (1..threads).map(|_| scope.spawn(worker)).collect();
-        let mut made = worker();
-        for other in others {
-            match other.join() {
-                Ok(more) => made.extend(more),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-        }
-        made
-    });
-    made.sort_by_key(|(index, _)| *index);
-    made.into_iter().map(|(_, result)| result).collect()
+    workers.each(items.len() as u64, |index| {
+        Some(work(&items[index as usize]))
+    })
 }
 
 /// Threads, and what is called after every run.
@@ -58,7 +37,8 @@ impl<'a> Workers<'a> {
         Self { threads, done }
     }
 
-    /// What `work` makes of 0 to `runs`, in their order whatever the threads; `None` leaves a run out.
+    /// What `work` makes of 0 to `runs`, in their order whatever the threads; `None` leaves a run out. A panic of `work` is one of the
+    /// caller. One thread is the caller's own.
     pub fn each<T: Send>(&self, runs: u64, work: impl Fn(u64) -> Option<T> + Sync) -> Vec<T> {
         let next = AtomicU64::new(0);
         let worker = || {
@@ -73,11 +53,15 @@ impl<'a> Workers<'a> {
             }
         };
         let mut results: Vec<(u64, T)> = thread::scope(|scope| {
-            let workers: Vec<_> = (0..self.threads).map(|_| scope.spawn(worker)).collect();
-            workers
-                .into_iter()
-                .flat_map(|worker| worker.join().unwrap_or_default())
-                .collect()
+            let others: Vec<_> = (1..self.threads).map(|_| scope.spawn(worker)).collect();
+            let mut results = worker();
+            for other in others {
+                match other.join() {
+                    Ok(more) => results.extend(more),
+                    Err(panic) => std::panic::resume_unwind(panic),
+                }
+            }
+            results
         });
         results.sort_by_key(|(run, _)| *run);
         results.into_iter().map(|(_, result)| result).collect()

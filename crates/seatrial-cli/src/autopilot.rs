@@ -149,7 +149,7 @@ impl Attendant for AtTerminal {
     }
 
     fn check(&self, check: &Check) {
-        say_laid_out(&check_line(check.passed, check.name, &check.text));
+        say_laid_out(&check_line(check.passed, &check.name, &check.text));
     }
 
     fn change(&self, change: &Change) {

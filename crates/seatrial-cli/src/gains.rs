@@ -4,6 +4,7 @@ mod export;
 
 use std::path::Path;
 
+use seatrial::gain_allowance::DAMPING_RATIO;
 use seatrial::verdict::three_figures;
 use seatrial_app::gains::{HeadingGains, InterpolatedGain, LoopFigures, Wanted};
 use seatrial_app::gains_export::check_usable;
@@ -28,7 +29,7 @@ pub struct Args {
     #[command(flatten)]
     source: SourceArgs,
     /// Damping ratio of the closed loop.
-    #[arg(long, value_name = "RATIO", default_value_t = std::f64::consts::FRAC_1_SQRT_2)]
+    #[arg(long, value_name = "RATIO", default_value_t = DAMPING_RATIO)]
     zeta: f64,
     /// Dead time of compass, computer and rudder, s. Without: a sample of the record and the lag of its
     /// rudder, where they are known.

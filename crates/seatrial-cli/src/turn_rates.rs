@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use seatrial::amplitude::Bounded;
 use seatrial::figures::{bounds_text, three_figures};
+use seatrial::speeds::Bounded;
 use seatrial_app::compare_turn_rates::{LogModel, TurnRates};
 
 use crate::screen::{labelled, width, wrapped};

@@ -126,7 +126,7 @@ fn check(args: &CheckArgs, output: &Output) -> Result<Exit, Failure> {
 /// A preflight for people.
 fn text(preflight: &Preflight) -> String {
     let checks = preflight.checks.iter();
-    let checks = checks.map(|check| check_line(check.passed, check.name, &check.text));
+    let checks = checks.map(|check| check_line(check.passed, &check.name, &check.text));
     let changes = preflight.changes.iter().map(change_line);
     checks.chain(changes).collect::<Vec<_>>().join("\n")
 }
@@ -137,7 +137,7 @@ fn verdict(preflight: &Preflight, args: &CheckArgs) -> String {
         .checks
         .iter()
         .filter(|check| !check.passed)
-        .map(|check| check.name)
+        .map(|check| check.name.as_str())
         .collect();
     let width = width();
     match (failed.is_empty(), &args.plan) {

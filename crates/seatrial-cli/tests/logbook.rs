@@ -1,6 +1,6 @@
 //! `seatrial logbook` at the process boundary.
 
-use seatrial::time_scale::LambdaReason;
+use seatrial::log::LambdaReason;
 use seatrial_core::state_variable_filter::Hold;
 use std::path::Path;
 use std::process::Output;

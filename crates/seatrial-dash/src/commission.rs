@@ -18,9 +18,8 @@ use seatrial_core::{CascadeSettings, Sample, SchedulePoint};
 use seatrial_logbook::CampaignId;
 
 use crate::api::{
-    Change as Changed, CommissionEnd, CommissionOrder, CommissionPreview, CommissionSample,
-    CommissionState, ExpectedSteps, MeasuredSteps, ParameterBack, ProposedGains, UndoOrder,
-    UndoPreview, Undone,
+    CommissionEnd, CommissionOrder, CommissionPreview, CommissionSample, CommissionState,
+    ExpectedSteps, MeasuredSteps, ParameterBack, ProposedGains, UndoOrder, UndoPreview, Undone,
 };
 use crate::board::Board;
 use crate::convert::now;
@@ -305,7 +304,7 @@ fn proposed_gains(proposal: &Proposal, changes: Vec<Change>) -> ProposedGains {
     proposal.test.step_rad.to_bits().hash(&mut hasher);
     ProposedGains {
         proposal: format!("{:016x}", hasher.finish()),
-        parameters: changes.into_iter().map(Changed::from).collect(),
+        parameters: changes,
         surge_speed_m_s: proposal.model.surge_speed_m_s,
         step_rad: proposal.test.step_rad,
         duration_s: proposal.duration_s(),

@@ -13,9 +13,9 @@ use seatrial_logbook::{CampaignEntry, State as LogbookState};
 use seatrial_report::overlay;
 
 use crate::api::{
-    CampaignSummary, Change, Check, ExpectedIntervals, Figure, Model, Outcome, PlanPreview,
-    Preflight, Reason, Review, RunSummary, SpeedPreview, Stage, StageSpan, State,
-    ValidationOverlay, Verdict, VerdictOutcome,
+    CampaignSummary, Check, ExpectedIntervals, Figure, Model, Outcome, PlanPreview, Preflight,
+    Reason, Review, RunSummary, SpeedPreview, Stage, StageSpan, State, ValidationOverlay, Verdict,
+    VerdictOutcome,
 };
 
 /// The server's clock, UTC, RFC 3339.
@@ -132,23 +132,11 @@ impl From<trial_run::Preflight> for Preflight {
                 .checks
                 .into_iter()
                 .map(|check| Check {
-                    name: check.name,
-                    passed: check.passed,
                     text: advice::addressed(&check.text, Reader::Dashboard),
+                    ..check
                 })
                 .collect(),
-            changes: found.changes.into_iter().map(Change::from).collect(),
-        }
-    }
-}
-
-impl From<trial_run::Change> for Change {
-    fn from(change: trial_run::Change) -> Self {
-        Self {
-            name: change.name,
-            from: change.from,
-            to: change.to,
-            why: change.why,
+            changes: found.changes,
         }
     }
 }

@@ -1,21 +1,18 @@
 //! Campaigns of the logbook: runs, comparisons, schedules, files.
 
-use std::fmt::Display;
-
-use seatrial::difference::{Difference as ModelDifference, ParameterDifference, ThrustDifference};
-use seatrial::gain_allowance::{GainAllowance, least_damped_schedule};
+use seatrial::gain_allowance::DAMPING_RATIO;
 use seatrial::health::{HealthSettings, Reference, SpeedModel, compare};
 use seatrial::identification::Reader;
-use seatrial::propagation::interval_95;
+use seatrial::speeds::{Difference as ModelDifference, ParameterDifference, ThrustDifference};
 use seatrial::{Campaign, Run};
+use seatrial_app::Error;
 use seatrial_app::advice::addressed;
-use seatrial_app::models::check_undamaged;
+use seatrial_app::gains::{LoopFigures, Wanted};
+use seatrial_app::models::{ModelPoint, Models, check_undamaged};
 use seatrial_app::report::campaign_page;
+use seatrial_app::turning::TurningLimits;
+use seatrial_core::YawModel;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
-use seatrial_core::{
-    GainSchedule, HeadingGain, HeadingLoop, SchedulePoint as ModelAt, Side, SpeedSchedule, Turn,
-    YawModel,
-};
 use seatrial_logbook::{CampaignId, Logbook};
 use seatrial_logs::{Estimate, Row, write_csv, write_mcap};
 
@@ -26,13 +23,11 @@ use crate::api::{
 use crate::convert::run_summary;
 use crate::refusal::Refusal;
 
-/// The damping ratio that gains are designed for where none is asked for.
-pub const DAMPING_RATIO: f64 = std::f64::consts::FRAC_1_SQRT_2;
-
 /// How often an unchanged vehicle is called changed: as `seatrial health`.
 const FALSE_ALARM_RATE: f64 = 0.05;
 
-const SIDES: [Side; 2] = [Side::Starboard, Side::Port];
+/// The heading change whose time the turning limits give, rad; no document has it.
+const HEADING_CHANGE_RAD: f64 = std::f64::consts::PI;
 
 /// A campaign with its runs.
 pub fn detail(logbook: &Logbook, id: i64, running: Option<i64>) -> Result<CampaignDetail, Refusal> {
@@ -93,8 +88,11 @@ fn at_thrust(at: &ThrustDifference, campaigns: [&Campaign; 2]) -> ThrustComparis
         _ => Vec::new(),
     };
     let points = [0, 1].map(|k| {
-        let limit_rad = campaigns[k].rudder_limit_rad;
-        Some(Identified::of(runs[k]?)?.point(DAMPING_RATIO, limit_rad))
+        let mut models = models_of(campaigns[k])?;
+        models
+            .points
+            .retain(|of| of.point.thrust == Some(at.thrust));
+        points(&models, DAMPING_RATIO).ok()?.pop()
     });
     if let [Some(a), Some(b)] = points {
         differences.extend(of_points(&a, &b));
@@ -229,81 +227,68 @@ fn what_changed(a: &Campaign, b: &Campaign) -> Option<WhatChanged> {
     })
 }
 
-/// A model of a run with its uncertainty.
-struct Identified {
-    at: ModelAt<f64>,
-    allowance: GainAllowance,
-    covariance: Option<[[f64; 3]; 3]>,
+/// The models of the accepted runs; none where no run was accepted.
+fn models_of(campaign: &Campaign) -> Option<Models> {
+    Models::of_trial("campaign".into(), campaign).ok()
 }
 
-impl Identified {
-    fn of(run: &Run) -> Option<Self> {
-        let identification = run.identification.as_ref()?;
-        Some(Self {
-            at: ModelAt {
-                thrust: Some(run.thrust),
-                surge_speed_m_s: run.surge_speed_m_s,
-                model: identification.model(),
-            },
-            allowance: GainAllowance::of(identification),
-            covariance: identification
-                .refined
-                .as_ref()
-                .map(|refined| refined.covariance),
+/// Gains, margins and turning limits of each model.
+fn points(models: &Models, damping_ratio: f64) -> Result<Vec<OperatingPoint>, Error> {
+    let wanted = Wanted {
+        damping_ratio,
+        ..Wanted::default()
+    };
+    let limits = TurningLimits::of(models, HEADING_CHANGE_RAD, None, None)?;
+    let with_gain = wanted
+        .gains(models)?
+        .points
+        .into_iter()
+        .zip(limits_of(limits));
+    Ok(with_gain
+        .map(|(gains, limits)| OperatingPoint {
+            surge_speed_m_s: gains.surge_speed_m_s,
+            no_gain: gains.refused,
+            proportional_gain: gains.proportional_gain,
+            feed_forward_rudder_rad: gains.feed_forward_rudder_rad.map(|rudder| rudder.value),
+            ..with_loop(limits, gains.closed_loop)
         })
-    }
+        .collect())
+}
 
-    fn figure(&self, quantity: impl Fn(&YawModel<f64>) -> Option<f64>) -> Option<Figure> {
-        Some(Figure {
-            value: quantity(&self.at.model)?,
-            interval_95: self
-                .covariance
-                .and_then(|covariance| interval_95(&self.at.model, &covariance, &quantity)),
-        })
-    }
-
-    /// Gains, margins and turning limits of the model, with the gain that is designed for it.
-    fn point(&self, damping_ratio: f64, rudder_limit_rad: f64) -> OperatingPoint {
-        let gain = self.allowance.design(&self.at.model, damping_ratio);
-        let mut point = self.with_gain(gain.as_ref().ok(), rudder_limit_rad);
-        point.no_gain = gain.err().map(|reason| reason.to_string());
-        point.proportional_gain = self.figure(|model| {
-            let gain = self.allowance.design(model, damping_ratio).ok()?;
-            Some(gain.proportional_gain)
-        });
-        point
-    }
-
-    fn with_gain(&self, gain: Option<&HeadingGain<f64>>, rudder_limit_rad: f64) -> OperatingPoint {
-        let model = &self.at.model;
-        let closed = gain.and_then(|gain| HeadingLoop::new(model, gain.proportional_gain).ok());
-        let margins = closed.and_then(|closed| closed.margins(self.allowance.timing).ok());
-        let turn = |model: &YawModel<f64>, side| Turn::new(model, rudder_limit_rad, side).ok();
+/// Turning limits of each model, with the model and without gains.
+fn limits_of(limits: TurningLimits) -> impl Iterator<Item = OperatingPoint> {
+    limits.points.into_iter().map(|limits| {
+        let YawModel {
+            a22_per_s,
+            b2_per_s2,
+            c0_rad_per_s2,
+        } = limits.model;
+        let [starboard, port] = &limits.sides;
+        let sides = [starboard, port];
         OperatingPoint {
-            surge_speed_m_s: self.at.surge_speed_m_s,
-            extrapolated: false,
-            a22_per_s: model.a22_per_s,
-            b2_per_s2: model.b2_per_s2,
-            c0_rad_per_s2: model.c0_rad_per_s2,
-            no_gain: None,
-            proportional_gain: gain.map(|gain| Figure {
-                value: gain.proportional_gain,
-                interval_95: None,
-            }),
-            feed_forward_rudder_rad: gain.map(|gain| gain.feed_forward_rudder_rad),
-            natural_frequency_rad_s: closed.map(|closed| closed.natural_frequency_rad_s()),
-            overshoot: closed.map(|closed| closed.overshoot()),
-            gain_margin: margins.and_then(|margins| margins.gain_margin),
-            phase_margin_rad: margins.and_then(|margins| margins.phase_margin_rad),
-            delay_margin_s: margins.and_then(|margins| margins.delay_margin_s),
-            yaw_rate_limit_rad_s: SIDES
-                .map(|side| self.figure(|model| Some(turn(model, side)?.yaw_rate_rad_s))),
-            steady_turning_radius_m: SIDES.map(|side| {
-                let speed = self.at.surge_speed_m_s?;
-                self.figure(|model| Some(turn(model, side)?.steady_turning_radius_m(speed)))
-            }),
-            u_turn_time_s: SIDES.map(|side| Some(turn(model, side)?.u_turn_time_s())),
+            surge_speed_m_s: limits.surge_speed_m_s,
+            a22_per_s,
+            b2_per_s2,
+            c0_rad_per_s2,
+            yaw_rate_limit_rad_s: sides.map(|side| side.yaw_rate_rad_s),
+            steady_turning_radius_m: sides.map(|side| side.steady_turning_radius_m),
+            u_turn_time_s: sides.map(|side| Some(side.u_turn_time_s?.value)),
+            ..OperatingPoint::default()
         }
+    })
+}
+
+fn with_loop(point: OperatingPoint, closed: Option<LoopFigures>) -> OperatingPoint {
+    let of = |figure: fn(&LoopFigures) -> Option<Figure>| {
+        closed.as_ref().and_then(figure).map(|figure| figure.value)
+    };
+    OperatingPoint {
+        natural_frequency_rad_s: of(|closed| closed.natural_frequency_rad_s),
+        overshoot: of(|closed| closed.overshoot),
+        gain_margin: of(|closed| closed.gain_margin),
+        phase_margin_rad: of(|closed| closed.phase_margin_rad),
+        delay_margin_s: of(|closed| closed.delay_margin_s),
+        ..point
     }
 }
 
@@ -314,84 +299,72 @@ pub fn schedule(
     speed_m_s: Option<f64>,
     damping_ratio: f64,
 ) -> Result<Schedule, Refusal> {
-    check_undamaged(logbook).map_err(|error| Refusal::unprocessable("no_model", error))?;
+    let refused = |error: Error| Refusal::unprocessable("no_model", error);
+    check_undamaged(logbook).map_err(refused)?;
     let campaign = logbook.campaign(CampaignId(id))?;
-    let limit = campaign.rudder_limit_rad;
-    let mut points: Vec<(u32, f64, Model, Identified)> = campaign
+    let runs: Vec<(&Run, Model)> = campaign
         .accepted_runs()
         .into_iter()
-        .filter_map(|run| {
-            let model = Model::from(run.identification.as_ref()?);
-            Some((run.number, run.thrust, model, Identified::of(run)?))
-        })
+        .filter_map(|run| Some((run, run.identification.as_ref()?.into())))
         .collect();
-    let speed = |point: &(u32, f64, Model, Identified)| point.3.at.surge_speed_m_s;
-    if points.iter().all(|point| speed(point).is_some()) {
-        points.sort_by(|a, b| {
-            speed(a)
-                .partial_cmp(&speed(b))
-                .unwrap_or(std::cmp::Ordering::Equal)
-        });
-    }
-    let speeds: Option<Vec<f64>> = points.iter().map(speed).collect();
-    let at = speed_m_s
-        .map(|speed_m_s| {
-            let identified: Vec<_> = points.iter().map(|(.., identified)| identified).collect();
-            at_speed(&identified, speed_m_s, damping_ratio, limit)
-        })
-        .transpose()?;
+    let speeds: Option<Vec<f64>> = runs.iter().map(|(run, _)| run.surge_speed_m_s).collect();
+    let slowest_and_fastest = |speeds: Vec<f64>| {
+        let slowest = speeds.iter().copied().reduce(f64::min)?;
+        Some([slowest, speeds.into_iter().reduce(f64::max)?])
+    };
+    let models = models_of(&campaign);
+    let found = models.as_ref().map(|models| points(models, damping_ratio));
+    let found = found.transpose().map_err(refused)?.unwrap_or_default();
+    let at = models
+        .zip(speed_m_s)
+        .map(|(models, speed_m_s)| at_speed(&models, speed_m_s, damping_ratio));
     Ok(Schedule {
         campaign: id,
         damping_ratio,
-        rudder_limit_rad: limit,
-        speed_range_m_s: speeds.and_then(|speeds| Some([*speeds.first()?, *speeds.last()?])),
-        points: points
+        rudder_limit_rad: campaign.rudder_limit_rad,
+        speed_range_m_s: speeds.and_then(slowest_and_fastest),
+        points: runs
             .into_iter()
-            .map(|(run, thrust, model, identified)| SchedulePoint {
-                run,
-                thrust,
+            .zip(found)
+            .map(|((run, model), point)| SchedulePoint {
+                run: run.number,
+                thrust: run.thrust,
                 model,
-                point: identified.point(damping_ratio, limit),
+                point,
             })
             .collect(),
-        at,
+        at: at
+            .transpose()
+            .map_err(|error| Refusal::unprocessable("no_schedule", error))?,
     })
 }
 
-fn at_speed(
-    identified: &[&Identified],
-    speed_m_s: f64,
-    damping_ratio: f64,
-    rudder_limit_rad: f64,
-) -> Result<OperatingPoint, Refusal> {
-    let refused = |error: &dyn Display| Refusal::unprocessable("no_schedule", error);
-    let models: Vec<_> = identified.iter().map(|i| i.at).collect();
-    let found = SpeedSchedule::new(ScheduleKey::Speed, &models)
-        .and_then(|schedule| schedule.lookup(speed_m_s, Beyond::Extrapolate))
-        .map_err(|e| refused(&e))?;
-    let allowed = identified.iter().map(|i| (i.at, i.allowance));
-    let (cautious, timing) =
-        least_damped_schedule(ScheduleKey::Speed, allowed).map_err(|e| refused(&e))?;
-    let gain = GainSchedule::design(cautious, damping_ratio, timing)
-        .map_err(|e| e.to_string())
-        .and_then(|gains| {
-            let gain = gains.lookup(speed_m_s, Beyond::Extrapolate);
-            gain.map(|gain| *gain.value()).map_err(|e| e.to_string())
-        });
-    let here = Identified {
-        at: *found.value(),
-        allowance: GainAllowance {
-            damping_per_s: 0.0,
-            timing,
-        },
-        covariance: None,
+/// Between the models, and beyond them. Where a gain cannot be designed the point says why.
+fn at_speed(models: &Models, speed_m_s: f64, damping_ratio: f64) -> Result<OperatingPoint, Error> {
+    let schedule = models.schedule(ScheduleKey::Speed)?;
+    let found = schedule.lookup(speed_m_s, Beyond::Extrapolate);
+    let found = found.map_err(|error| Error::Input(error.to_string()))?;
+    let mut here = models.clone();
+    here.points = vec![ModelPoint::exact(*found.value())];
+    let limits = TurningLimits::of(&here, HEADING_CHANGE_RAD, None, None)?;
+    let wanted = Wanted {
+        damping_ratio,
+        at: Some((ScheduleKey::Speed, speed_m_s)),
+        beyond: Beyond::Extrapolate,
+        ..Wanted::default()
     };
-    Ok(OperatingPoint {
+    let gain = wanted.gains(models).map(|gains| gains.at);
+    let no_gain = gain.as_ref().err().map(Error::to_string);
+    let gain = gain.ok().flatten();
+    let point = OperatingPoint {
         surge_speed_m_s: Some(speed_m_s),
         extrapolated: found.is_extrapolated(),
-        no_gain: gain.as_ref().err().cloned(),
-        ..here.with_gain(gain.as_ref().ok(), rudder_limit_rad)
-    })
+        no_gain,
+        proportional_gain: gain.as_ref().map(|gain| gain.proportional_gain),
+        feed_forward_rudder_rad: gain.as_ref().map(|gain| gain.feed_forward_rudder_rad),
+        ..limits_of(limits).next().unwrap_or_default()
+    };
+    Ok(with_loop(point, gain.and_then(|gain| gain.closed_loop)))
 }
 
 /// The report of a campaign, HTML.

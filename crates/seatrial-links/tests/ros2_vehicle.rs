@@ -391,7 +391,7 @@ fn io_a_vehicle_that_steers_wrongly_is_refused() {
         let refused: Vec<&str> = checks
             .iter()
             .filter(|check| !check.passed)
-            .map(|check| check.name)
+            .map(|check| check.name.as_str())
             .collect();
         assert!(refused.contains(&name), "{checks:?}");
         vehicle.hand_back();
@@ -410,7 +410,11 @@ fn io_a_vehicle_that_cannot_be_used_is_refused_untouched() {
         let mut vehicle = vehicle(mishap, 0.0);
         let preflight = vehicle.inspect();
         let refused = preflight.checks.iter().find(|check| !check.passed);
-        assert_eq!(refused.map(|check| check.name), Some(name), "{preflight:?}");
+        assert_eq!(
+            refused.map(|check| check.name.as_str()),
+            Some(name),
+            "{preflight:?}"
+        );
         vehicle.hand_back();
         assert_eq!(vehicle.graph().steered_s, 0.0);
         assert!(vehicle.graph().enables.is_empty());

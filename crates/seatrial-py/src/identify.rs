@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 use seatrial::identification::Reader;
 use seatrial::identify::evenly_sampled::{BatchError, EvenlySampled};
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, lambda_of};
-use seatrial::plausibility::leave_out_unsound;
+use seatrial::log::leave_out_unsound;
 use seatrial_app::Options;
 use seatrial_app::advice;
 use seatrial_app::identify_log::identify_log_observed;

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use seatrial_core::{Real, Sample};
 
-use seatrial::savitzky_golay::SavitzkyGolay;
+use seatrial::log::SavitzkyGolay;
 
 /// Samples that a simulation can be compared with, the heading unwrapped.
 pub(super) fn usable(samples: &[Sample<f64>]) -> Vec<Sample<f64>> {

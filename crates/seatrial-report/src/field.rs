@@ -8,8 +8,8 @@ use super::plan_view::{PlanView, Room};
 use super::tables::{Cell, Table, columns};
 use super::{Figure, Page, recorded, speed_figures};
 use seatrial::campaign::Campaign;
+use seatrial::field::{Control, HeadingStepSample};
 use seatrial::field::{Field, SteeredSteps, UTurn};
-use seatrial::heading_step::{Control, HeadingStepSample};
 use seatrial_core::{HeadingGain, SchedulePoint};
 
 /// The page of the field experiments after a trial.

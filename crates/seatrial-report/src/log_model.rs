@@ -1,9 +1,9 @@
 //! A model of one speed as it is shown.
 
-use seatrial::course_change::CourseChange;
+use seatrial::CourseChange;
 use seatrial::gain_allowance::{DAMPING_RATIO, GainAllowance};
-use seatrial::gain_fall::{SpeedGain, falls};
 use seatrial::identification::{Identification, Verdict};
+use seatrial::speeds::{SpeedGain, falls};
 
 /// A model of one speed of a log or of a trial.
 #[derive(Clone, Copy, Debug)]

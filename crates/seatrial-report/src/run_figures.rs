@@ -11,7 +11,7 @@ use super::plan_view::{PlanView, Room};
 use super::source::{Source, stage_name};
 use seatrial::campaign::Stage;
 use seatrial::identification::Identification;
-use seatrial::manoeuvre::Manoeuvre;
+use seatrial::log::Manoeuvre;
 use seatrial::record::Window;
 
 /// Heading, rudder, rate and what else was measured, with the stages shaded (Figs. 5 and 7).

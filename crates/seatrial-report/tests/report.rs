@@ -3,7 +3,7 @@
 mod made_up_trial;
 
 use seatrial::identification::{EstimateMethod, Outcome as Usable, Reason, ReasonCode, Verdict};
-use seatrial::time_scale::LambdaReason;
+use seatrial::log::LambdaReason;
 use seatrial::{Campaign, Record};
 use seatrial_core::{AbortReason, Outcome, Plan, RudderUnit};
 use seatrial_report::{self as report, About, Log, LogModel};

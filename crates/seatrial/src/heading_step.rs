@@ -1,5 +1,6 @@
 //! The heading-step experiment of Fig. 17 on identified models: a constant gain against a scheduled one.
 
+use crate::gain_allowance::DAMPING_RATIO;
 use seatrial_core::NoGain;
 use seatrial_core::heading_control::NoGainAt;
 use seatrial_core::model::YawState;
@@ -38,7 +39,7 @@ impl Default for HeadingSteps {
             rudder_limit_rad: 0.26,
             servo_time_constant_s: 0.0,
             delay_s: 0.0,
-            damping_ratio: std::f64::consts::FRAC_1_SQRT_2,
+            damping_ratio: DAMPING_RATIO,
         }
     }
 }

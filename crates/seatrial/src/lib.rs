@@ -67,49 +67,70 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod abort_cause;
-pub mod amplitude;
+mod amplitude;
 pub mod campaign;
-pub mod campaign_check;
+mod campaign_check;
 mod chi_squared;
-pub mod circle_fit;
+mod circle_fit;
 pub mod commission;
 pub mod compare;
-pub mod course_change;
-pub mod difference;
+mod course_change;
+mod difference;
 mod draw;
 pub mod export;
 pub mod field;
 pub mod figures;
 pub mod gain_allowance;
-pub mod gain_fall;
-pub mod heading_step;
+mod gain_fall;
+mod heading_step;
 pub mod health;
 pub mod identification;
 pub mod identify;
-pub mod legs;
+mod legs;
 pub mod likelihood;
-pub mod manoeuvre;
-pub mod over_speed;
+mod manoeuvre;
+mod over_speed;
 pub mod pitch;
 pub mod plain_text;
-pub mod plausibility;
+mod plausibility;
 pub mod preview;
 pub mod propagation;
 pub mod record;
 mod record_series;
-pub mod savitzky_golay;
+mod savitzky_golay;
 pub mod segmentation;
 pub mod servo;
-pub mod several_speeds;
+mod several_speeds;
 pub mod ship_manoeuvres;
-pub mod stated_units;
-pub mod step;
+mod stated_units;
+mod step;
 pub mod study;
-pub mod surge;
+mod surge;
 pub mod surge_estimate;
-pub mod time_scale;
+mod time_scale;
+
+/// What a log says beside its samples, and whether its numbers mean what it says.
+pub mod log {
+    pub use crate::legs::{LegSplit, split_by_legs};
+    pub use crate::manoeuvre::{Manoeuvre, Stroke};
+    pub use crate::plausibility::{heading_later_s, leave_out_unsound};
+    pub use crate::savitzky_golay::{NoDerivative, SavitzkyGolay};
+    pub use crate::stated_units::{ColumnUnit, HeadingJumps, Origin, StatedUnits};
+    pub use crate::time_scale::{ChosenLambda, LambdaLimit, LambdaReason, TimeScale};
+}
+
+/// What the models of several speeds, or of several turn rates, tell together.
+pub mod speeds {
+    pub use crate::amplitude::*;
+    pub use crate::campaign_check::{SpeedResult, contradictions};
+    pub use crate::difference::{Difference, ParameterDifference, ThrustDifference};
+    pub use crate::gain_fall::{SpeedGain, falls};
+    pub use crate::over_speed::{SpeedEstimate, SpeedLaw, share};
+    pub use crate::several_speeds::{Part, missing, remarks, whole};
+}
 
 pub use campaign::{Campaign, FullRudder, Run};
+pub use course_change::{COURSE_CHANGE_RAD, CourseChange};
 pub use gain_allowance::GainAllowance;
 pub use identification::Identification;
 pub use identify::verdict;

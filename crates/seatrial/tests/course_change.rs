@@ -1,8 +1,8 @@
 //! Is the overshoot that is promised the one that the vehicle has?
 
-use seatrial::course_change::{COURSE_CHANGE_RAD, CourseChange};
 use seatrial::gain_allowance::DAMPING_RATIO;
 use seatrial::identify::{IdentifySettings, identify};
+use seatrial::{COURSE_CHANGE_RAD, CourseChange};
 use seatrial::{GainAllowance, Window};
 use seatrial_core::model::YawState;
 use seatrial_core::{HeadingGain, YawModel};

@@ -10,7 +10,7 @@
 use std::sync::atomic::AtomicBool;
 
 use seatrial::commission::{Evidence, NoProposal, StepTest, foresee};
-use seatrial::gain_allowance::least_damped_schedule;
+use seatrial::gain_allowance::{DAMPING_RATIO, least_damped_schedule};
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 use seatrial_core::{
     AbortReason, Action, CascadeSettings, Envelope, GainSchedule, HeadingGain, Outcome, Real,
@@ -24,9 +24,6 @@ use super::{Commissioned, Control, GainedVehicle, Lost, Proposal};
 use crate::Error;
 use crate::models::{ModelPoint, Models};
 use crate::trial_run::TakenVehicle;
-
-/// The damping ratio for which gains are designed: that of (57).
-const DAMPING_RATIO: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// How a vehicle is steered by us.
 #[derive(Clone, Copy, Debug, PartialEq)]

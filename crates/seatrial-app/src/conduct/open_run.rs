@@ -11,10 +11,10 @@ use seatrial::identification::{
 };
 use seatrial::identify::online::{self, Pass, Segment};
 use seatrial::identify::{IdentifyError, ValidationData, assess, validation_estimate};
+use seatrial::log::LambdaReason;
 use seatrial::pitch;
 use seatrial::record::{Record, Window};
 use seatrial::servo::Servo;
-use seatrial::time_scale::LambdaReason;
 use seatrial::verdict;
 
 use crate::TrialPlan;

@@ -1,12 +1,12 @@
 //! `identify --json`.
 
+use seatrial::CourseChange;
 use seatrial::Window;
-use seatrial::course_change::CourseChange;
 use seatrial::identification::{
     HigherOrder, LagEffect, Online, Reader, Refined, RejectedSamples, Restoring, Settings,
     ValidRange, Validation, Verdict,
 };
-use seatrial::over_speed::SpeedLaw;
+use seatrial::speeds::SpeedLaw;
 use seatrial_core::Nomoto;
 use seatrial_core::heading_loop::LoopTiming;
 use serde::{Deserialize, Serialize};

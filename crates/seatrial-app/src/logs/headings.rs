@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use seatrial::identification::{Reason, ReasonCode, Verdict};
-use seatrial::plausibility::heading_later_s;
+use seatrial::log::heading_later_s;
 use seatrial_core::Sample;
 use seatrial_logs::{Channel, Format, LogDescription, Quantity, names_a_course};
 

@@ -10,7 +10,7 @@ mod stated_units;
 use std::path::{Path, PathBuf};
 
 use seatrial::identify::Proposal;
-use seatrial::plausibility::leave_out_unsound;
+use seatrial::log::leave_out_unsound;
 use seatrial::servo::Servo;
 use seatrial::{Record, Window};
 use seatrial_core::{Axis, RudderUnit, Sample};

@@ -1,6 +1,6 @@
 //! The units of a log's columns, as plausibility checks need them.
 
-use seatrial::stated_units::{ColumnUnit, Origin, StatedUnits};
+use seatrial::log::{ColumnUnit, Origin, StatedUnits};
 use seatrial_logs::{Channel, Counts, LogDescription, Quantity, UnitSource, names_a_course};
 
 /// A clock is coarser than its rows where more than this share of them differs from the row before at the same time.

@@ -18,7 +18,7 @@ use std::path::Path;
 use seatrial::Campaign;
 use seatrial::identification::ValidRange;
 use seatrial::propagation::interval_95;
-use seatrial::surge::SurgeModel;
+use seatrial::surge_estimate::SurgeModel;
 use seatrial::{FullRudder, GainAllowance};
 use seatrial_core::schedule::ScheduleKey;
 use seatrial_core::{RudderUnit, SchedulePoint, SpeedSchedule, YawModel};
@@ -140,18 +140,19 @@ pub struct ModelPoint {
     pub steady_log_gain: Option<[f64; 2]>,
 }
 
-/// A value and, where the source knows its uncertainty, a 95 % interval.
+/// A value and how sure it is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema), schema(as = Figure))]
 pub struct Estimate {
     /// The value.
     pub value: f64,
-    /// `[low, high]`
+    /// Its 95 % interval, low and high.
     pub interval_95: Option<[f64; 2]>,
 }
 
 impl ModelPoint {
     /// A model whose uncertainty nobody knows.
-    pub(crate) fn exact(point: SchedulePoint<f64>) -> Self {
+    pub fn exact(point: SchedulePoint<f64>) -> Self {
         Self {
             point,
             covariance: None,

@@ -32,9 +32,9 @@ use borrowed::Borrowed;
 use watched::Watched;
 
 pub use again::{NotAgain, plan_of_campaign, plan_that_repeats, plan_to_go_on};
+pub use seatrial_links::handover::{Change, Check, Preflight};
 pub use vehicle::{
-    Change, Check, Preflight, TakenVehicle, Terms, TrialVehicle, VehicleError, VehicleFault,
-    preflight, previewed, taken,
+    TakenVehicle, Terms, TrialVehicle, VehicleError, VehicleFault, preflight, previewed, taken,
 };
 
 /// What is to be run.

@@ -7,6 +7,7 @@ use std::sync::atomic::AtomicBool;
 use seatrial::FullRudder;
 use seatrial::preview::{Budget, Preview, Prior, preview_within};
 use seatrial_core::{AbortReason, Action, Axis, Outcome, Plan, Sample, Vehicle};
+use seatrial_links::handover::Preflight;
 use seatrial_logs::RowWriter;
 
 use crate::Error;
@@ -209,57 +210,6 @@ where
     }
 }
 
-/// One thing that must be so before a trial.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Check {
-    /// Short and stable.
-    pub name: String,
-    /// Is it so?
-    pub passed: bool,
-    /// What was found, and where it is not so what to do.
-    pub text: String,
-}
-
-impl Check {
-    /// A check by its name.
-    pub fn new(name: impl Into<String>, passed: bool, text: impl Into<String>) -> Self {
-        Self {
-            name: name.into(),
-            passed,
-            text: text.into(),
-        }
-    }
-}
-
-/// A parameter of the vehicle that is changed for the trial.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Change {
-    /// The parameter.
-    pub name: String,
-    /// What it is.
-    pub from: f64,
-    /// What it will be until the hand-back.
-    pub to: f64,
-    /// Why the parameter is changed.
-    pub why: String,
-}
-
-/// What a look at a vehicle has found.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Preflight {
-    /// What must be so.
-    pub checks: Vec<Check>,
-    /// Parameters that a trial changes and puts back.
-    pub changes: Vec<Change>,
-}
-
-impl Preflight {
-    /// Is everything as it must be?
-    pub fn is_passed(&self) -> bool {
-        self.checks.iter().all(|check| check.passed)
-    }
-}
-
 /// Refuses a plan of an axis that the vehicle cannot be steered on.
 pub(super) fn check_axis(vehicle: &dyn TrialVehicle, axis: Axis) -> Result<(), VehicleError> {
     if vehicle.has_axis(axis) {
@@ -296,32 +246,31 @@ pub fn preflight(
 ) -> Result<Preflight, VehicleError> {
     let mut found = vehicle.inspect(plan)?;
     if let Err(error) = check_axis(vehicle, plan.axis) {
-        found
-            .checks
-            .push(Check::new("axis", false, error.to_string()));
+        found.check("axis", false, error.to_string());
     }
-    found.checks.push(match previewed(vehicle, plan, budget) {
-        Ok(preview) => plan_check(&preview),
-        Err(error) => Check::new("plan", true, format!("not previewed: {error}")),
-    });
+    match previewed(vehicle, plan, budget) {
+        Ok(preview) => {
+            let passed = preview.outcome == Some(Outcome::Finished);
+            found.check("plan", passed, plan_text(&preview));
+        }
+        Err(error) => found.check("plan", true, format!("not previewed: {error}")),
+    }
     let text = match is_free {
         true => "no trial runs",
         false => "a trial runs; wait for its end or abort it",
     };
-    found.checks.push(Check::new("free", is_free, text));
+    found.check("free", is_free, text);
     Ok(found)
 }
 
-fn plan_check(preview: &Preview) -> Check {
-    let text = match preview.outcome {
+fn plan_text(preview: &Preview) -> String {
+    match preview.outcome {
         Some(Outcome::Finished) => format!("the plan takes {:.0} s", preview.duration_s),
         Some(Outcome::Aborted(reason)) => format!(
             "on the expected vehicle it is aborted: {reason}; change the plan or its envelope"
         ),
         None => "the plan does not end".into(),
-    };
-    let passed = preview.outcome == Some(Outcome::Finished);
-    Check::new("plan", passed, text)
+    }
 }
 
 impl fmt::Debug for dyn TrialVehicle {

@@ -1,6 +1,6 @@
 //! What a path follower has to know: radius, rate, lookahead and waypoint radius of each speed, with bounds.
 
-use std::f64::consts::FRAC_1_SQRT_2;
+use seatrial::gain_allowance::DAMPING_RATIO;
 use std::fmt::Write as _;
 
 use seatrial::propagation::interval_95;
@@ -65,7 +65,7 @@ fn of_speed(vehicle: &IdentifiedVehicle, speed: &IdentifiedSpeed) -> Result<Stri
     };
     let lookahead = move |model: &YawModel<f64>| {
         // The poles of s^2 + alpha s + K_p b2: pairs decay with alpha/2, real ones with the slower of them.
-        let gain = HeadingGain::design_delayed(model, FRAC_1_SQRT_2, timing).ok()?;
+        let gain = HeadingGain::design_delayed(model, DAMPING_RATIO, timing).ok()?;
         let alpha = -model.a22_per_s;
         let stiffness = gain.proportional_gain * model.b2_per_s2;
         let root = (0.25 * alpha * alpha - stiffness).max(0.0).sqrt();

@@ -22,6 +22,7 @@
 use std::fmt::Write as _;
 
 use seatrial::figures::three_figures;
+use seatrial::gain_allowance::DAMPING_RATIO;
 use seatrial::propagation::interval_95;
 use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::{HeadingGain, Side, Turn, YawModel};
@@ -34,8 +35,6 @@ use crate::gains::unsure_at;
 
 /// Interval of the controller where the vehicle file has none, s.
 const INTERVAL_S: f64 = 0.05;
-const DAMPING_RATIO: f64 = std::f64::consts::FRAC_1_SQRT_2;
-
 /// What the controllers take of a vehicle at one speed.
 struct Figures {
     heading_gain: f64,

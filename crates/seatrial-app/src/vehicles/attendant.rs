@@ -1,9 +1,8 @@
 //! Who attends a vehicle that moves, and what is said of it.
 
 use seatrial_links::autopilot::HandBack;
-use seatrial_links::handover::{Change, Check, Preflight};
 
-use crate::trial_run::VehicleError;
+use crate::trial_run::{Change, Check, Preflight, VehicleError};
 
 /// The person or program that attends a vehicle: is told what is found and done, and agrees to it.
 pub trait Attendant: Send + Sync {

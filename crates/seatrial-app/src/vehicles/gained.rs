@@ -6,11 +6,10 @@ use std::sync::atomic::AtomicBool;
 
 use seatrial_core::{CascadeSettings, Plan, Sample, SchedulePoint, Vehicle};
 use seatrial_links::autopilot::{Ahead, Backup, HeadingControl, Tended, cascade};
-use seatrial_links::handover;
 use seatrial_links::link::Transport;
 
 use super::mavlink::{OnMavlink, keep, left_over};
-use super::{Attendant, for_trial, hand_back_text, refuse, trial_change};
+use super::{Attendant, hand_back_text, refuse};
 use crate::commission::{Control, GainedVehicle, GainsVehicle, Kept, Lost, PutBackDone, Reached};
 use crate::trial_run::{Change, Preflight, VehicleError};
 
@@ -30,7 +29,7 @@ impl GainsVehicle for OnMavlink {
         Ok(Box::new(ReachedAutopilot {
             autopilot,
             changes: found.changes.clone(),
-            preflight: for_trial(found),
+            preflight: found,
             control,
             files,
             full_rudder_rad,
@@ -54,7 +53,7 @@ struct ReachedAutopilot {
     autopilot: Tended<Transport>,
     preflight: Preflight,
     /// Until the hand-back.
-    changes: Vec<handover::Change>,
+    changes: Vec<Change>,
     control: Option<HeadingControl>,
     files: Files,
     full_rudder_rad: f64,
@@ -88,7 +87,7 @@ impl Reached for ReachedAutopilot {
     fn changes(&self, to: &CascadeSettings<f64>) -> Vec<Change> {
         let from = self.control.map(|control| control.settings);
         let changes = from.map(|from| cascade::differences(&from, to));
-        changes.into_iter().flatten().map(trial_change).collect()
+        changes.into_iter().flatten().collect()
     }
 
     fn take(self: Box<Self>) -> Result<Box<dyn GainedVehicle>, VehicleError> {

@@ -15,8 +15,8 @@ use seatrial_links::autopilot::{
 use seatrial_links::link::{Address, Key, Signing, Transport};
 
 use super::attendant::tell_all;
-use super::{Attendant, for_trial, hand_back_text, limits, no_prior, refuse};
-use crate::trial_run::{self, TakenVehicle, Terms, TrialVehicle, VehicleError, taken};
+use super::{Attendant, hand_back_text, limits, no_prior, refuse};
+use crate::trial_run::{Preflight, TakenVehicle, Terms, TrialVehicle, VehicleError, taken};
 
 /// The rudder at full steering where nobody says another, degrees.
 pub const ASSUMED_FULL_RUDDER_DEG: f64 = 35.0;
@@ -219,11 +219,11 @@ impl TrialVehicle for OnMavlink {
         no_prior(&self.name)
     }
 
-    fn inspect(&self, plan: &Plan<f64>) -> Result<trial_run::Preflight, VehicleError> {
+    fn inspect(&self, plan: &Plan<f64>) -> Result<Preflight, VehicleError> {
         let opened = self
             .options
             .open(&self.address, Some(plan), true, &Arc::default());
-        Ok(for_trial(opened?.inspect()))
+        Ok(opened?.inspect())
     }
 
     fn take(&self, terms: &Terms) -> Result<Box<dyn TakenVehicle>, VehicleError> {

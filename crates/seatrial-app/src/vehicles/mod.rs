@@ -7,11 +7,9 @@ mod mavlink;
 mod put_back;
 mod ros2;
 
+use crate::trial_run::{Check, VehicleError};
 use seatrial::preview::Prior;
 use seatrial_core::Plan;
-use seatrial_links::handover::{Change, Check, Preflight};
-
-use crate::trial_run::{self, VehicleError};
 
 pub use attendant::{Attendant, hand_back_text};
 pub use mavlink::{ASSUMED_FULL_RUDDER_DEG, MavlinkOptions, OnMavlink, signing};
@@ -23,7 +21,7 @@ fn refuse(checks: &[Check]) -> Result<(), VehicleError> {
     let refused: Vec<&str> = checks
         .iter()
         .filter(|check| !check.passed)
-        .map(|check| check.name)
+        .map(|check| check.name.as_str())
         .collect();
     if refused.is_empty() {
         return Ok(());
@@ -39,28 +37,6 @@ fn no_prior(name: &str) -> Result<Prior, VehicleError> {
     Err(VehicleError::setting(format!(
         "{name}: how it steers is not known before its trial; preview the plan on a simulator"
     )))
-}
-
-/// A preflight as a trial's order asks for it.
-fn for_trial(found: Preflight) -> trial_run::Preflight {
-    let checks = found.checks.into_iter();
-    let changes = found.changes.into_iter();
-    trial_run::Preflight {
-        checks: checks
-            .map(|check| trial_run::Check::new(check.name, check.passed, check.text))
-            .collect(),
-        changes: changes.map(trial_change).collect(),
-    }
-}
-
-/// A change of a parameter as a trial's order asks for it.
-fn trial_change(change: Change) -> trial_run::Change {
-    trial_run::Change {
-        name: change.name,
-        from: change.from,
-        to: change.to,
-        why: change.why.into(),
-    }
 }
 
 /// The limits of a plan for people.

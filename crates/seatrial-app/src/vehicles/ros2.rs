@@ -8,7 +8,6 @@ use std::sync::atomic::AtomicBool;
 use seatrial::FullRudder;
 use seatrial::preview::{Budget, Prior};
 use seatrial_core::{Plan, RudderSense};
-use seatrial_links::handover::Preflight;
 use seatrial_links::ros2_vehicle::{
     self, Description, ENABLE_SERVICE, EstimateTopic, Graph, HandBack, JoinError, Settings,
     TimedEstimate, join,
@@ -16,8 +15,8 @@ use seatrial_links::ros2_vehicle::{
 use seatrial_logs::{Row, RowWriter};
 
 use super::attendant::tell_all;
-use super::{Attendant, for_trial, limits, no_prior, refuse};
-use crate::trial_run::{self, TakenVehicle, Terms, TrialVehicle, VehicleError, taken};
+use super::{Attendant, limits, no_prior, refuse};
+use crate::trial_run::{Preflight, TakenVehicle, Terms, TrialVehicle, VehicleError, taken};
 
 type RosVehicle = ros2_vehicle::RosVehicle<Box<dyn Graph>>;
 
@@ -177,8 +176,8 @@ impl TrialVehicle for OnRos2 {
         no_prior(&self.name)
     }
 
-    fn inspect(&self, plan: &Plan<f64>) -> Result<trial_run::Preflight, VehicleError> {
-        Ok(for_trial(inspect(&self.file, plan, true)?))
+    fn inspect(&self, plan: &Plan<f64>) -> Result<Preflight, VehicleError> {
+        inspect(&self.file, plan, true)
     }
 
     fn take(&self, terms: &Terms) -> Result<Box<dyn TakenVehicle>, VehicleError> {

@@ -171,7 +171,7 @@ pub struct SchedulePoint {
 }
 
 /// Gains, margins and turning limits at one speed. Intervals are null between identified speeds.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct OperatingPoint {
     /// Forward speed, m/s.

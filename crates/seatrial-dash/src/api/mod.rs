@@ -13,6 +13,8 @@ mod run;
 mod status;
 mod trial;
 
+pub use seatrial_app::models::Estimate as Figure;
+
 pub use access::{
     AuditEntry, Control, ErrorBody, Lease, Role, ScenarioForm, TakeControl, VehicleForm, Vehicles,
 };
@@ -30,8 +32,8 @@ pub use log::{IdentifiedLog, InspectedLog, LogColumns};
 pub use models::ModelOrder;
 pub use plan::{Change, Check, ExpectedIntervals, PlanOrder, PlanPreview, Preflight, SpeedPreview};
 pub use run::{
-    Figure, Model, Outcome, Reason, Review, RunSummary, Stage, StageSpan, ValidationOverlay,
-    Verdict, VerdictOutcome,
+    Model, Outcome, Reason, Review, RunSummary, Stage, StageSpan, ValidationOverlay, Verdict,
+    VerdictOutcome,
 };
 pub use status::Status;
 pub use trial::{

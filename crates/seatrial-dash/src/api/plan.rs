@@ -1,6 +1,7 @@
 //! A plan before its trial: preview and preflight.
 
 use seatrial_app::TrialPlan;
+pub use seatrial_app::trial_run::{Change, Check};
 use serde::{Deserialize, Serialize};
 
 use super::{Figure, Outcome};
@@ -73,32 +74,6 @@ pub struct ExpectedIntervals {
     pub steady_turning_radius_m: [Option<Figure>; 2],
     /// Narrow enough for the model to be accepted?
     pub is_enough: bool,
-}
-
-/// One look before a trial.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
-pub struct Check {
-    /// Short and stable.
-    pub name: String,
-    /// Does it allow a trial?
-    pub passed: bool,
-    /// What was found; where it does not pass, also what to do.
-    pub text: String,
-}
-
-/// A parameter of the autopilot that is other during the trial.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
-pub struct Change {
-    /// The parameter.
-    pub name: String,
-    /// Its value now.
-    pub from: f64,
-    /// Its value during the trial.
-    pub to: f64,
-    /// Why.
-    pub why: String,
 }
 
 /// The checklist before a trial.

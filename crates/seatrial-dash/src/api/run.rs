@@ -1,5 +1,6 @@
 //! A run: its stages, its model, its verdict, and the operator's decision.
 
+use seatrial_app::models::Estimate as Figure;
 use serde::{Deserialize, Serialize};
 
 /// The stages of a run.
@@ -13,16 +14,6 @@ pub enum Stage {
     Train,
     /// Recording the validation manoeuvre.
     Validate,
-}
-
-/// A value and how sure it is.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
-#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
-pub struct Figure {
-    /// The value.
-    pub value: f64,
-    /// Its 95 % interval, low and high.
-    pub interval_95: Option<[f64; 2]>,
 }
 
 /// How a trial ended.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use axum::extract::State;
 use axum::response::Response;
 use axum::{Extension, Json};
+use seatrial::gain_allowance::DAMPING_RATIO;
 use seatrial_core::Stage;
 use seatrial_logbook::CampaignId;
 use serde::{Deserialize, Serialize};
@@ -147,7 +148,7 @@ pub async fn schedule(
     At(id): At<i64>,
     Asked(place): Asked<Place>,
 ) -> Result<Json<Schedule>, Refusal> {
-    let damping_ratio = place.damping_ratio.unwrap_or(history::DAMPING_RATIO);
+    let damping_ratio = place.damping_ratio.unwrap_or(DAMPING_RATIO);
     if !(damping_ratio > 0.0 && damping_ratio <= 10.0) {
         return Err(Refusal::unprocessable(
             "out_of_range",

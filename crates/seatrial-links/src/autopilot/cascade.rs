@@ -264,7 +264,7 @@ pub fn differences(from: &CascadeSettings<f64>, to: &CascadeSettings<f64>) -> Ve
             name: row.name.into(),
             from: value(row, *from),
             to: value(row, *to),
-            why: row.why,
+            why: row.why.into(),
         })
         .filter(|change| change.from != change.to)
         .collect()

@@ -255,7 +255,7 @@ impl<W: Wire> Autopilot<W> {
                     name: name.into(),
                     from,
                     to: STICK_S,
-                    why: "without us the thrust ahead ends after this long",
+                    why: "without us the thrust ahead ends after this long".into(),
                 });
             }
         }
@@ -304,7 +304,7 @@ impl<W: Wire> Autopilot<W> {
                     name,
                     from,
                     to,
-                    why,
+                    why: why.into(),
                 });
             }
             Some(())

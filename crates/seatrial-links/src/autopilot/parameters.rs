@@ -119,7 +119,7 @@ impl<W: Wire> Autopilot<W> {
             name: name.into(),
             from,
             to,
-            why,
+            why: why.into(),
         })
     }
 

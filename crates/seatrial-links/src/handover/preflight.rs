@@ -1,29 +1,31 @@
 //! What a look at a vehicle has found.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-/// One thing that must be so.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// One look before a trial.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Check {
-    /// In a word or two.
-    pub name: &'static str,
-    /// Is it so?
+    /// Short and stable.
+    pub name: String,
+    /// Does it allow a trial?
     pub passed: bool,
-    /// What was found, and where it is not so what to do.
+    /// What was found; where it does not pass, also what to do.
     pub text: String,
 }
 
-/// A parameter that is changed for the trial.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// A parameter of the autopilot that is other during the trial.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub struct Change {
     /// The parameter.
     pub name: String,
-    /// What it is.
+    /// Its value now.
     pub from: f64,
-    /// What it will be until the hand-back.
+    /// Its value during the trial.
     pub to: f64,
-    /// Why the parameter is changed.
-    pub why: &'static str,
+    /// Why.
+    pub why: String,
 }
 
 /// What a look at the vehicle has found.
@@ -51,8 +53,12 @@ impl Preflight {
         self.checks.iter().all(|check| check.passed)
     }
 
-    pub(crate) fn check(&mut self, name: &'static str, passed: bool, text: impl Into<String>) {
-        let text = text.into();
-        self.checks.push(Check { name, passed, text });
+    /// Adds a check by its name.
+    pub fn check(&mut self, name: &str, passed: bool, text: impl Into<String>) {
+        self.checks.push(Check {
+            name: name.into(),
+            passed,
+            text: text.into(),
+        });
     }
 }

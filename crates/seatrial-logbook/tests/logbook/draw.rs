@@ -6,8 +6,8 @@ use seatrial::identification::{
     Convergence, EstimateMethod, Identification, Intervals, LeastSquares, Online, Reason,
     ReasonCode, Refined, RejectedSamples, Settings, TracePoint, ValidRange, Validation, Verdict,
 };
+use seatrial::log::LambdaReason;
 use seatrial::record::Window;
-use seatrial::time_scale::LambdaReason;
 use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::state_variable_filter::Hold;
 use seatrial_core::{AbortReason, Action, Outcome, Sample, Steering, YawModel};

@@ -1,7 +1,7 @@
 //! A trial made up from the closed form: the vehicle of Table II, a proportional heading loop, two
 //! doublets a run, compass noise. The results are written down, not estimated.
 
-use seatrial::time_scale::LambdaReason;
+use seatrial::log::LambdaReason;
 use seatrial_core::state_variable_filter::Hold;
 use std::collections::BTreeMap;
 

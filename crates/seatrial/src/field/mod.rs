@@ -13,9 +13,11 @@ use seatrial_core::{SchedulePoint, SpeedSchedule, Vehicle};
 use serde::Serialize;
 
 use crate::campaign::Campaign;
-use crate::circle_fit::NoCircle;
+pub use crate::circle_fit::{CircleFit, NoCircle};
 use crate::gain_allowance::{GainAllowance, least_damped_schedule};
-use crate::heading_step::{HeadingSteps, NoExperiment};
+pub use crate::heading_step::{
+    Control, HeadingStepRun, HeadingStepSample, HeadingSteps, NoExperiment, StepMeasure,
+};
 use crate::identification::Identification;
 use crate::savitzky_golay::NoDerivative;
 use crate::surge::SurgeModel;

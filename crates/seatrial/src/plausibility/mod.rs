@@ -39,7 +39,6 @@ use seatrial_core::Sample;
 use crate::record::Record;
 pub use derived::heading_is_smoothed;
 pub use doubt::Doubt;
-pub use mismatch::RateMismatch;
 pub use stood::heading_stood;
 pub use two_headings::heading_later_s;
 

@@ -5,7 +5,7 @@ use seatrial_core::{Sample, Side, Turn, YawModel};
 use serde::Serialize;
 
 use super::PriorSpeed;
-use crate::gain_allowance::{GainAllowance, sampled};
+use crate::gain_allowance::{DAMPING_RATIO, GainAllowance, sampled};
 use crate::identify::cramer_rao::cramer_rao_bound;
 use crate::propagation::{NORMAL_95, interval_95};
 use crate::record::median_interval_s;
@@ -62,7 +62,7 @@ impl Expected {
                 relative.is_finite().then_some(relative)
             }),
             proportional_gain: predicted(&|model| {
-                let gain = allowance.design(model, core::f64::consts::FRAC_1_SQRT_2);
+                let gain = allowance.design(model, DAMPING_RATIO);
                 Some(gain.ok()?.proportional_gain)
             }),
             steady_turning_radius_m: [Side::Starboard, Side::Port].map(|side| {

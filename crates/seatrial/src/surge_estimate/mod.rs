@@ -13,6 +13,7 @@ use crate::campaign::{Campaign, Run, Stage};
 use fit::{Fitted, Varied, fitted};
 use parts::{Instant, Part};
 
+pub use crate::surge::{SurgeModel, SurgePoint};
 pub use design::{ExpectedRun, ExpectedSurge, SurgeBelief};
 
 /// 97.5 % point of the standard normal distribution.

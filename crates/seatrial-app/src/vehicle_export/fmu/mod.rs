@@ -2,9 +2,12 @@
 
 mod binary;
 mod description;
-mod zip;
+
+use std::io::{Cursor, Write};
 
 use seatrial_sim::IdentifiedVehicle;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use super::program::{self, identifier};
 use crate::Error;
@@ -29,10 +32,18 @@ impl Fmu {
         let vehicle_file = vehicle
             .to_toml()
             .map_err(|error| Error::Input(format!("{}: {error}", vehicle.name)))?;
-        let mut archive = zip::Archive::default();
+        let refused =
+            |error: zip::result::ZipError| Error::Input(format!("{}: {error}", vehicle.name));
+        let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+        // Without a date: the same vehicle gives the same file.
+        let stored = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            .last_modified_time(DateTime::default());
         let mut add = |path: &str, content: &[u8]| {
-            let too_large = Error::Input(format!("{}: {path} is too large", vehicle.name));
-            archive.add(path, content).ok_or(too_large)
+            archive.start_file(path, stored).map_err(refused)?;
+            archive
+                .write_all(content)
+                .map_err(|error| refused(error.into()))
         };
         let model_description = description::model(vehicle, &model, &token);
         add("modelDescription.xml", model_description.as_bytes())?;
@@ -47,8 +58,9 @@ impl Fmu {
             }
             Err(reason) => Some(reason.to_string()),
         };
+        let bytes = archive.finish().map_err(refused)?.into_inner();
         Ok(Self {
-            bytes: archive.finish(),
+            bytes,
             without_binary,
         })
     }
