@@ -56,7 +56,7 @@
 //! |---|---|
 //! | one model from one or several manoeuvres | [`identify`](mod@identify) |
 //! | every method on the same record | [`compare`] |
-//! | what several turn rates of one hull tell together | [`amplitude`] |
+//! | what several speeds or turn rates of one hull tell together | [`speeds`] |
 //! | manoeuvres in a long log | [`segmentation`] |
 //! | what a trial will tell before it is run | [`preview`] |
 //! | whether a vehicle has changed since | [`health`] |
