@@ -22,3 +22,15 @@ pub enum Error {
     #[error(transparent)]
     Logbook(#[from] seatrial_logbook::Error),
 }
+
+/// Why a rudder that is an angle is not compared with a share of full rudder, and what settles it.
+pub(crate) const OTHER_UNIT: (&str, &str) = (
+    "one rudder is an angle and the other a share of full",
+    "Give the angle of full rudder for both with --rudder-range-deg DEG.",
+);
+
+/// [`OTHER_UNIT`] of a log or of models.
+pub(crate) fn other_unit(origin: &str) -> Error {
+    let (why, action) = OTHER_UNIT;
+    Error::Setting(format!("{origin}: {why}. {action}"))
+}

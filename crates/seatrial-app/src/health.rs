@@ -8,6 +8,7 @@ use seatrial_core::{RudderUnit, YawModel};
 use serde::Serialize;
 
 use crate::Error;
+use crate::error::{OTHER_UNIT, other_unit};
 use crate::logs::{OpenedLog, Source};
 use crate::models::ComparedModels;
 
@@ -85,18 +86,6 @@ pub fn change(
         (None, Some((why, action))) => cannot_tell(why, action),
         (None, None) => compare(reference, &now.models, settings),
     }
-}
-
-/// Why a rudder that is an angle is not compared with a share of full rudder, and what settles it.
-const OTHER_UNIT: (&str, &str) = (
-    "one rudder is an angle and the other a share of full",
-    "Give the angle of full rudder for both with --rudder-range-deg DEG.",
-);
-
-/// [`OTHER_UNIT`] of a log or of models.
-pub(crate) fn other_unit(origin: &str) -> Error {
-    let (why, action) = OTHER_UNIT;
-    Error::Setting(format!("{origin}: {why}. {action}"))
 }
 
 /// Why the rudders of two sets of models are not in one unit, or do not count to one side.

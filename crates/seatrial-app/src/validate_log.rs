@@ -10,7 +10,7 @@ use seatrial_core::YawModel;
 use serde::Serialize;
 
 use crate::Error;
-use crate::health::other_unit;
+use crate::error::other_unit;
 use crate::identify_log::no_model;
 use crate::logs::{Observer, OpenedLog, ReadSettings, Source, open_inside};
 use crate::models::Models;

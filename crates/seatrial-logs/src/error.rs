@@ -176,9 +176,7 @@ pub enum Fault {
     },
     /// A format that knows its channels has none for a quantity that is needed.
     #[error(
-        "nothing in it is known as {quantity}: {found}; {}",
-        elsewhere(*.quantity)
-    )]
+        "nothing in it is known as {quantity}: {found}; {}", elsewhere(*.quantity))]
     NotLogged {
         /// What is needed.
         quantity: Quantity,
@@ -487,10 +485,10 @@ fn elsewhere(quantity: Quantity) -> String {
             "record it again with a time before each sentence, as OpenCPN's voyage recorder does"
                 .into()
         }
-        _ => format!(
-            "if it is there under another name say which with {} NAME",
-            quantity.option()
-        ),
+        _ => {
+            let option = quantity.option();
+            format!("if it is there under another name say which with {option} NAME")
+        }
     }
 }
 

@@ -16,6 +16,7 @@ mod choice;
 mod clock;
 mod computed;
 mod content;
+mod coordinates;
 mod csv;
 mod dataflash;
 mod description;

@@ -228,23 +228,26 @@ pub(crate) fn from_long(
     }
     let telling = telling(&kind_of);
     for (name, kind) in &kind_of {
-        let (name, telling, unit) = match has_unit {
-            true => (
-                &name[..name.len() - 1],
-                &telling[..telling.len() - 1],
-                format!("[{}]", name[name.len() - 1]),
-            ),
-            false => (&name[..], &telling[..], of_all.clone()),
-        };
-        let name = name_of(name, telling);
-        heap.kinds[*kind].name = match unit.trim_matches(['[', ']']).parse::<Unit>() {
-            Ok(_) => format!("{name} {unit}"),
-            Err(_) => name,
+        heap.kinds[*kind].name = match has_unit {
+            true => {
+                let names = name.len() - 1;
+                let unit = format!("[{}]", name[names]);
+                with_unit(name_of(&name[..names], &telling[..names]), &unit)
+            }
+            false => with_unit(name_of(name, &telling), &of_all),
         };
     }
     let stated = unit_of_time(&column, &choice);
     let table = heap.into_table(table, &column, stated)?;
     Ok((table, without_time(choice)))
+}
+
+/// The name with a unit in brackets, where it is one.
+fn with_unit(name: String, unit: &str) -> String {
+    match unit.trim_matches(['[', ']']).parse::<Unit>() {
+        Ok(_) => format!("{name} {unit}"),
+        Err(_) => name,
+    }
 }
 
 fn text_of(cell: &Cell) -> String {

@@ -11,7 +11,7 @@ use seatrial_core::Sample;
 
 #[cfg(feature = "containers")]
 use crate::clock::instant;
-use crate::computed::metres;
+use crate::coordinates::metres;
 use crate::error::{Fault, clipped};
 use crate::input::{Held, Input};
 

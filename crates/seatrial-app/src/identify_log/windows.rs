@@ -6,7 +6,7 @@ use seatrial::Window;
 use seatrial::identify::ValidationData;
 
 use crate::Error;
-use crate::health::other_unit;
+use crate::error::other_unit;
 use crate::logs::{Observer, OpenedLog, ReadSettings, open_inside};
 
 /// The filters may be warmed on so many lengths of the training window before it.

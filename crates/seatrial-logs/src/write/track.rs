@@ -6,7 +6,7 @@ use std::path::Path;
 use jiff::Timestamp;
 use seatrial_core::Sample;
 
-use crate::computed::place;
+use crate::coordinates::place;
 
 /// Points are at least this far apart, s.
 const INTERVAL_S: f64 = 1.0;
@@ -99,7 +99,7 @@ fn kml(points: &[(f64, [f64; 2])]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::computed::metres;
+    use crate::coordinates::metres;
 
     #[test]
     fn exact_a_place_is_that_of_its_metres() {

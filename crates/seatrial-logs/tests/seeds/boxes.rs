@@ -108,10 +108,21 @@ pub fn signal_k() -> Vec<u8> {
     rows.collect::<String>().into_bytes()
 }
 
-/// The same as an array.
+/// Deltas of Signal K in an array.
 pub fn signal_k_array() -> Vec<u8> {
     let lines = String::from_utf8(signal_k()).unwrap();
     format!("[{}]", lines.trim_end().replace('\n', ",\n")).into_bytes()
+}
+
+/// One value a row without names of columns.
+pub fn topics() -> Vec<u8> {
+    let rows = (0..ROWS).map(|k| {
+        format!(
+            "0.{k}5 boat/heading_deg {}\n0.{k}5 boat/rudder_deg -3.25\n",
+            80 + k
+        )
+    });
+    rows.collect::<String>().into_bytes()
 }
 
 fn sheet() -> String {

@@ -52,7 +52,7 @@ pub fn of(format: &str) -> Vec<Vec<u8>> {
         "nmea0183" => vec![nmea0183(), nmea0183_without_times()],
         "alog" => vec![alog()],
         "expedition" => vec![expedition()],
-        "csv" => vec![csv(), long(), topics(), sparse(), boxes::key_value()],
+        "csv" => vec![csv(), long(), boxes::topics(), sparse(), boxes::key_value()],
         "mcap" => [
             None,
             Some(mcap::Compression::Lz4),
@@ -354,17 +354,6 @@ pub fn alog() -> Vec<u8> {
         }
     }
     log.into_bytes()
-}
-
-/// One value a row without names of columns.
-fn topics() -> Vec<u8> {
-    let rows = (0..ROWS).map(|k| {
-        format!(
-            "0.{k}5 boat/heading_deg {}\n0.{k}5 boat/rudder_deg -3.25\n",
-            80 + k
-        )
-    });
-    rows.collect::<String>().into_bytes()
 }
 
 pub fn csv() -> Vec<u8> {

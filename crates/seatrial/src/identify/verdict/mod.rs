@@ -2,6 +2,7 @@
 
 mod compass;
 mod contradiction;
+mod lag;
 mod mishap;
 mod parameters;
 mod record;

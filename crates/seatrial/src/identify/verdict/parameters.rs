@@ -28,10 +28,6 @@ const LARGEST_DISAGREEMENT: f64 = 0.75;
 /// Effect of a lag that is not in the log, in half widths of the 95 % interval, from which it is noted.
 const NOTED_LAG_EFFECT: f64 = 0.5;
 
-/// Lag in the vehicle's time constants from which the two are told apart too seldom: of a lag of three quarters of the time constant a22 is off
-/// by two half widths at most, of an equal one by up to eight.
-const LONGEST_LAG: f64 = 0.7;
-
 /// Share of the parameter under which the effect of a lag is not noted, whatever the interval; and the share by which repeats of a sound
 /// manoeuvre differ, up to which it is not noted either, unless it is many half widths: 0.1 s does nothing to a boat of 5 s.
 const LEAST_LAG_EFFECT: f64 = 0.02;
@@ -73,35 +69,7 @@ impl Weighing {
             );
         }
         if b2.half_width >= 1.0 {
-            let interval = b2.interval.map(three_figures);
-            let holds_0 = format!(
-                "the 95 % interval of b2, {} to {} 1/s^2, holds 0",
-                interval[0], interval[1]
-            );
-            return match lag_of_either(checked) {
-                Some(lag_s) => {
-                    let lag = three_figures(lag_s);
-                    let reason = Reason::new(
-                        ReasonCode::NotIdentifiable,
-                        format!(
-                            "{holds_0} behind a lag of {lag} s, of the rudder or of a heading that is late or smoothed: log the measured rudder angle, and a gyro's yaw rate"
-                        ),
-                    );
-                    self.rejections.push(Reason {
-                        text: format!(
-                            "The heading follows the rudder behind a lag of {lag} s, of the rudder or of a heading that is late or smoothed: the log does not show which."
-                        ),
-                        action: LOG_BOTH.into(),
-                        ..reason
-                    });
-                }
-                None => self.reject(
-                    ReasonCode::NotIdentifiable,
-                    format!(
-                        "{holds_0}: the heading does not follow the rudder measurably; check that the two channels belong together, then excite with more rudder"
-                    ),
-                ),
-            };
+            return self.holds_0(b2.interval, checked);
         }
         if let Explained::HigherOrder {
             most_gain: None, ..
@@ -332,18 +300,7 @@ impl Weighing {
         if let Some(share) = checked.explained.structural_misfit()
             && !self.says(&ReasonCode::CompassLate)
         {
-            let reason = Reason::new(ReasonCode::ModelOrder, beyond_first_order(checked, share));
-            self.notes.push(match lag_of_either(checked) {
-                Some(lag_s) => Reason {
-                    text: format!(
-                        "The rudder lags, or the heading is late or smoothed, by {} s: the log does not show which.",
-                        three_figures(lag_s)
-                    ),
-                    action: LOG_BOTH.into(),
-                    ..reason
-                },
-                None => reason,
-            });
+            self.beyond(beyond_first_order(checked, share), checked);
         }
         self.play(checked.explained.play_rad());
         if let Explained::Disturbed { share, .. } = checked.explained {
@@ -369,50 +326,6 @@ impl Weighing {
         );
     }
 
-    /// A lag about as long as the vehicle's own time constant may change places with it: the heading is the same.
-    fn lag_like_the_vehicle(&mut self, checked: &Checked) {
-        let lags = |higher: &&HigherOrder| higher.structure.lag && !higher.structure.sway;
-        let Some(higher) = checked.explained.beyond().filter(lags) else {
-            return;
-        };
-        let (lag_s, own_s) = (
-            higher.model.rudder_lag_s,
-            1.0 / higher.model.a22_per_s.abs(),
-        );
-        if lag_s < LONGEST_LAG * own_s {
-            return;
-        }
-        let (lag, own) = (three_figures(lag_s), three_figures(own_s));
-        let (of, gyro) = match checked.log.is_heading_unchecked() {
-            true => (
-                "the rudder's or a heading filter's",
-                ", and a gyro's yaw rate",
-            ),
-            false => ("the rudder's", ""),
-        };
-        let reason = Reason::new(
-            ReasonCode::NotIdentifiable,
-            format!(
-                "the heading follows the rudder behind two lags of {own} and {lag} s, and does not show which is the vehicle's and which {of}: a22 may be that of either; log the measured rudder angle{gyro}"
-            ),
-        );
-        self.rejections.push(Reason {
-            text: format!(
-                "The heading follows the rudder behind two lags, of {own} and {lag} s, and does not show which is the vehicle's and which {of}."
-            ),
-            action: format!("Log the measured rudder angle{gyro}."),
-            ..reason
-        });
-        // Why an interval holds 0 is said once.
-        let mut found = self.rejections.iter().enumerate();
-        let first = found.find(|(_, reason)| reason.code == ReasonCode::NotIdentifiable);
-        if let Some((first, _)) = first
-            && first + 1 < self.rejections.len()
-        {
-            self.rejections.remove(first);
-        }
-    }
-
     fn training_fit(&mut self, checked: &Checked) {
         let fit = &checked.training_fit;
         let heading = fit.r2_heading_offset_refit;
@@ -433,16 +346,6 @@ impl Weighing {
             );
         }
     }
-}
-
-/// What shows whether the rudder lags or the heading is late.
-const LOG_BOTH: &str = "Log the measured rudder angle, and a gyro's yaw rate.";
-
-/// The lag, s, that is all that a record has beyond first order, where nothing shows whether it is the rudder's or the heading's.
-fn lag_of_either(checked: &Checked) -> Option<f64> {
-    let higher = checked.explained.beyond()?;
-    let lags_only = higher.structure.lag && !higher.structure.sway;
-    (lags_only && checked.log.is_heading_unchecked()).then_some(higher.model.rudder_lag_s)
 }
 
 fn holds_zero([low, high]: [f64; 2]) -> bool {
