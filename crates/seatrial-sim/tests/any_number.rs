@@ -167,7 +167,7 @@ fn io_the_field_is_named_with_its_range() {
     );
     assert!(
         waves("1.0", "1e-300")
-            .contains("sea.waves.peak_period_s must be a period from 0.5 to 60 s")
+            .contains("sea.waves.peak_period_s must be a time from 0.5 to 60 s")
     );
     for (text, field) in [
         ("sample_interval_s = 1e-9", "sample_interval_s"),
