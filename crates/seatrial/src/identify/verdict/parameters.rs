@@ -58,6 +58,19 @@ impl Weighing {
         }
     }
 
+    /// Notes that no heading gain suits all vehicles that explain the record.
+    fn no_gain(&mut self, checked: &Checked) {
+        if let Explained::HigherOrder {
+            most_gain: None, ..
+        } = checked.explained
+        {
+            self.note(
+                ReasonCode::Unstable,
+                "there is no heading gain: on many of the vehicles that explain this record alike every one overshoots by more than a fifth or never settles, since at small rudder angles, or in a long turn, the vehicle may not stop turning by itself, or the rudder has play; record small rudder angles and long turns, or tune the autopilot with a rate gain".into(),
+            );
+        }
+    }
+
     fn intervals(&mut self, refined: &Refined, checked: &Checked) {
         let b2 = Share::new(refined.model.b2_per_s2, refined.interval_95.b2_per_s2);
         let a22 = Share::new(refined.model.a22_per_s, refined.interval_95.a22_per_s);
@@ -71,15 +84,7 @@ impl Weighing {
         if b2.half_width >= 1.0 {
             return self.holds_0(b2.interval, checked);
         }
-        if let Explained::HigherOrder {
-            most_gain: None, ..
-        } = checked.explained
-        {
-            self.note(
-                ReasonCode::Unstable,
-                "there is no heading gain: on many of the vehicles that explain this record alike every one overshoots by more than a fifth or never settles, since at small rudder angles, or in a long turn, the vehicle may not stop turning by itself, or the rudder has play; record small rudder angles and long turns, or tune the autopilot with a rate gain".into(),
-            );
-        }
+        self.no_gain(checked);
         if a22.half_width >= 1.0 {
             return self.reject(
                 ReasonCode::NotIdentifiable,
