@@ -112,43 +112,7 @@ impl Quantity {
     /// Names of columns, lower case without separators, in groups from the clearest to the vaguest.
     pub(crate) fn names(self) -> &'static [&'static [&'static str]] {
         match self {
-            Self::Time => &[
-                &["time", "t"],
-                &[
-                    "timestamp",
-                    "ts",
-                    "stamp",
-                    "elapsed",
-                    "elapsedtime",
-                    "seconds",
-                    "secs",
-                    "sec",
-                    "millis",
-                    "datenum",
-                    "micros",
-                    "ticks",
-                    "tick",
-                    "itow",
-                    "tow",
-                    "filetime",
-                    "julianday",
-                    "juliandate",
-                    "jd",
-                    "mjd",
-                    "secondsofday",
-                ],
-                &[
-                    "epoch",
-                    "unixtime",
-                    "utc",
-                    "datetime",
-                    "date",
-                    "clock",
-                    "lastchanged",
-                    "lastupdated",
-                    "ms",
-                ],
-            ],
+            Self::Time => TIME,
             Self::Heading => &[
                 &[
                     "heading",
@@ -220,6 +184,45 @@ impl Quantity {
         }
     }
 }
+
+/// Names of the column with the time, as of [`Quantity::names`].
+const TIME: &[&[&str]] = &[
+    &["time", "t"],
+    &[
+        "timestamp",
+        "ts",
+        "stamp",
+        "elapsed",
+        "elapsedtime",
+        "seconds",
+        "secs",
+        "sec",
+        "millis",
+        "datenum",
+        "micros",
+        "ticks",
+        "tick",
+        "itow",
+        "tow",
+        "filetime",
+        "julianday",
+        "juliandate",
+        "jd",
+        "mjd",
+        "secondsofday",
+    ],
+    &[
+        "epoch",
+        "unixtime",
+        "utc",
+        "datetime",
+        "date",
+        "clock",
+        "lastchanged",
+        "lastupdated",
+        "ms",
+    ],
+];
 
 /// Names of the rudder's column, as of [`Quantity::names`].
 const RUDDER: &[&[&str]] = &[

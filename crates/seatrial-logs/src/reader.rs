@@ -150,8 +150,7 @@ impl LogReader {
         &self.description
     }
 
-    /// The latitude and longitude from which north and east are, deg, where the log or the file of its positions has them. Asked after
-    /// the last sample.
+    /// Latitude and longitude, deg, of north and east 0, where the log or its file of positions has them. Call it after the last sample.
     pub fn origin_deg(&self) -> Option<[f64; 2]> {
         match &self.positions {
             Some(positions) => Some(positions.origin_deg()),

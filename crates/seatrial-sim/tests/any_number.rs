@@ -166,8 +166,7 @@ fn io_the_field_is_named_with_its_range() {
             .contains("sea.waves.significant_height_m must be a length from 0 to 30 m")
     );
     assert!(
-        waves("1.0", "1e-300")
-            .contains("sea.waves.peak_period_s must be a time from 0.5 to 60 s")
+        waves("1.0", "1e-300").contains("sea.waves.peak_period_s must be a time from 0.5 to 60 s")
     );
     for (text, field) in [
         ("sample_interval_s = 1e-9", "sample_interval_s"),

@@ -70,7 +70,7 @@ pub enum OutputError {
 }
 
 impl OutputError {
-    /// The same of another place, of which the file is a copy.
+    /// The error with the path of another place, of which the file is a copy.
     #[cfg(feature = "parquet")]
     pub(crate) fn of(mut self, place: &Path) -> Self {
         let (Self::Refused { path, .. } | Self::NotSaved { path, .. }) = &mut self;

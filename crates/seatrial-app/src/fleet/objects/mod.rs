@@ -15,7 +15,7 @@ use seatrial_logs::{Fault, Held, ReadError};
 use tempfile::NamedTempFile;
 
 use super::Source;
-use super::source::{Found, is_log_name};
+use super::log_file::{Found, is_log_name};
 
 /// How addresses begin.
 const SCHEMES: [&str; 4] = ["s3", "gs", "https", "http"];
