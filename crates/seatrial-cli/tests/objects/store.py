@@ -1,7 +1,7 @@
 """A server of S3 (moto), a proxy before it that cuts connections, and a server of HTTPS for a folder.
 
 Prints a line of JSON with their ports. Then each line of standard input is a command, and `done` answers it:
-`cut N` cuts so many connections, each in the middle of an object; `left` answers how many are not cut yet; `put KEY FILE` and
+`cut N` cuts so many connections, each in the middle of a list of objects or of an object; `left` answers how many are not cut yet; `put KEY FILE` and
 `get KEY FILE` copy.
 """
 
@@ -26,9 +26,10 @@ from moto.server import ThreadedMotoServer
 
 folder = pathlib.Path(sys.argv[1])
 bucket = "boats"
-# Behind the head of an answer and before the end of a log.
-CUT_AFTER_BYTES = 20_000
+# Behind the head of an answer, and before the end of a log and of a list of logs.
+CUT_AFTER_BYTES = 4_000
 cuts = 0
+long_answers = 0
 lock = threading.Lock()
 
 
@@ -39,10 +40,12 @@ class Proxy(socketserver.BaseRequestHandler):
         with socket.create_connection(("127.0.0.1", s3_port)) as server:
             asking = threading.Thread(target=self.ask, args=(server,), daemon=True)
             asking.start()
-            self.answered = 0
+            self.answered, self.is_long = 0, False
             while piece := server.recv(4096):
                 self.answered += len(piece)
-                if self.answered > CUT_AFTER_BYTES and take_a_cut():
+                became_long = self.answered > CUT_AFTER_BYTES and not self.is_long
+                self.is_long = self.is_long or became_long
+                if became_long and take_a_cut():
                     self.request.shutdown(socket.SHUT_RDWR)
                     return
                 self.request.sendall(piece)
@@ -50,7 +53,7 @@ class Proxy(socketserver.BaseRequestHandler):
     def ask(self, server):
         try:
             while piece := self.request.recv(4096):
-                self.answered = 0
+                self.answered, self.is_long = 0, False
                 server.sendall(piece)
             server.shutdown(socket.SHUT_WR)
         except OSError:
@@ -58,9 +61,11 @@ class Proxy(socketserver.BaseRequestHandler):
 
 
 def take_a_cut():
-    global cuts
+    """Of long answers each second one, so that what is asked for again comes."""
+    global cuts, long_answers
     with lock:
-        is_cut = cuts > 0
+        long_answers += 1
+        is_cut = cuts > 0 and long_answers % 2 == 1
         cuts -= is_cut
         return is_cut
 

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::fs::File;
-use std::io::{Read, Seek, Write};
+use std::io::{ErrorKind, Read, Seek, Write};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -166,13 +166,40 @@ pub fn list(address: Address, prefix: &str) -> Result<Vec<Source>, ObjectError> 
     let (store, _) = resolved(address)?;
     let place = |error| address.error(error, "expected the prefix of objects");
     let prefix = Key::parse(prefix.trim_end_matches('/')).map_err(place)?;
-    let listed = store
-        .list(Some(&prefix))
-        .map_ok(|about| source(&format!("{}/{}", address.base, about.location), &about));
     wait(address, async {
-        let listed: Result<Vec<Source>, Error> = listed.try_collect().await;
-        listed.map_err(|error| explained(address, &error))
+        let mut cuts = 0;
+        loop {
+            let listed = store.list(Some(&prefix)).map_ok(|about| {
+                let path = format!("{}/{}", address.base, about.location);
+                source(&path, &about)
+            });
+            let listed: Result<Vec<Source>, Error> = listed.try_collect().await;
+            match listed {
+                Ok(sources) => return Ok(sources),
+                Err(error) if is_cut(&error) && cuts < MAX_RETRIES => cuts += 1,
+                Err(error) => return Err(explained(address, &error)),
+            }
+        }
     })
+}
+
+/// Was a connection cut in the middle of an answer? The library itself tries requests and objects again, not answers that list objects.
+fn is_cut(error: &Error) -> bool {
+    let mut cause: Option<&(dyn std::error::Error + 'static)> = Some(error);
+    while let Some(found) = cause {
+        if let Some(error) = found.downcast_ref::<std::io::Error>() {
+            return matches!(
+                error.kind(),
+                ErrorKind::BrokenPipe
+                    | ErrorKind::ConnectionAborted
+                    | ErrorKind::ConnectionReset
+                    | ErrorKind::TimedOut
+                    | ErrorKind::UnexpectedEof
+            );
+        }
+        cause = found.source();
+    }
+    false
 }
 
 fn source(path: &str, about: &ObjectMeta) -> Source {
