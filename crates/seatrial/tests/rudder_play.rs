@@ -9,7 +9,8 @@ use seatrial::identify::whole_record::{WholeRecord, robust_estimate};
 use seatrial::identify::{IdentifySettings, ValidationData, identify};
 use seatrial::{Record, Window};
 use seatrial_core::model::YawState;
-use seatrial_core::{Sample, YawModel};
+use seatrial_core::{Action, Sample, Steering, Vehicle, YawModel};
+use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
 const THETA: [f64; 3] = [-0.8, 0.7, 0.01];
 
@@ -159,4 +160,34 @@ fn recover_the_weighed_model_reaches_the_one_behind_the_play() {
 fn prop_a_sound_rudder_is_not_suspected() {
     let suspected = (1..=50).filter(|seed| record(0.0, *seed).robust.play_rad.is_some());
     assert!(suspected.count() <= 1);
+}
+
+/// A vehicle of 5 s in a sea as slow. A rudder behind play may look like that of a slower vehicle, whose comparisons are longer: evidence of
+/// fewer of them is no evidence for play.
+#[test]
+fn prop_a_sound_rudder_of_a_slow_vehicle_is_not_suspected() {
+    let suspects = |seed: &u64| {
+        let mut vehicle =
+            FirstOrderVehicle::new(VehicleConfig::starfish().slowed(5.4), *seed).unwrap();
+        let mut samples = Vec::new();
+        while let Ok(Some(sample)) = vehicle.next_sample() {
+            let steering = match sample.time_s {
+                110.0..121.0 => Steering::Rudder(0.26),
+                121.0..132.0 => Steering::Rudder(-0.26),
+                _ => Steering::HoldHeading(0.0),
+            };
+            if sample.time_s > 190.0 {
+                break;
+            }
+            samples.extend((sample.time_s >= 100.0).then_some(sample));
+            let action = Action {
+                steering,
+                thrust: Some(0.8),
+                outcome: None,
+            };
+            let Ok(()) = vehicle.act(&action);
+        }
+        robust_estimate(&samples).unwrap().robust.play_rad.is_some()
+    };
+    assert!((1..=20).filter(suspects).count() <= 1);
 }

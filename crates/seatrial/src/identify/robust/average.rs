@@ -23,7 +23,12 @@ impl Hypotheses {
     /// `None` where the record determines no vehicle.
     pub fn of(record: &Record) -> Option<Self> {
         let start = record.start()?;
-        let block = record.block(start.0[A22]);
+        Self::of_comparisons(record, record.block(start.0[A22]))
+    }
+
+    /// [`of`](Self::of) with comparisons of so many samples: evidence of one record is compared only where it is of as many comparisons.
+    pub fn of_comparisons(record: &Record, block: usize) -> Option<Self> {
+        let start = record.start()?;
         let mut found = Found::nothing();
         let prompt = found.prompt_rudder(record, &start, block);
         let lagging = match record.known_delay_s {

@@ -30,8 +30,9 @@ const WIDEST: f64 = 0.5;
 /// Probability of a rudder that acts at once under which a lag is part of the model.
 const LEAST_PROMPT: f64 = 0.02;
 
-/// Log of how much likelier a record must be with play than without: play is believed in one rudder of twenty.
-pub const LEAST_EVIDENCE: f64 = 3.0;
+/// Log of how much likelier a record must be with play than without: play is believed in one rudder of twenty, and the likeliest of
+/// [`PLAYS`](super::play::PLAYS) is one of six.
+pub const LEAST_EVIDENCE: f64 = 4.8;
 
 /// 97.5 % of a normal distribution are below so many standard deviations.
 const NORMAL_95: f64 = 1.96;
@@ -121,7 +122,7 @@ impl RobustEstimate {
     fn behind_play(record: &Record, hypotheses: &Hypotheses) -> Option<(f64, Self)> {
         let play_rad = likely_play_rad(record, hypotheses.block, &hypotheses.white)?;
         let fin = record.with_rudder(fin_behind(&record.rudder_rad, play_rad));
-        let with_play = Hypotheses::of(&fin)?;
+        let with_play = Hypotheses::of_comparisons(&fin, hypotheses.block)?;
         let likelier = with_play.log_evidence(&EXPECTED) - hypotheses.log_evidence(&EXPECTED);
         (likelier > LEAST_EVIDENCE).then_some((play_rad, Self::under(&fin, &with_play)?))
     }
