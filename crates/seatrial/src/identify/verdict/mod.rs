@@ -12,6 +12,7 @@ mod validation;
 use seatrial_core::{Axis, GoodnessOfFit, RudderUnit, YawModel};
 
 use super::checked::Checked;
+use super::log_statistics::LogStatistics;
 pub use super::refusal::{refuse_record, rudder_constant};
 use crate::figures::r2_text;
 pub use crate::figures::three_figures;
@@ -63,7 +64,7 @@ pub(super) fn judge(checked: &Checked) -> Verdict {
     }
     weighing.mishaps(checked);
     weighing.extrapolation(checked);
-    let verdict = first_of_all_the_rudder(weighing.verdict(checked.validation), checked);
+    let verdict = first_of_all_the_rudder(weighing.verdict(checked.validation), checked.log);
     match checked.log.is_turning_circle {
         true => of_a_turning_circle(verdict),
         false => verdict,
@@ -93,8 +94,8 @@ fn of_a_turning_circle(mut verdict: Verdict) -> Verdict {
 const HARDLY_MOVED_RAD: f64 = 0.026;
 
 /// The verdict, which names a rudder that hardly moved before all that follows from it.
-fn first_of_all_the_rudder(mut verdict: Verdict, checked: &Checked) -> Verdict {
-    let (amplitude_rad, unit) = (checked.log.rudder_amplitude_rad, checked.log.rudder_unit);
+fn first_of_all_the_rudder(mut verdict: Verdict, log: &LogStatistics) -> Verdict {
+    let (amplitude_rad, unit) = (log.rudder_amplitude_rad, log.rudder_unit);
     let has_hardly_moved = unit == RudderUnit::Rad && amplitude_rad < HARDLY_MOVED_RAD;
     // In another unit it may have moved well.
     let is_in_doubt = |reason: &Reason| reason.code == ReasonCode::RudderUnitDoubtful;

@@ -1,6 +1,6 @@
 //! May a model of ordinary steering be used?
 
-use super::{Share, Weighing};
+use super::{Share, Weighing, first_of_all_the_rudder};
 use crate::figures::{percent, r2_text, three_figures};
 use crate::identification::{LEAST_R2, Reason, ReasonCode, Verdict, WIDEST_A22, WIDEST_B2};
 use crate::identify::misfit::{disturbance_share, is_large_share};
@@ -25,7 +25,7 @@ pub(in crate::identify) fn judge_steering(steering: &Steering) -> Verdict {
     weighing.steering_pace(steering);
     weighing.steering_prediction(steering);
     weighing.steering_notes(steering);
-    weighing.steering_verdict(steering)
+    first_of_all_the_rudder(weighing.steering_verdict(steering), &steering.log)
 }
 
 impl Weighing {

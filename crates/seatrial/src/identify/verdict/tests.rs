@@ -298,6 +298,20 @@ fn exact_a_late_compass_explains_the_misfit() {
     assert!(!verdict.has(&ReasonCode::ModelOrder));
 }
 
+/// What a model misses limits its use where validation data show it, or where it is much.
+#[test]
+fn exact_a_misfit_that_validation_data_do_not_show_is_not_noted() {
+    let noted = |share, heading, rate| {
+        let mut chain = Chain::of(refined(0.05)).with_misfit(share);
+        chain.validation = Some(validation(0.7, heading, rate));
+        chain.judge().has(&ReasonCode::ModelOrder)
+    };
+    assert!(!noted(0.1, 0.95, 0.96));
+    assert!(noted(0.1, 0.85, 0.96) && noted(0.1, 0.95, 0.85) && noted(0.3, 0.95, 0.96));
+    let vague = Chain::of(refined(0.45)).with_misfit(0.1);
+    assert!(vague.judge().has(&ReasonCode::ModelOrder));
+}
+
 #[test]
 fn exact_notes_do_not_refuse() {
     let mut noted = Chain::of(refined_at([-1.07, -1.08, 0.012], 0.05));

@@ -18,6 +18,9 @@ const CERTAIN: f64 = 2.58;
 /// A change of b2 by less, as its logarithm, is not put down to the speed.
 const LEAST_OF_SPEED: f64 = 0.15;
 
+/// R^2 of heading that a model with 70 % of the rudder's effect does not reach on data of a rudder that did not stop: 1 - 0.3^2, and chance.
+const STOPPED_R2: f64 = 0.93;
+
 /// Where a jump of the compass was found.
 const IN_VALIDATION: &str = "in the validation data";
 
@@ -185,13 +188,19 @@ impl Weighing {
             ),
             (Some(found), None) => self.contradicted(&found),
             (None, _) => {
-                if let Some(times) = weakness(model, covariance, other, &STOPPED) {
+                let refuses = |times: f64| {
+                    times > BLIND
+                        && checked.explained.structural_misfit().is_none()
+                        && refined.method != EstimateMethod::WeighedHypotheses
+                };
+                let weak = weakness(model, covariance, other, &STOPPED);
+                if let Some(times) =
+                    weak.filter(|times| refuses(*times) || !predicts_too_well(checked))
+                {
                     self.weakly_validated(
                         times,
                         "a rudder that stops at 70 % of the training's angle",
-                        times > BLIND
-                            && checked.explained.structural_misfit().is_none()
-                            && refined.method != EstimateMethod::WeighedHypotheses,
+                        refuses(times),
                     );
                 }
             }
@@ -254,6 +263,12 @@ impl Weighing {
             );
         }
     }
+}
+
+/// Does the model predict the heading of validation data better than one of a rudder that stopped at 70 % of the training's angle could?
+fn predicts_too_well(checked: &Checked) -> bool {
+    let r2 = (checked.validation).and_then(|validation| validation.r2_heading_offset_refit);
+    r2.is_some_and(|r2| r2 > STOPPED_R2)
 }
 
 /// Where a larger angle in training than in the validation data turned the vehicle less per degree, at which angle the rudder
