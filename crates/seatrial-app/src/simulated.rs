@@ -63,6 +63,10 @@ impl TrialVehicle for Simulator {
         })
     }
 
+    fn rudder_lag_s(&self) -> f64 {
+        config(&self.name).map_or(0.0, |config| config.rudder_lag_s())
+    }
+
     fn scenario(&self) -> Option<String> {
         let scenario = self.scenario.as_ref()?;
         Some(scenario.display().to_string())

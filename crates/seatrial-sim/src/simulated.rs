@@ -110,6 +110,14 @@ impl SimulatedConfig {
         }
     }
 
+    /// Time constant with which the rudder follows its command, s.
+    pub fn rudder_lag_s(&self) -> f64 {
+        match self {
+            Self::FirstOrder(config) => config.servo.time_constant_s,
+            Self::SixDof(config) => config.rudder.servo.time_constant_s,
+        }
+    }
+
     /// This vehicle in still water with exact sensors.
     pub fn noise_free(&self) -> Self {
         match self {

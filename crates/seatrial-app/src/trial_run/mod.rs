@@ -146,7 +146,15 @@ pub struct Ended {
 /// # Errors
 /// A plan out of its range, a vehicle that cannot be taken, or a logbook that cannot be written. The vehicle was then not taken, or
 /// has been handed back.
-pub fn begin(vehicle: &dyn TrialVehicle, order: Order, sinks: Sinks) -> Result<UnderWay, NotBegun> {
+pub fn begin(
+    vehicle: &dyn TrialVehicle,
+    mut order: Order,
+    sinks: Sinks,
+) -> Result<UnderWay, NotBegun> {
+    let knows_no_lag = !order.plan_is_given && order.plan.rudder_lag_s == 0.0;
+    if knows_no_lag && order.plan.axis.is_yaw() {
+        order.plan.rudder_lag_s = vehicle.rudder_lag_s();
+    }
     order.plan.check()?;
     Trial::new(order.plan.plan)?;
     vehicle::check_axis(vehicle, order.plan.axis)?;

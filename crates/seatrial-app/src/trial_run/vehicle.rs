@@ -32,6 +32,12 @@ pub trait TrialVehicle: Send + Sync {
     /// Its rudder at full steering, where it is known or had to be assumed.
     fn full_rudder(&self) -> Option<FullRudder>;
 
+    /// Time constant with which its rudder follows the command that it reports, s, where it knows it; 0 where it does not, or reports the
+    /// rudder itself.
+    fn rudder_lag_s(&self) -> f64 {
+        0.0
+    }
+
     /// The file of the faults that it meets, where it is simulated with any.
     fn scenario(&self) -> Option<String> {
         None
