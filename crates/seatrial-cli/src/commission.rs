@@ -26,7 +26,8 @@ use crate::vehicle::autopilot;
 #[command(after_help = "\
 The boat steps with its old gains first: a model that does not tell what it does is refused before anything is written. Then \
 the new gains are written and read back, tried by a small step and by full ones, and stay only if they do no worse than the \
-old ones and than foreseen. Whatever ends it, the old gains are put back or listed for `seatrial vehicle restore`.
+old ones and than foreseen. However the command ends, unproven gains do not stay: the old ones are \
+put back, or listed for `seatrial vehicle restore`.
 
 Where the heading controller is ours, the constant gain of the slowest speed steps first at every speed of the campaign, and the \
 gain of the speed after it.

@@ -213,7 +213,7 @@ fn text(document: &HeadingGains, written: Option<&Path>, width: usize) -> String
             false => "",
         };
         notes.push(format!(
-            "Next: the same command with --export FORMAT --out FILE{rehearsal} writes them for a controller; FORMAT is ardupilot, px4, ros2, json or c. How tight the vehicle turns says `seatrial turn` with the same source."
+            "Next: the same command with --export FORMAT --out FILE{rehearsal} writes them for a controller; FORMAT is ardupilot, px4, ros2, json or c. `seatrial turn` prints how tightly the vehicle turns."
         ));
     }
     let text = format!(

@@ -37,7 +37,7 @@ common change. The false alarm rate is that of the whole answer.
 The test assumes what the intervals of `identify` assume: white heading noise and a disturbance without memory of \
 other runs. Speeds within 10 % of the reference's are scaled to it, others left out.
 
-Exit code 0: no change was found, and one worth knowing would have been seen; 4: the vehicle has changed, a re-trial is due, \
+Exit code 0: no change was found, and the test is sharp enough to find one worth knowing; 4: the vehicle has changed, a re-trial is due, \
 or the data cannot tell. The verdict says which and why.
 
 Example:

@@ -28,8 +28,8 @@ use crate::windows::WindowArgs;
 #[derive(clap::Args, Debug)]
 #[command(after_help = "\
 Without windows the manoeuvres of the log are looked for: for each speed (thrust, where the log has it) the best excited \
-one trains, joined with others, and another one validates. A log without manoeuvres, or that is one, is for training \
-as a whole, and validated by its own legs where the rudder was deflected four times or more: a model of the first legs \
+one trains, joined with others, and another one validates. A log without manoeuvres, or with one alone, is used for training \
+as a whole. Where its rudder was deflected four times or more, its own legs validate it: a model of the first legs \
 must predict the others. A log of ordinary steering, by an autopilot or by hand, needs no manoeuvre: the whole of it is \
 fitted, without stops and gaps, and checked on its last two fifths. For the estimator the excitation ends when the rudder has been deflected to both sides and comes \
 back from the second.

@@ -19,7 +19,7 @@ pub use not_built::{beside, run};
 Everybody on this machine may watch and command. On any other address than a loopback one a token is needed: one for \
 operators and one for viewers are made and shown once, and kept as hashes beside the logbook. docs/dashboard.md says more.
 
-Ctrl-C aborts a trial that runs, hands the vehicle back and ends. Exit code 0: ended so; 2: the address cannot be listened on.
+Ctrl-C aborts a trial that runs, hands the vehicle back and ends. Exit code 0: ended by Ctrl-C; 2: the address cannot be listened on.
 
 Example:
   seatrial serve --listen 127.0.0.1:8042 --logbook seatrial.db")]

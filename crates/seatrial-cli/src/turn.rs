@@ -203,7 +203,7 @@ fn over_speed_text(over_speed: &OverSpeed) -> String {
         (None, Some(reason)) => format!("No speed of the tightest turn: {reason}."),
         (None, None) => {
             format!(
-                "The U-turn is tightest at {from:.2} or at {to:.2} m/s, not between: the table says at which."
+                "The tightest U-turn is at {from:.2} or at {to:.2} m/s: the table shows which of the two."
             )
         }
     }

@@ -50,7 +50,7 @@ pub(super) fn gains(speeds: &[Speed]) -> Option<Figure> {
             proportional_gains(&designed, [low, high]),
             joined_dots("Feed-forward rudder −δ₀, °", feed_forward.collect()),
             joined_dots("Phase margin, °", phase).spanning_at_least(30.0),
-            joined_dots("Dead time it bears, s", delay),
+            joined_dots("Delay margin, s", delay),
         ],
     };
     Some(Figure::new(

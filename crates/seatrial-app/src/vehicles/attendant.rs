@@ -33,7 +33,7 @@ pub fn hand_back_text(done: &HandBack) -> String {
     let known = |name: &str, known: Option<bool>, yes: &str, no: &str| match known {
         Some(true) => format!("{name} {yes}"),
         Some(false) => format!("{name} {no}"),
-        None => format!("{name} left to whoever has it"),
+        None => format!("{name} left as it is: another has control"),
     };
     let mut parts = vec![
         known("rudder", done.rudder_neutral, "neutral", "NOT SEEN NEUTRAL"),

@@ -19,7 +19,7 @@ const LONGEST_MESSAGE: u64 = 1 << 20;
 /// Versions of the protocol whose messages these are, newest first.
 const VERSIONS: [&str; 3] = ["2025-06-18", "2025-03-26", "2024-11-05"];
 
-/// Serve programs that assist people: inspect, identify, compare, plan, explain a verdict, simulate.
+/// Serve tools for AI assistants: inspect, identify, compare, plan, explain a verdict, simulate.
 ///
 /// The protocol is the Model Context Protocol, on standard input and output. Tools that move a vehicle are locked.
 #[derive(clap::Args, Debug)]

@@ -122,7 +122,7 @@ impl Settings {
         let degrees = self.full_rudder_rad.to_degrees();
         match self.is_full_rudder_assumed {
             true => format!(
-                "full steering is ASSUMED to be {degrees:.1} degrees of rudder; measure it and say --full-rudder-deg DEG: rudder angles, b2 and gains in rad are as wrong as it is, parameters for the autopilot are not"
+                "full steering is ASSUMED to be {degrees:.1} degrees of rudder; measure it and give --full-rudder-deg DEG: an error of this angle makes rudder angles, b2 and gains in rad wrong by the same share, parameters for the autopilot stay right"
             ),
             false => format!("full steering is {degrees:.1} degrees of rudder, as given"),
         }

@@ -245,7 +245,7 @@ fn not_changed(detectable: &Detectable) -> (Finding, String) {
     if detectable.is_enough() {
         (
             Finding::Unchanged,
-            format!("no change found; a change {words} would have been seen, nine times in ten"),
+            format!("no change found; nine times in ten this test finds a change {words}"),
         )
     } else {
         (

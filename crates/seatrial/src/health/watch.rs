@@ -423,7 +423,7 @@ fn answer(
         (None, Some(detectable)) if detectable.is_enough() => (
             Finding::Unchanged,
             format!(
-                "no change found; a change {} that lasted through these windows would have been seen, nine times in ten",
+                "no change found; nine times in ten this watch finds a change {} that lasts through these windows",
                 detectable.words()
             ),
         ),

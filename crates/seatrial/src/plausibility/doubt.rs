@@ -469,11 +469,11 @@ fn heading_unchecked(is_derived: bool) -> String {
         ),
         false => (
             "the log has no yaw rate to compare the heading with",
-            ", and a course over ground is none",
+            ", or the course over ground in place of the heading",
         ),
     };
     format!(
-        "{no_rate}: a compass that deviates would make b2 wrong by its slope, a heading that is late or filtered a22 by twice that time over the time constant{of_course}; log a gyro's yaw rate, or swing the compass"
+        "{no_rate}, so that these would not show: deviation of the compass, which makes b2 wrong by its slope; a heading that is late or filtered, which makes a22 wrong by twice that time over the time constant{of_course}; log a gyro's yaw rate, or swing the compass"
     )
 }
 
