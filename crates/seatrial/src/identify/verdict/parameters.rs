@@ -3,7 +3,7 @@
 use seatrial_core::YawModel;
 
 use super::record::coarse_step_rad;
-use super::{MOST_TIMES, Share, Weighing};
+use super::{MOST_TIMES, Share, Weighing, holds_all_the_same};
 use crate::figures::{degrees, percent, r2_text, three_figures};
 use crate::identification::{
     HigherOrder, LagEffect, Reason, ReasonCode, Refined, WIDEST_A22, WIDEST_B2,
@@ -33,11 +33,6 @@ const NOTED_LAG_EFFECT: f64 = 0.5;
 const LEAST_LAG_EFFECT: f64 = 0.02;
 const SMALL_LAG_EFFECT: f64 = 0.1;
 const MANY_HALF_WIDTHS: f64 = 2.0;
-
-/// What a model misses, a share of the rudder's effect, does not limit its use up to this share where R^2 of heading and yaw rate of validation
-/// data is this: of 100 models of `sim:starfish-6dof`, which miss up to 0.14, the gains overshoot a 40 deg course change by at most 8 %.
-const HOLDS_SHARE: f64 = 0.2;
-const HOLDS_R2: f64 = 0.9;
 
 /// Chance explains as much in one sound record of a thousand.
 const NOTED_CHANCE: f64 = 0.001;
@@ -359,24 +354,6 @@ impl Weighing {
             );
         }
     }
-}
-
-/// Does a model that misses such a share of the rudder's effect leave so little of validation data, with intervals as narrow as those of a
-/// first-order vehicle, that this matters to nobody? A lag matters in any case: gains allow for it.
-fn holds_all_the_same(checked: &Checked, share: f64) -> bool {
-    let holds = |r2: Option<f64>| r2.is_some_and(|r2| r2 >= HOLDS_R2);
-    let is_narrow = |refined: &Refined| {
-        let (model, intervals) = (&refined.model, &refined.interval_95);
-        let share = |value, interval| Share::new(value, interval).half_width;
-        share(model.a22_per_s, intervals.a22_per_s) <= WIDEST_A22
-            && share(model.b2_per_s2, intervals.b2_per_s2) <= WIDEST_B2
-    };
-    share <= HOLDS_SHARE
-        && !matches!(checked.explained, Explained::BehindLag { .. })
-        && checked.refined().as_ref().is_some_and(is_narrow)
-        && checked.validation.is_some_and(|validation| {
-            holds(validation.r2_heading_offset_refit) && holds(validation.r2_yaw_rate)
-        })
 }
 
 fn holds_zero([low, high]: [f64; 2]) -> bool {
