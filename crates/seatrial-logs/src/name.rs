@@ -480,7 +480,7 @@ mod tests {
             ("Ruderwinkel [Grad]", Rudder, 4, Some(Unit::Degree)),
             ("Steuerkurs (Grad)", Heading, 2, Some(Unit::Degree)),
             ("Fahrt [Knoten]", Speed, 3, Some(Unit::Knot)),
-            ("Zeit [s]", Time, 4, Some(Unit::Second)),
+            ("Zeit [s]", Time, 3, Some(Unit::Second)),
             (
                 "Drehrate [Grad/min]",
                 YawRate,
@@ -489,7 +489,7 @@ mod tests {
             ),
             ("舵角（度）", Rudder, 4, Some(Unit::Degree)),
             ("船首方位[deg]", Heading, 2, Some(Unit::Degree)),
-            ("経過時間(秒)", Time, 4, Some(Unit::Second)),
+            ("経過時間(秒)", Time, 3, Some(Unit::Second)),
             ("船速（ノット）", Speed, 3, Some(Unit::Knot)),
             ("Roerhoek (graden)", Rudder, 4, Some(Unit::Degree)),
             ("Rorvinkel (grader)", Rudder, 4, Some(Unit::Degree)),

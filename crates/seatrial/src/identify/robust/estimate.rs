@@ -30,9 +30,8 @@ const WIDEST: f64 = 0.5;
 /// Probability of a rudder that acts at once under which a lag is part of the model.
 const LEAST_PROMPT: f64 = 0.02;
 
-/// Log of how much likelier a record must be with play than without: play is believed in one rudder of twenty, and the likeliest of
-/// [`PLAYS`](super::play::PLAYS) is one of six.
-pub const LEAST_EVIDENCE: f64 = 4.8;
+/// Log of how much likelier a record must be with play than without: play is believed in one rudder of twenty.
+pub const LEAST_EVIDENCE: f64 = 3.0;
 
 /// 97.5 % of a normal distribution are below so many standard deviations.
 const NORMAL_95: f64 = 1.96;

@@ -114,6 +114,9 @@ fn holds_all_the_same(checked: &Checked, share: f64) -> bool {
         })
 }
 
+/// A vehicle on a steady course turns by less than this, rad.
+const TURNED_RAD: f64 = 0.2;
+
 /// A rudder that moved by less than this to either side, rad (1.5 deg), and gave no model, hardly moved.
 const HARDLY_MOVED_RAD: f64 = 0.026;
 
@@ -121,9 +124,9 @@ const HARDLY_MOVED_RAD: f64 = 0.026;
 fn first_of_all_the_rudder(mut verdict: Verdict, log: &LogStatistics) -> Verdict {
     let (amplitude_rad, unit) = (log.rudder_amplitude_rad, log.rudder_unit);
     let has_hardly_moved = unit == RudderUnit::Rad && amplitude_rad < HARDLY_MOVED_RAD;
-    // In another unit it may have moved well.
-    let is_in_doubt = |reason: &Reason| reason.code == ReasonCode::RudderUnitDoubtful;
-    let is_in_doubt = verdict.reasons.iter().any(is_in_doubt);
+    // In another unit it may have moved well, where the vehicle turned.
+    let is_in_doubt =
+        log.heading_range_rad > TURNED_RAD && verdict.has(&ReasonCode::RudderUnitDoubtful);
     if has_hardly_moved && !is_in_doubt && verdict.outcome() == Outcome::DoNotUse {
         verdict
             .reasons
