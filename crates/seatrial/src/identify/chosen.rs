@@ -19,10 +19,6 @@ use crate::record::Window;
 /// R^2 of validation data by which a candidate predicts them clearly worse than another.
 const CLEARLY_WORSE: f64 = 0.05;
 
-/// Standard deviations that nearest simulation and online estimate are apart: with 1 no gain of `sim:starfish-6dof` at full thrust is known to be
-/// above 0, with 1.96 two of ten rudders with play were wrong beyond two half widths (`study lies --seed 91000`), with 1.4 none.
-const DEVIATIONS_APART: f64 = 1.4;
-
 /// Where the model that goes to the controller comes from.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -196,7 +192,7 @@ fn predicts_worse(
 /// The nearest simulation or the online estimate, whichever predicts the heading of the validation data better with the
 /// offset estimated again; the nearest simulation where there are none.
 ///
-/// The interval reaches the other one, unless that predicts the data clearly worse.
+/// The interval covers what the two disagree about, unless the other one predicts the data clearly worse.
 fn better_predicting<'a>(
     nearest: &Refined,
     online: YawModel<f64>,
@@ -206,8 +202,7 @@ fn better_predicting<'a>(
     let Some((of_nearest, of_online)) = score(nearest.model).zip(score(online)) else {
         return (nearest.clone(), Origin::Nearest);
     };
-    let shift =
-        (Vector3::from(online.theta()) - Vector3::from(nearest.model.theta())) / DEVIATIONS_APART;
+    let shift = Vector3::from(online.theta()) - Vector3::from(nearest.model.theta());
     let apart = match (of_nearest - of_online).abs() < CLEARLY_WORSE {
         true => shift * shift.transpose(),
         false => Matrix3::zeros(),

@@ -144,8 +144,7 @@ impl Explained {
 
     /// The whole table of hypotheses against the record; the first-order estimate where it is that of a sea, or nothing better is known.
     ///
-    /// What a sea explains as well as a hull does is the hull's where this predicts the validation data much better. A hull that predicts
-    /// them hardly better than first order is none.
+    /// What a sea explains as well as a hull does is the hull's where this predicts the validation data much better.
     fn by_contest(
         prepared: &Prepared,
         found: WholeRecord,
@@ -176,11 +175,6 @@ impl Explained {
         let Some((refined, beyond)) = hull else {
             return Err(Box::new(found));
         };
-        let online = SteeringModel::first_order(&prepared.online, 0.0);
-        let first_order = [online, found.steering_model()];
-        if beyond.structure.has_own_hull() && is_refuted(&beyond.model, &first_order, data) {
-            return Err(Box::new(found));
-        }
         let interval_s = prepared.interval_s.unwrap_or(0.0);
         let share = found.robust.share;
         let is_telling = is_telling(&refined);
@@ -287,31 +281,6 @@ impl Explained {
     }
 }
 
-/// Does this model leave hardly less of validation data than one of these first-order models, in heading and yaw rate together?
-///
-/// One amplitude does not tell damping that grows with the yaw rate from damping that does not: in 100 runs of `sim:starfish-6dof` the contest
-/// named another structure 68 times, and 45 of these predicted a smaller doublet worse than the online estimate.
-fn is_refuted(
-    model: &SteeringModel,
-    first_order: &[SteeringModel],
-    data: Option<ValidationData>,
-) -> bool {
-    const CLEARLY: f64 = 0.8;
-    let left = |model| left_of_validation(model, data).map(|[heading, rate]| heading + rate);
-    let Some(beyond) = left(model) else {
-        return false;
-    };
-    let mut of_first_order = first_order.iter().filter_map(left);
-    of_first_order.any(|first| beyond > CLEARLY * first)
-}
-
-/// What a model leaves of the heading of validation data, with the offset estimated again, and of their yaw rate, of each variance.
-fn left_of_validation(model: &SteeringModel, data: Option<ValidationData>) -> Option<[f64; 2]> {
-    let data = data?;
-    let found = steering_validation::validate(model, data.record, data.window).ok()?;
-    Some([found.r2_heading_offset_refit?, found.r2_yaw_rate?].map(|r2| 1.0 - r2))
-}
-
 /// Does this model leave less than a third of what the other one leaves of the heading of validation data, in mean square, and no more of the
 /// yaw rate? A sea wanders into the heading, less into the yaw rate.
 fn predicts_much_better(
@@ -320,7 +289,11 @@ fn predicts_much_better(
     data: Option<ValidationData>,
 ) -> bool {
     const MUCH: f64 = 0.3;
-    let left = |model| left_of_validation(model, data);
+    let left = |model| {
+        let data = data?;
+        let found = steering_validation::validate(model, data.record, data.window).ok()?;
+        Some([found.r2_heading_offset_refit?, found.r2_yaw_rate?].map(|r2| 1.0 - r2))
+    };
     let (Some([heading, rate]), Some([other_heading, other_rate])) = (left(model), left(other))
     else {
         return false;
