@@ -3,7 +3,7 @@
 use super::found::Found;
 use super::hypothesis::{Hypothesis, Prior};
 use super::mixture::{Normal, point_below_which};
-use super::record::{A22, B2, DELAY, PARAMETERS, Record};
+use super::record::{A22, B2, DELAY, PARAMETERS, Point, Record};
 
 /// Hypotheses of less weight move no end of an interval by a millionth of its width.
 const LEAST_WEIGHT: f64 = 1e-9;
@@ -23,17 +23,20 @@ impl Hypotheses {
     /// `None` where the record determines no vehicle.
     pub fn of(record: &Record) -> Option<Self> {
         let start = record.start()?;
-        Self::of_comparisons(record, record.block(start.0[A22]))
+        Self::from_start(record, &start, record.block(start.0[A22]))
     }
 
     /// [`of`](Self::of) with comparisons of so many samples: evidence of one record is compared only where it is of as many comparisons.
     pub fn of_comparisons(record: &Record, block: usize) -> Option<Self> {
-        let start = record.start()?;
+        Self::from_start(record, &record.start()?, block)
+    }
+
+    fn from_start(record: &Record, start: &Point, block: usize) -> Option<Self> {
         let mut found = Found::nothing();
-        let prompt = found.prompt_rudder(record, &start, block);
+        let prompt = found.prompt_rudder(record, start, block);
         let lagging = match record.known_delay_s {
             Some(_) => None,
-            None => found.lagging_rudder(record, &start, block, prompt.as_ref()),
+            None => found.lagging_rudder(record, start, block, prompt.as_ref()),
         };
         let white = lagging.or(prompt)?;
         Some(Self {
