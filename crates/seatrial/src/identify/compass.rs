@@ -79,11 +79,7 @@ impl CompassError {
 
     fn compare(samples: &[Sample<f64>]) -> Option<Self> {
         let (first, last) = (samples.first()?, samples.last()?);
-        let rates: Vec<f64> = samples
-            .iter()
-            .map(|s| s.yaw_rate_rad_s.filter(|r| r.is_finite()))
-            .collect::<Option<_>>()?;
-        let path = Path::of(samples, &rates);
+        let path = Path::of(samples)?;
         let heading = DVector::from_column_slice(&path.heading_rad);
         let interval_s = (last.time_s - first.time_s) / (samples.len() - 1) as f64;
         let count = ((MEAN_OVER_S / interval_s).ceil() as usize).max(1);
@@ -114,7 +110,7 @@ impl CompassError {
             found,
         } = aligned;
         let variance = error.norm_squared() / samples.len().checked_sub(TERMS)? as f64;
-        let walk_rad = noise(&rates) * interval_s;
+        let walk_rad = noise(&path.rates_rad_s) * interval_s;
         let steps = sums_from_here(terms);
         let inverse = normal.inverse();
         let covariance = variance * &inverse
@@ -226,32 +222,38 @@ impl Aligned {
 }
 
 /// Heading and integral of the yaw rate over a record.
-struct Path {
+pub(super) struct Path {
     /// From the first sample, s.
-    times_s: Vec<f64>,
-    rates_rad_s: Vec<f64>,
+    pub times_s: Vec<f64>,
+    /// Yaw rate of the gyro, rad/s.
+    pub rates_rad_s: Vec<f64>,
     /// From the first sample, rad, unwrapped.
-    heading_rad: Vec<f64>,
+    pub heading_rad: Vec<f64>,
     /// The integral of the yaw rate, rad.
-    turned_rad: Vec<f64>,
+    pub turned_rad: Vec<f64>,
     /// The smallest change of heading, rad.
     step_rad: f64,
     longest_interval_s: f64,
 }
 
 impl Path {
-    fn of(samples: &[Sample<f64>], rates: &[f64]) -> Self {
-        let first_s = samples.first().map_or(0.0, |s| s.time_s);
+    /// `None` where no yaw rate is in every row.
+    pub fn of(samples: &[Sample<f64>]) -> Option<Self> {
+        let first_s = samples.first()?.time_s;
+        let rates: Vec<f64> = samples
+            .iter()
+            .map(|s| s.yaw_rate_rad_s.filter(|r| r.is_finite()))
+            .collect::<Option<_>>()?;
         let mut path = Self {
             times_s: samples.iter().map(|s| s.time_s - first_s).collect(),
-            rates_rad_s: rates.to_vec(),
+            rates_rad_s: rates,
             heading_rad: vec![0.0],
             turned_rad: vec![0.0],
             step_rad: f64::INFINITY,
             longest_interval_s: 0.0,
         };
         let (mut heading, mut turned) = (0.0, 0.0);
-        for (pair, rate) in samples.windows(2).zip(rates.windows(2)) {
+        for (k, pair) in samples.windows(2).enumerate() {
             let interval_s = pair[1].time_s - pair[0].time_s;
             path.longest_interval_s = path.longest_interval_s.max(interval_s);
             let increment = Real::wrapped(pair[1].heading_rad - pair[0].heading_rad);
@@ -259,11 +261,11 @@ impl Path {
                 path.step_rad = path.step_rad.min(increment.abs());
             }
             heading += increment;
-            turned += 0.5 * (rate[0] + rate[1]) * interval_s;
+            turned += 0.5 * (path.rates_rad_s[k] + path.rates_rad_s[k + 1]) * interval_s;
             path.heading_rad.push(heading);
             path.turned_rad.push(turned);
         }
-        path
+        Some(path)
     }
 
     /// With the yaw rate behind a low-pass filter of this time constant.

@@ -15,7 +15,7 @@
 
 use seatrial_core::{Real, Sample};
 
-use super::compass::{CompassError, Jump, LEAST_ERROR_RAD, MEAN_OVER_S};
+use super::compass::{CompassError, Jump, LEAST_ERROR_RAD, MEAN_OVER_S, Path};
 use super::joined::Joined;
 use super::{ExaminedRecord, IdentifyError, ValidationData};
 use crate::figures::{degrees, with_decimals};
@@ -95,14 +95,14 @@ fn with_the_remark(mut found: Identification, jump: Jump) -> Identification {
 fn by_the_gyro(record: &Record, span: Window, a22_per_s: f64) -> Option<(Record, Jump)> {
     let mut samples = record.usable(span);
     let jump = CompassError::of(&samples).largest_jump?;
-    let path = Path::of(&samples)?;
+    let fit = Fit::of(&samples)?;
     let jump_s = jump.time_s - samples[0].time_s;
     let is_proven =
-        path.clock_goes_on(jump_s) && path.compass_is_too_fast(jump) && path.agrees(a22_per_s);
+        fit.clock_goes_on(jump_s) && fit.compass_is_too_fast(jump) && fit.agrees(a22_per_s);
     if !is_proven {
         return None;
     }
-    for (sample, heading_rad) in samples.iter_mut().zip(path.heading_rad()) {
+    for (sample, heading_rad) in samples.iter_mut().zip(fit.heading_rad()) {
         sample.heading_rad = Real::wrapped(heading_rad);
         sample.yaw_rate_rad_s = None;
     }
@@ -114,13 +114,10 @@ fn by_the_gyro(record: &Record, span: Window, a22_per_s: f64) -> Option<(Record,
     Some((by_gyro, jump))
 }
 
-/// Compass and gyro over a span.
-struct Path {
-    times_s: Vec<f64>,
-    rates_rad_s: Vec<f64>,
-    /// The integral of the yaw rate, rad.
-    turned_rad: Vec<f64>,
-    /// What the compass shows beyond it, rad.
+/// The line that the compass leaves of the integral of the yaw rate over a span.
+struct Fit {
+    path: Path,
+    /// What the compass shows beyond that integral, rad.
     error_rad: Vec<f64>,
     alpha_rad: f64,
     beta_rad_s: f64,
@@ -128,84 +125,75 @@ struct Path {
     typical_rad: f64,
 }
 
-impl Path {
+impl Fit {
     fn of(samples: &[Sample<f64>]) -> Option<Self> {
-        let first_s = samples.first()?.time_s;
-        let times_s: Vec<f64> = samples.iter().map(|s| s.time_s - first_s).collect();
-        let rates_rad_s = samples
-            .iter()
-            .map(|s| s.yaw_rate_rad_s.filter(|rate| rate.is_finite()))
-            .collect::<Option<Vec<f64>>>()?;
-        let (mut turned, mut error) = (0.0, samples[0].heading_rad);
-        let (mut turned_rad, mut error_rad) = (vec![turned], vec![error]);
-        for (k, pair) in samples.windows(2).enumerate() {
-            let mean_rad_s = 0.5 * (rates_rad_s[k] + rates_rad_s[k + 1]);
-            let step_rad = mean_rad_s * (pair[1].time_s - pair[0].time_s);
-            turned += step_rad;
-            error += Real::wrapped(pair[1].heading_rad - pair[0].heading_rad - step_rad);
-            turned_rad.push(turned);
-            error_rad.push(error);
-        }
+        let path = Path::of(samples)?;
+        let first_rad = samples.first()?.heading_rad;
+        let (headings, turned) = (path.heading_rad.iter(), &path.turned_rad);
+        let error_rad: Vec<f64> = headings
+            .zip(turned)
+            .map(|(heading, turned)| first_rad + heading - turned)
+            .collect();
+        let times_s = &path.times_s;
         let apart = (samples.len() / 4).max(1);
         let changes = |of: &[f64]| -> Vec<f64> {
             (of.iter().zip(&of[apart.min(of.len())..]))
                 .map(|(from, to)| to - from)
                 .collect()
         };
-        let (passed_s, changed_rad) = (changes(&times_s), changes(&error_rad));
+        let (passed_s, changed_rad) = (changes(times_s), changes(&error_rad));
         let slopes = changed_rad.iter().zip(&passed_s).map(|(e, t)| e / t);
         let beta_rad_s = median(slopes.collect())?;
         let left = changed_rad.iter().zip(&passed_s);
         let typical_rad = median(left.map(|(e, t)| (e - beta_rad_s * t).abs()).collect())?;
-        let rest = error_rad.iter().zip(&times_s);
+        let rest = error_rad.iter().zip(times_s);
         Some(Self {
             alpha_rad: median(rest.map(|(e, t)| e - beta_rad_s * t).collect())?,
             beta_rad_s,
             typical_rad,
-            times_s,
-            rates_rad_s,
-            turned_rad,
             error_rad,
+            path,
         })
     }
 
     fn heading_rad(&self) -> impl Iterator<Item = f64> {
         let line = self
+            .path
             .times_s
             .iter()
             .map(|t| self.alpha_rad + self.beta_rad_s * t);
-        line.zip(&self.turned_rad)
+        line.zip(&self.path.turned_rad)
             .map(|(line, turned)| line + turned)
     }
 
     /// Are there no rows about the jump whose times are far apart? The clock may have jumped then.
     fn clock_goes_on(&self, jump_s: f64) -> bool {
         let interval_s = |pair: &[f64]| pair[1] - pair[0];
-        let usual_s = median(self.times_s.windows(2).map(interval_s).collect());
+        let usual_s = median(self.path.times_s.windows(2).map(interval_s).collect());
         let is_near =
             |pair: &&[f64]| pair[0] < jump_s + MEAN_OVER_S && pair[1] > jump_s - MEAN_OVER_S;
-        let near = self.times_s.windows(2).filter(is_near).map(interval_s);
+        let near = self.path.times_s.windows(2).filter(is_near).map(interval_s);
         usual_s.is_some_and(|usual_s| near.fold(0.0, f64::max) < LONG_INTERVALS * usual_s)
     }
 
     /// Does the compass turn by more within the jump than the gyro ever does in that time?
     fn compass_is_too_fast(&self, jump: Jump) -> bool {
         let fastest_rad_s =
-            (self.rates_rad_s.iter()).fold(0.0_f64, |most, rate| most.max(rate.abs()));
+            (self.path.rates_rad_s.iter()).fold(0.0_f64, |most, rate| most.max(rate.abs()));
         jump.size_rad > TOO_FAST * fastest_rad_s * MEAN_OVER_S
     }
 
     /// Do the two turn by the same at the same time in the rows where the compass is not disturbed?
     fn agrees(&self, a22_per_s: f64) -> bool {
         let left =
-            |k: usize| self.error_rad[k] - self.alpha_rad - self.beta_rad_s * self.times_s[k];
-        let sound = (0..self.times_s.len()).filter(|k| left(*k).abs() < LEAST_ERROR_RAD);
+            |k: usize| self.error_rad[k] - self.alpha_rad - self.beta_rad_s * self.path.times_s[k];
+        let sound = (0..self.path.times_s.len()).filter(|k| left(*k).abs() < LEAST_ERROR_RAD);
         let columns = |k: usize| {
             [
-                self.turned_rad[k],
-                self.rates_rad_s[k],
+                self.path.turned_rad[k],
+                self.path.rates_rad_s[k],
                 1.0,
-                self.times_s[k],
+                self.path.times_s[k],
             ]
         };
         let mut normal = nalgebra::Matrix4::zeros();
