@@ -13,9 +13,14 @@ const LOG_BOTH: &str = "Log the measured rudder angle, and a gyro's yaw rate.";
 
 /// The lag, s, that is all that a record has beyond first order, where nothing shows whether it is the rudder's or the heading's.
 fn lag_of_either(checked: &Checked) -> Option<f64> {
+    let unchecked = lag_alone(checked).filter(|_| checked.log.is_heading_unchecked());
+    Some(unchecked?.model.rudder_lag_s)
+}
+
+/// What a record has beyond first order, where that is a lag and no sway.
+fn lag_alone<'a>(checked: &Checked<'a>) -> Option<&'a HigherOrder> {
     let higher = checked.explained.beyond()?;
-    let lags_only = higher.structure.lag && !higher.structure.sway;
-    (lags_only && checked.log.is_heading_unchecked()).then_some(higher.model.rudder_lag_s)
+    (higher.structure.lag && !higher.structure.sway).then_some(higher)
 }
 
 impl Weighing {
@@ -64,8 +69,7 @@ impl Weighing {
 
     /// A lag about as long as the vehicle's own time constant may change places with it: the heading is the same.
     pub(super) fn lag_like_the_vehicle(&mut self, checked: &Checked) {
-        let lags = |higher: &&HigherOrder| higher.structure.lag && !higher.structure.sway;
-        let Some(higher) = checked.explained.beyond().filter(lags) else {
+        let Some(higher) = lag_alone(checked) else {
             return;
         };
         let (lag_s, own_s) = (
