@@ -110,6 +110,32 @@ impl Record {
         usable
     }
 
+    /// Several records of one vehicle as one, and where each lies in it. Each begins so long after the one before that nothing carries over: 20
+    /// times the longest. `None` where their rudders are not measured in the same.
+    pub fn joined(records: &[Self]) -> Option<(Self, Vec<Window>)> {
+        const APART: f64 = 20.0;
+        let lengths_s = records.iter().map(|record| duration_s(&record.samples));
+        let apart_s = APART * lengths_s.fold(0.0, f64::max);
+        let mut joined = records.first()?.clone();
+        let mut parts = vec![Window::ALL.known_part(&joined.samples)];
+        for record in &records[1..] {
+            let begins_s = parts.last().map_or(0.0, |part| part.to_s) + apart_s;
+            let first_s = record.samples.first().map_or(0.0, |first| first.time_s);
+            let shifted = record.samples.iter().map(|sample| Sample {
+                time_s: sample.time_s - first_s + begins_s,
+                ..*sample
+            });
+            let shifted: Vec<Sample<f64>> = shifted.collect();
+            parts.push(Window::ALL.known_part(&shifted));
+            joined.samples.extend(shifted);
+            joined.units = joined.units.and(&record.units);
+            if record.rudder_unit != joined.rudder_unit {
+                return None;
+            }
+        }
+        Some((joined, parts))
+    }
+
     /// The median of the intervals between samples, s. `None` under two samples.
     pub fn median_interval_s(&self) -> Option<f64> {
         median_interval_s(&self.samples)
@@ -134,6 +160,26 @@ pub fn median_interval_s(samples: &[Sample<f64>]) -> Option<f64> {
         .map(|pair| pair[1].time_s - pair[0].time_s)
         .filter(|h| h.is_finite());
     median(intervals.collect())
+}
+
+/// An interval so many times the usual one is a gap: nothing tells what happened in it.
+pub(crate) const GAP: f64 = 10.0;
+
+/// The parts of samples in time order that gaps separate.
+pub(crate) fn between_gaps(samples: &[Sample<f64>]) -> impl Iterator<Item = &[Sample<f64>]> {
+    let longest_s = median_interval_s(samples).map_or(f64::INFINITY, |usual_s| GAP * usual_s);
+    samples.chunk_by(move |one, next| next.time_s - one.time_s < longest_s)
+}
+
+/// How long a log is, s, without what lies between logs that were joined: gaps longer than all that was recorded.
+pub(crate) fn logged_s(samples: &[Sample<f64>]) -> f64 {
+    let recorded_s: f64 = between_gaps(samples).map(duration_s).sum();
+    let intervals = samples
+        .windows(2)
+        .map(|pair| pair[1].time_s - pair[0].time_s);
+    intervals
+        .filter(|interval_s| *interval_s < recorded_s)
+        .sum()
 }
 
 /// The upper one of two in the middle. `None` without numbers.

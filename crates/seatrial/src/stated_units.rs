@@ -38,6 +38,18 @@ impl Default for ColumnUnit {
 }
 
 impl ColumnUnit {
+    /// The one of two that is known less.
+    fn or_less_known(self, other: Self) -> Self {
+        match (self.origin, other.origin) {
+            (Origin::Assumed, _) | (Origin::Stated, Origin::Given | Origin::Stated) => self,
+            (_, Origin::Assumed | Origin::Stated) => other,
+            _ => Self {
+                is_against_name: self.is_against_name || other.is_against_name,
+                ..self
+            },
+        }
+    }
+
     /// Is it degrees?
     pub fn is_degrees(&self) -> bool {
         (self.per_si.to_radians() - 1.0).abs() < 0.01
@@ -112,6 +124,36 @@ impl StatedUnits {
     /// Did the caller give them all, as one does who makes samples?
     pub fn are_given(&self) -> bool {
         *self == Self::default()
+    }
+
+    /// Those of two records that are joined: what is doubtful in one is doubtful.
+    pub(crate) fn and(&self, other: &Self) -> Self {
+        let jumps = [self.heading_jumps, other.heading_jumps];
+        let of_jumps = jumps.iter().flatten();
+        let largest =
+            (of_jumps.clone().copied()).max_by(|a, b| a.largest_rad.total_cmp(&b.largest_rad));
+        Self {
+            time: self.time.or_less_known(other.time),
+            heading: self.heading.or_less_known(other.heading),
+            rudder: self.rudder.or_less_known(other.rudder),
+            yaw_rate: self.yaw_rate.or_less_known(other.yaw_rate),
+            speed: self.speed.or_less_known(other.speed),
+            heading_is_course: self.heading_is_course || other.heading_is_course,
+            time_is_a_date: self.time_is_a_date && other.time_is_a_date,
+            yaw_rate_is_reversed: self.yaw_rate_is_reversed || other.yaw_rate_is_reversed,
+            yaw_rate_is_derived: self.yaw_rate_is_derived || other.yaw_rate_is_derived,
+            heading_every_s: [self.heading_every_s, other.heading_every_s]
+                .into_iter()
+                .flatten()
+                .reduce(f64::max),
+            heading_jumps: largest.map(|largest| HeadingJumps {
+                count: of_jumps.map(|jumps| jumps.count).sum(),
+                ..largest
+            }),
+            times_are_shared: self.times_are_shared || other.times_are_shared,
+            rows_are_missing: self.rows_are_missing || other.rows_are_missing,
+            is_damaged: self.is_damaged || other.is_damaged,
+        }
     }
 
     /// Did the log say, or was it assumed, what time, heading or yaw rate are?

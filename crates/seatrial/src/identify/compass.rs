@@ -3,6 +3,8 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use seatrial_core::{Real, Sample};
 
+use crate::record::between_gaps;
+
 /// Length of the means before and after an instant, s.
 pub(super) const MEAN_OVER_S: f64 = 0.5;
 /// Jumps up to this, rad, are left to lag, deviation and drift.
@@ -72,9 +74,19 @@ impl CompassError {
     /// Least squares over the record. Noise of the compass is white, that of the gyro walks in its integral, most in long records of slow
     /// vehicles. kappa and tau count beyond six standard errors of both, and where nothing jumped and no
     /// half second is missing: a jump, and a turn that nobody saw, pass in part for both. A jump or a short standstill of the compass that is too small for the guard is found
-    /// here, and what validation data through the same compass cannot show: that it turns too far or too late.
+    /// here, and what validation data through the same compass cannot show: that it turns too far or too late. Of a record with gaps only
+    /// jumps are looked for, in each part by itself: a gyro tells nothing of a turn that it did not see.
     pub fn of(samples: &[Sample<f64>]) -> Self {
-        Self::compare(samples).unwrap_or_default()
+        let parts = between_gaps(samples).filter_map(Self::compare);
+        let parts: Vec<Self> = parts.collect();
+        let jumps = parts.iter().filter_map(|part| part.largest_jump);
+        match parts.as_slice() {
+            [whole] if between_gaps(samples).nth(1).is_none() => *whole,
+            _ => Self {
+                largest_jump: jumps.max_by(|a, b| a.size_rad.total_cmp(&b.size_rad)),
+                ..Self::default()
+            },
+        }
     }
 
     fn compare(samples: &[Sample<f64>]) -> Option<Self> {
@@ -409,6 +421,15 @@ mod tests {
             CompassError::of(&record(|_, psi| psi, |_| f64::NAN)),
             CompassError::default()
         );
+    }
+
+    /// The vehicle turned while nothing was recorded, by more than a straight yaw rate over the gap.
+    #[test]
+    fn regress_a_turn_over_a_gap_is_no_jump() {
+        let mut torn = record(|_, psi| psi, |r| r);
+        torn.retain(|s| !(4.2..6.5).contains(&s.time_s));
+        assert_eq!(CompassError::of(&torn), CompassError::default());
+        assert_eq!(crate::identify::heading_jump(&torn), None);
     }
 
     /// Yaw rate through a filter of two equal poles, as an autopilot's at 4 Hz: late by 2 / (2 pi 4 Hz) = 0.08 s.

@@ -20,7 +20,7 @@ use super::joined::Joined;
 use super::{ExaminedRecord, IdentifyError, ValidationData};
 use crate::figures::{degrees, with_decimals};
 use crate::identification::{Identification, Outcome, Reason, ReasonCode};
-use crate::record::{Record, Window, median};
+use crate::record::{Record, Window, between_gaps, median};
 
 /// Gyro and compass turn by the same but for this share: beyond it either may be wrong.
 const SCALE: f64 = 0.03;
@@ -91,9 +91,12 @@ fn with_the_remark(mut found: Identification, jump: Jump) -> Identification {
 }
 
 /// The samples of a span with the integral of the yaw rate for the heading, and the jump of the compass. `None` where no gyro is in
-/// every row, the compass did not jump, or the two do not agree elsewhere.
+/// every row, the record has a gap, the compass did not jump, or the two do not agree elsewhere.
 fn by_the_gyro(record: &Record, span: Window, a22_per_s: f64) -> Option<(Record, Jump)> {
     let mut samples = record.usable(span);
+    if between_gaps(&samples).nth(1).is_some() {
+        return None;
+    }
     let jump = CompassError::of(&samples).largest_jump?;
     let fit = Fit::of(&samples)?;
     let jump_s = jump.time_s - samples[0].time_s;

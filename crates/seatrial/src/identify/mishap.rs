@@ -9,6 +9,7 @@ use super::compass::Jump;
 use super::validation::{fit_of_what_is_measured, goodness_of_fit};
 use crate::identification::LEAST_R2;
 use crate::manoeuvre::Manoeuvre;
+use crate::record::between_gaps;
 
 /// Samples on either side that say where the heading goes, beside the nearest one, which may be an outlier.
 const SIDE: usize = 10;
@@ -81,12 +82,17 @@ impl Mishaps {
 /// ```
 ///
 /// A vehicle turns on, so that d is noise and what little its yaw rate changes within a side. A jump stands out of the d of nine instants
-/// in ten, stays, and comes within one interval: an outlier and a hard turn do not.
+/// in ten, stays, and comes within one interval: an outlier and a hard turn do not. Nor does what changes over a gap of the record.
 pub fn heading_jump(samples: &[Sample<f64>]) -> Option<Jump> {
-    let usable: Vec<&Sample<f64>> = samples
-        .iter()
-        .filter(|s| s.heading_rad.is_finite())
-        .collect();
+    let is_usable = |s: &&Sample<f64>| s.heading_rad.is_finite();
+    let usable: Vec<Sample<f64>> = samples.iter().filter(is_usable).copied().collect();
+    between_gaps(&usable)
+        .filter_map(jump_of_part)
+        .max_by(|a, b| a.size_rad.total_cmp(&b.size_rad))
+}
+
+/// [`heading_jump`] of samples without a gap, whose headings are finite.
+fn jump_of_part(usable: &[Sample<f64>]) -> Option<Jump> {
     if usable.len() < 4 * SIDE {
         return None;
     }

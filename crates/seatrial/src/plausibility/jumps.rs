@@ -10,12 +10,12 @@
 //! | j | what the heading steps by beside the gyro, rad |
 //!
 //! A satellite compass that changes its satellites steps by degrees in one row, and is right again behind the step: what it steps by is known from the
-//! gyro, and taken off. A compass that is stuck, and steps back after a while, is left alone, and so is one that steps often.
+//! gyro, and taken off. What changes over a gap of the record is no jump. A compass that is stuck, and steps back after a while, is left alone, and so is one that steps often.
 
 use seatrial_core::{Real, Sample};
 
 use super::turn;
-use crate::record::{Record, median};
+use crate::record::{GAP, Record, median, median_interval_s};
 use crate::stated_units::HeadingJumps;
 
 /// Smaller steps are left to noise and to the compass's own test, rad.
@@ -79,9 +79,11 @@ fn jumps(samples: &[Sample<f64>]) -> Vec<(usize, f64)> {
         let usual = median(about).unwrap_or(0.0);
         (steps[at] - usual).abs() > OWN * jump_rad.abs() && !is_stuck
     };
+    let longest_s = median_interval_s(samples).map_or(f64::INFINITY, |usual_s| GAP * usual_s);
     let is_jump = |at: &usize| {
         let jump_rad = beside[*at] - middle;
-        jump_rad.abs() > least_rad && is_own(*at, jump_rad)
+        let passed_s = samples[at + 1].time_s - samples[*at].time_s;
+        jump_rad.abs() > least_rad && passed_s < longest_s && is_own(*at, jump_rad)
     };
     (ABOUT..steps.len().saturating_sub(ABOUT))
         .filter(is_jump)

@@ -12,6 +12,7 @@ use std::fmt;
 use seatrial_core::Sample;
 use serde::{Deserialize, Serialize};
 
+use crate::manoeuvre::Manoeuvre;
 use crate::record::Window;
 use stroke::{Chain, Stroke, chains};
 use trace::Trace;
@@ -156,6 +157,38 @@ pub fn find(samples: &[Sample<f64>]) -> Vec<Segment> {
     found.extend(steady_runs(&trace, &found));
     found.sort_by(|a, b| a.window.from_s.total_cmp(&b.window.from_s));
     found
+}
+
+/// [`find`] in each of several parts of a record that have nothing to do with each other. A part without a manoeuvre to both sides is one as a
+/// whole, where the rudder was deflected to both.
+pub fn find_in_each(samples: &[Sample<f64>], parts: &[Window]) -> Vec<Segment> {
+    let of_part = |part: &Window| {
+        let samples = part.of(samples);
+        let found = find(samples);
+        if found.iter().any(|segment| segment.kind.uses_both_sides()) {
+            return found;
+        }
+        as_one(samples).into_iter().collect()
+    };
+    parts.iter().flat_map(of_part).collect()
+}
+
+/// All samples as one manoeuvre, where the rudder was deflected to both sides.
+fn as_one(samples: &[Sample<f64>]) -> Option<Segment> {
+    let manoeuvre = Manoeuvre::find(samples)?;
+    let (first, last) = (manoeuvre.strokes.first()?, manoeuvre.strokes.last()?);
+    let is_to_both_sides = (manoeuvre.strokes.iter()).any(|s| s.positive != first.positive);
+    let window = Window {
+        to_s: last.window.to_s,
+        ..first.window
+    };
+    is_to_both_sides.then_some(Trace::of(samples)?.segment(
+        Kind::Multistep,
+        window,
+        manoeuvre.strokes.len(),
+        first.duration_s(),
+        manoeuvre.amplitude_rad,
+    ))
 }
 
 /// The manoeuvre that a chain of strokes is. `None` where it is none, or part of one that was found before.

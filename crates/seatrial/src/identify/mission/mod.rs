@@ -37,7 +37,7 @@ use crate::identification::{
 use crate::likelihood::{SteeringModel, Structure};
 use crate::manoeuvre::Manoeuvre;
 use crate::propagation::NORMAL_95;
-use crate::record::{Window, duration_s};
+use crate::record::{Window, logged_s};
 use crate::segmentation::{self, Kind};
 use filter::SpeedLaw;
 use fit::{Fit, Hypothesis, Problem, Scale};
@@ -323,7 +323,7 @@ impl Steering {
         verdict: Verdict,
     ) -> Identification {
         let (refined, prediction) = (self.refined, &self.held_out.prediction);
-        let interval_s = duration_s(&self.samples) / self.samples.len().max(1) as f64;
+        let interval_s = logged_s(&self.samples) / self.samples.len().max(1) as f64;
         let lag_s = (self.lagging.as_ref()).map_or(0.0, |found| found.model.rudder_lag_s);
         let noise_rad = refined.heading_noise_rad;
         Identification {
