@@ -11,6 +11,9 @@ use crate::plausibility;
 /// Longest interval at which heading or rudder may be renewed, in time constants of the vehicle.
 const LONGEST_INTERVAL: f64 = 0.5;
 
+/// Time constants of the vehicle over which a free run is a long one.
+const LONG: f64 = 10.0;
+
 /// Share of the log from which it is noted that the rest was cut out.
 const MOST_OF_THE_LOG: f64 = 0.8;
 
@@ -92,7 +95,8 @@ impl Weighing {
             );
         };
         let predicts = r2 >= LEAST_R2 && prediction.share_of_persistence() < 1.0;
-        let is_long = prediction.horizon_s >= LEAST_HORIZON_S;
+        let long_s = LEAST_HORIZON_S.min(-LONG / steering.refined.model.a22_per_s);
+        let is_long = prediction.horizon_s >= long_s;
         let is_confirmed =
             is_long && sea_share(steering) > LEAST_SHARE && steering.held_out.is_telling;
         if !predicts && !is_confirmed {
