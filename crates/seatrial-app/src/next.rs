@@ -47,11 +47,16 @@ pub fn with_verb(call: &str, verb: &str) -> String {
 /// the file that it wrote its models to. Of an autopilot's log the command writes that autopilot's file of parameters.
 pub fn after_log(found: &IdentifiedLog, call: &str, schedule: Option<&Path>) -> String {
     let log = &found.logs.log;
+    let is_one_log = found.logs.parts.is_empty();
+    let look = || match is_one_log {
+        true => with_verb(call, "report"),
+        false => format!("{call} --verbose"),
+    };
     match found.verdict().outcome() {
         Outcome::Use | Outcome::UseWithCare if found.axis == Axis::Pitch => {
             format!("{call} --json > model.json")
         }
-        Outcome::Use | Outcome::UseWithCare if has_no_gain(found) => with_verb(call, "report"),
+        Outcome::Use | Outcome::UseWithCare if has_no_gain(found) => look(),
         Outcome::Use | Outcome::UseWithCare => {
             let gains = match schedule {
                 Some(written) => format!("seatrial gains --schedule {}", written.display()),
@@ -66,8 +71,9 @@ pub fn after_log(found: &IdentifiedLog, call: &str, schedule: Option<&Path>) -> 
             };
             format!("{gains}{export}")
         }
-        Outcome::NotValidated => format!("{call} --validate-on SECOND_LOG"),
-        Outcome::DoNotUse => with_verb(call, "report"),
+        Outcome::NotValidated if is_one_log => format!("{call} --validate-on SECOND_LOG"),
+        Outcome::NotValidated => format!("{call} ONE_MORE_LOG"),
+        Outcome::DoNotUse => look(),
     }
 }
 

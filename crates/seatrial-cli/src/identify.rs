@@ -4,9 +4,10 @@
 mod agreement;
 
 use std::ffi::OsStr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use seatrial::Identification;
+use seatrial::figures::three_figures;
 use seatrial::identification::{Outcome, ReasonCode, Verdict};
 use seatrial::identify::IdentifySettings;
 use seatrial_app::identify_log::{IdentifiedLog, Logs, Options, identify_log_observed};
@@ -57,6 +58,9 @@ pub struct Args {
     accept_unvalidated: bool,
     #[command(flatten)]
     log: LogArgs,
+    /// Further logs of the same vehicle and load: one model a speed of all, and one log validates it.
+    #[arg(value_name = "LOG")]
+    more_logs: Vec<PathBuf>,
     #[command(flatten)]
     windows: WindowArgs,
     #[command(flatten)]
@@ -107,7 +111,7 @@ enum OnlineMethod {
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let found = args.estimator.identify(
         args.axis.into(),
-        &args.log,
+        (&args.log, &args.more_logs),
         &args.windows,
         args.trace,
         args.verbose,
@@ -169,6 +173,14 @@ pub fn text(found: &IdentifiedLog, call: &str, schedule: Option<&Path>, width: u
         text += &labelled("Law    ", &law, width);
     }
     text += &cause_text(verdict, "--verbose", width);
+    for part in &found.logs.parts {
+        let begins_s = three_figures(part.window.from_s);
+        text += &labelled(
+            "Log    ",
+            &format!("{begins_s} s on: {}", part.source.path),
+            width,
+        );
+    }
     let mut reasons = verdict.reasons.iter();
     if let Some(sign) = reasons.find(|reason| reason.code == ReasonCode::SignReversed) {
         text += &labelled("Sign   ", &sign.text, width);
@@ -213,7 +225,7 @@ impl EstimatorArgs {
     pub fn identify(
         &self,
         axis: Axis,
-        log: &LogArgs,
+        (log, more_logs): (&LogArgs, &[PathBuf]),
         windows: &WindowArgs,
         trace: bool,
         is_verbose: bool,
@@ -222,6 +234,7 @@ impl EstimatorArgs {
         options.axis = axis;
         options.reading = log.channels.read_settings()?;
         options.windows = windows.windows();
+        options.more_logs = more_logs.to_vec();
         options.settings = self.settings(trace);
         let mut reporter = Reporter::windows(is_verbose);
         Ok(identify_log_observed(&log.log, &options, &mut reporter)?)

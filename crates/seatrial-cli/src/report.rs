@@ -119,9 +119,9 @@ fn of_log(path: &Path, args: &Args) -> Result<(String, Exit), Failure> {
         log: path.to_path_buf(),
         channels: args.channels.clone(),
     };
-    let found = args
-        .estimator
-        .identify(args.axis.into(), &log, &args.windows, true, false)?;
+    let found =
+        args.estimator
+            .identify(args.axis.into(), (&log, &[]), &args.windows, true, false)?;
     Ok((page(&found, path), Exit::of(found.verdict())))
 }
 

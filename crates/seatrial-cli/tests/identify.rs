@@ -305,3 +305,39 @@ fn cli_identify_names_a_jump_of_the_compass_without_a_gyro() {
         }
     }
 }
+
+/// A doublet by itself is not validated; of two logs one trains and the other validates, on one time without what lies between them.
+#[test]
+fn recover_a_model_of_two_logs() {
+    let folders = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
+    let first = write_log(folders[0].path(), 400, |row| row);
+    let second = write_log(folders[1].path(), 400, |[t, heading, rudder]| {
+        [t + 500.0, heading + 1.0, rudder]
+    });
+    let (alone, code) = json(&["identify", &first]);
+    assert_eq!(code, Some(4));
+    assert_eq!(codes(&alone)[0], "not_validated");
+    assert_eq!(alone.get("parts"), None);
+    let (both, code) = json(&["identify", &first, &second]);
+    assert_eq!(code, Some(0), "{both:#}");
+    assert_eq!(both["parts"][1]["path"], Value::from(second.as_str()));
+    let begins_s = both["parts"][1]["window"]["from_s"].as_f64().unwrap();
+    assert!(begins_s > 20.0 * 20.0, "{begins_s}");
+    let a22_per_s = both["refined"]["a22_per_s"].as_f64().unwrap();
+    assert!((a22_per_s + 1.07).abs() < 0.01, "{a22_per_s}");
+
+    let twice = run(&["identify", &first, &first]);
+    assert_eq!(twice.status.code(), Some(3));
+    assert!(
+        text(&twice.stderr).contains("name each log once"),
+        "{}",
+        text(&twice.stderr)
+    );
+    let windows = run(&["identify", &first, &second, "--to", "16"]);
+    assert_eq!(windows.status.code(), Some(2));
+    assert!(
+        text(&windows.stderr).contains("of one log"),
+        "{}",
+        text(&windows.stderr)
+    );
+}

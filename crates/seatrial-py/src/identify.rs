@@ -192,6 +192,7 @@ pub fn identify_log(
     training: Span,
     validation: Span,
     validate_on: Option<PathBuf>,
+    more_logs: Vec<PathBuf>,
     estimate: &str,
     method: Option<&str>,
     lambda_rad_s: Option<f64>,
@@ -211,6 +212,7 @@ pub fn identify_log(
     options.axis = axis;
     options.reading = reading.settings(py)?;
     options.windows = windows(training, validation, validate_on);
+    options.more_logs = more_logs;
     options.settings = settings(py, estimate, method, lambda_rad_s, trace)?;
     let mut warned = Warned::default();
     match py.detach(|| identify_log_observed(&path, &options, &mut warned)) {

@@ -12,7 +12,7 @@ use seatrial_core::heading_loop::LoopTiming;
 use serde::{Deserialize, Serialize};
 
 use crate::advice;
-use crate::identify_log::{IdentifiedLog, SpeedModel};
+use crate::identify_log::{IdentifiedLog, Part, SpeedModel};
 use crate::log_page::speed_rows;
 use crate::logs::{OpenedLog, Source};
 
@@ -23,6 +23,9 @@ pub struct IdentificationDocument {
     pub schema: String,
     /// The log.
     pub source: UsedSource,
+    /// All logs, where the model is of several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<Part>,
     /// The other log, where there was one.
     pub validation_source: Option<Source>,
     /// The training window, half open.
@@ -94,6 +97,7 @@ impl IdentificationDocument {
                 samples_rejected: counts.total(),
                 rejected: counts,
             },
+            parts: found.logs.parts.clone(),
             validation_source: found.logs.validation_log.as_ref().map(OpenedLog::source),
             training: model.map(|model| model.training),
             settings: model.map(|model| model.settings.clone()),

@@ -3,7 +3,7 @@
 mod speeds;
 mod windows;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use seatrial::identification::{Reason, ReasonCode, Verdict};
 use seatrial::identify::Proposal;
@@ -21,7 +21,7 @@ use crate::logs::{Observer, OpenedLog, ReadSettings, Unobserved};
 
 pub use speeds::{SpeedModel, foremost, identify_speeds};
 use speeds::{identify_proposals, share_over_speed, whole_verdict};
-pub use windows::{Logs, Windows};
+pub use windows::{Logs, Part, Windows};
 
 /// How a log is read and identified. The default is what `seatrial identify LOG` does.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -32,7 +32,9 @@ pub struct Options {
     pub axis: Axis,
     /// Columns, units and servo.
     pub reading: ReadSettings,
-    /// What is for training and what for validation.
+    /// Further logs of the same vehicle and load, read like the first. One model a speed is made of all of them.
+    pub more_logs: Vec<PathBuf>,
+    /// What is for training and what for validation; only of one log.
     pub windows: Windows,
     /// The estimator.
     pub settings: IdentifySettings,
@@ -73,7 +75,15 @@ pub fn identify_log_observed(
     observer: &mut dyn Observer,
 ) -> Result<IdentifiedLog, Error> {
     let reading = options.reading.on_axis(options.axis);
-    let logs = options.windows.open(path, &reading, observer)?;
+    let mut logs = options.windows.open(path, &reading, observer)?;
+    if !options.more_logs.is_empty() {
+        if options.windows.are_given() || options.axis == Axis::Pitch {
+            return Err(Error::Setting(
+                "windows, another log to validate on and the axis of pitch are of one log: leave them out, or name one log; of several logs one validates the model of the others".into(),
+            ));
+        }
+        logs.join(&options.more_logs, &reading, observer)?;
+    }
     identify_opened(logs, options, observer)
 }
 
@@ -85,7 +95,10 @@ pub fn identify_opened(
 ) -> Result<IdentifiedLog, Error> {
     let mut found = match options.windows.are_given() {
         true => one_model(&logs.log, logs.training, logs.validation_data(), options)?,
-        false => models_of(&logs.log, options, None, observer)?,
+        false => {
+            let found = (logs.parts.len() > 1).then(|| logs.proposals());
+            models_of(&logs.log, options, found, observer)?
+        }
     };
     if let Some(servo) = logs.log.servo {
         found.behind(servo);

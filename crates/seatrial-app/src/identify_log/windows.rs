@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use seatrial::Window;
-use seatrial::identify::ValidationData;
+use seatrial::identify::{Proposal, ValidationData, propose};
+use seatrial::segmentation::find_in_each;
+use seatrial::{Record, Window};
+use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::error::other_unit;
-use crate::logs::{Observer, OpenedLog, ReadSettings, open_inside};
+use crate::logs::{Observer, OpenedLog, ReadSettings, Source, open_inside};
 
 /// The filters may be warmed on so many lengths of the training window before it.
 const KEPT_BEFORE_TRAINING: f64 = 7.0;
@@ -38,6 +40,18 @@ pub struct Logs {
     pub validation: Option<Window>,
     /// The log with the validation window, where it is another one.
     pub validation_log: Option<OpenedLog>,
+    /// The logs that the first one was joined with, and itself; empty where there is one log.
+    pub parts: Vec<Part>,
+}
+
+/// One of several logs that are joined.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Part {
+    /// The log.
+    #[serde(flatten)]
+    pub source: Source,
+    /// Where it lies on the time of the joined record.
+    pub window: Window,
 }
 
 impl Windows {
@@ -123,11 +137,53 @@ impl Windows {
             training,
             validation,
             validation_log,
+            parts: Vec::new(),
         })
     }
 }
 
 impl Logs {
+    /// Joins the first log with more of the same vehicle.
+    pub(super) fn join(
+        &mut self,
+        paths: &[PathBuf],
+        reading: &ReadSettings,
+        observer: &mut dyn Observer,
+    ) -> Result<(), Error> {
+        let mut sources = vec![self.log.source()];
+        let mut records = vec![std::mem::take(&mut self.log.record)];
+        for path in paths {
+            let more = open_inside(path, reading, Window::ALL, observer)?;
+            if more.record.rudder_unit != records[0].rudder_unit {
+                return Err(other_unit(&path.display().to_string()));
+            }
+            if sources.iter().any(|source| source.sha256 == more.sha256) {
+                let path = path.display();
+                return Err(Error::Input(format!(
+                    "{path}: it holds the same bytes as a log before it: name each log once"
+                )));
+            }
+            sources.push(more.source());
+            self.log.warnings.extend(more.warnings);
+            records.push(more.record);
+        }
+        if let Some((joined, windows)) = Record::joined(&records) {
+            self.log.record = joined;
+            let parts = sources.into_iter().zip(windows);
+            self.parts = parts
+                .map(|(source, window)| Part { source, window })
+                .collect();
+        }
+        Ok(())
+    }
+
+    /// The manoeuvres of each of several logs; of a log without any, the whole.
+    pub(super) fn proposals(&self) -> Vec<Proposal> {
+        let windows: Vec<Window> = self.parts.iter().map(|part| part.window).collect();
+        let record = &self.log.record;
+        propose(record, &find_in_each(&record.samples, &windows))
+    }
+
     /// The data for validation.
     pub fn validation_data(&self) -> Option<ValidationData<'_>> {
         self.validation.map(|window| ValidationData {

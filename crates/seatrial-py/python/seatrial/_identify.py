@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from functools import partial
 from typing import Any, Literal, Optional
 
@@ -128,6 +129,7 @@ def identify_log(
     training: Span = (None, None),
     validation: Span = (None, None),
     validate_on: Optional[Path] = None,
+    more_logs: Sequence[Path] = (),
     estimate: Literal["refined", "online", "paper"] = "refined",
     method: Optional[Method] = None,
     lambda_rad_s: Optional[float] = None,
@@ -148,6 +150,8 @@ def identify_log(
         the best excited one trains, joined with others, and another one validates.
     validate_on
         Another log to validate on; the validation window is then one of that log.
+    more_logs
+        Further logs of the same vehicle and load, without windows: one model a speed is made of all, and one log validates it.
     estimate, method, lambda_rad_s, trace
         As of `identify`.
 
@@ -168,7 +172,7 @@ def identify_log(
         drop_invalid,
     )
     text, told = _native.identify_log(
-        path, reading.native(), axis, training, validation, validate_on, estimate, method,
+        path, reading.native(), axis, training, validation, validate_on, list(more_logs), estimate, method,
         lambda_rad_s, trace,
     )
     tell(told)

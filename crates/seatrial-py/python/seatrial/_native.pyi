@@ -51,6 +51,7 @@ def identify_log(
     training: _Span,
     validation: _Span,
     validate_on: str | PathLike[str] | None,
+    more_logs: list[str | PathLike[str]],
     estimate: str,
     method: Optional[str],
     lambda_rad_s: Optional[float],
