@@ -7,7 +7,7 @@ use seatrial_core::{Real, Sample};
 use crate::identify::pace::Pace;
 use crate::identify::robust::play::fin_behind;
 use crate::likelihood::leg::deviation;
-use crate::record::{GAP, between_gaps, duration_s, logged_s, median, median_interval_s};
+use crate::record::{GAP, logged_s, median, median_interval_s};
 use crate::record_series::RecordSeries;
 
 /// Most comparisons of a log: of more, those where the rudder works most are taken.
@@ -18,9 +18,6 @@ const PART: usize = 1_000;
 
 /// Under this share of the usual speed the vehicle stops, drifts or turns on the spot.
 const LEAST_SPEED: f64 = 0.4;
-
-/// Legs under this share of the longest part without a gap say nothing.
-const LEAST_LEG: f64 = 0.02;
 
 /// Fewest comparisons of a leg.
 const FEWEST: usize = 20;
@@ -74,7 +71,6 @@ impl Legs {
         let step = step(samples, usual_s);
         let speeds = usual_speeds(samples, usual_s);
         let total_s = logged_s(samples);
-        let longest_s = between_gaps(samples).map(duration_s).fold(0.0, f64::max);
         let has_rate = has_gyro(samples);
         let mut parts: Vec<Vec<usize>> = vec![Vec::new()];
         for (i, sample) in samples.iter().enumerate() {
@@ -110,7 +106,6 @@ impl Legs {
                 };
                 Leg::new(&own, step, has_rate, speed)
             })
-            .filter(|leg| leg.duration_s() > LEAST_LEG * longest_s)
             .collect();
         let used_s: f64 = legs.iter().map(Leg::duration_s).sum();
         let interval_s = step as f64 * usual_s;
