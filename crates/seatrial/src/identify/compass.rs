@@ -77,16 +77,15 @@ impl CompassError {
     /// here, and what validation data through the same compass cannot show: that it turns too far or too late. Of a record with gaps only
     /// jumps are looked for, in each part by itself: a gyro tells nothing of a turn that it did not see.
     pub fn of(samples: &[Sample<f64>]) -> Self {
-        let parts = between_gaps(samples).filter_map(Self::compare);
-        let parts: Vec<Self> = parts.collect();
-        let jumps = parts.iter().filter_map(|part| part.largest_jump);
-        match parts.as_slice() {
-            [whole] if between_gaps(samples).nth(1).is_none() => *whole,
-            _ => Self {
-                largest_jump: jumps.max_by(|a, b| a.size_rad.total_cmp(&b.size_rad)),
-                ..Self::default()
-            },
-        }
+        let mut parts = between_gaps(samples).map(|part| Self::compare(part).unwrap_or_default());
+        let whole = parts.next().unwrap_or_default();
+        parts.fold(whole, |all, part| Self {
+            largest_jump: [all.largest_jump, part.largest_jump]
+                .into_iter()
+                .flatten()
+                .max_by(|a, b| a.size_rad.total_cmp(&b.size_rad)),
+            ..Self::default()
+        })
     }
 
     fn compare(samples: &[Sample<f64>]) -> Option<Self> {

@@ -84,8 +84,14 @@ impl Mishaps {
 /// A vehicle turns on, so that d is noise and what little its yaw rate changes within a side. A jump stands out of the d of nine instants
 /// in ten, stays, and comes within one interval: an outlier and a hard turn do not. Nor does what changes over a gap of the record.
 pub fn heading_jump(samples: &[Sample<f64>]) -> Option<Jump> {
-    let is_usable = |s: &&Sample<f64>| s.heading_rad.is_finite();
-    let usable: Vec<Sample<f64>> = samples.iter().filter(is_usable).copied().collect();
+    let usable = || samples.iter().filter(|s| s.heading_rad.is_finite());
+    let is_large = |(one, next): (&Sample<f64>, &Sample<f64>)| {
+        Real::wrapped(next.heading_rad - one.heading_rad).abs() > AT_ONCE * LEAST_JUMP_RAD
+    };
+    if !usable().zip(usable().skip(1)).any(is_large) {
+        return None;
+    }
+    let usable: Vec<Sample<f64>> = usable().copied().collect();
     between_gaps(&usable)
         .filter_map(jump_of_part)
         .max_by(|a, b| a.size_rad.total_cmp(&b.size_rad))
@@ -100,10 +106,6 @@ fn jump_of_part(usable: &[Sample<f64>]) -> Option<Jump> {
     for pair in usable.windows(2) {
         let step = Real::wrapped(pair[1].heading_rad - pair[0].heading_rad);
         heading_rad.push(heading_rad[heading_rad.len() - 1] + step);
-    }
-    let is_large = |pair: &[f64]| (pair[1] - pair[0]).abs() > AT_ONCE * LEAST_JUMP_RAD;
-    if !heading_rad.windows(2).any(is_large) {
-        return None;
     }
     let times_s: Vec<f64> = usable.iter().map(|s| s.time_s).collect();
     let lines: Vec<Option<Line>> = (times_s.windows(SIDE).zip(heading_rad.windows(SIDE)))

@@ -79,16 +79,23 @@ fn jumps(samples: &[Sample<f64>]) -> Vec<(usize, f64)> {
         let usual = median(about).unwrap_or(0.0);
         (steps[at] - usual).abs() > OWN * jump_rad.abs() && !is_stuck
     };
-    let longest_s = median_interval_s(samples).map_or(f64::INFINITY, |usual_s| GAP * usual_s);
     let is_jump = |at: &usize| {
         let jump_rad = beside[*at] - middle;
-        let passed_s = samples[at + 1].time_s - samples[*at].time_s;
-        jump_rad.abs() > least_rad && passed_s < longest_s && is_own(*at, jump_rad)
+        jump_rad.abs() > least_rad && is_own(*at, jump_rad)
     };
-    (ABOUT..steps.len().saturating_sub(ABOUT))
+    let found: Vec<usize> = (ABOUT..steps.len().saturating_sub(ABOUT))
         .filter(is_jump)
-        .map(|at| (at + 1, beside[at] - middle))
-        .collect()
+        .collect();
+    let longest_s = match found.is_empty() {
+        true => None,
+        false => median_interval_s(samples).map(|usual_s| GAP * usual_s),
+    };
+    let is_within = |at: &usize| {
+        let passed_s = samples[at + 1].time_s - samples[*at].time_s;
+        longest_s.is_some_and(|longest_s| passed_s < longest_s)
+    };
+    let jump = |at: usize| (at + 1, beside[at] - middle);
+    found.into_iter().filter(is_within).map(jump).collect()
 }
 
 /// The steps about one, without it.
