@@ -202,7 +202,8 @@ fn io_logs_in_a_bucket_give_the_rows_of_local_files_whatever_is_cut() {
     assert_eq!(rows, cells(Path::new(&store.path("copy.parquet"))));
 }
 
-/// Logs of a list from a server of HTTPS; and what is said of one that is not there, of a bucket and of a server.
+/// Logs of a list from a server of HTTPS; and what is said of one that is not there, of a bucket and of a server. An address
+/// with a secret is refused, and one without encryption, but on this machine.
 #[test]
 fn io_logs_of_a_web_server_and_what_is_said_of_missing_ones() {
     let Some(store) = Store::new() else {
@@ -227,6 +228,27 @@ fn io_logs_of_a_web_server_and_what_is_said_of_missing_ones() {
     let folder = store.fleet("s3", &format!("{server}/logs/"), "none.out");
     let said = String::from_utf8(folder.stderr).unwrap();
     assert!(said.contains("@LIST"), "{said}");
+    let plain = format!(
+        "http://0.0.0.0:{}/boats/logs/run0000.csv",
+        store.ports["s3"]
+    );
+    let told = server.replace("//", "//someone:secret@");
+    for (secret, expected) in [
+        (
+            format!("{server}/logs/run0000.csv?key=secret"),
+            "read a bucket by s3://",
+        ),
+        (format!("{told}/logs/run0000.csv"), "read a bucket by s3://"),
+        (plain, "plain http is for this machine alone"),
+    ] {
+        let refused = store.fleet("s3", &secret, "none.out");
+        let said = String::from_utf8(refused.stderr).unwrap();
+        assert_eq!(refused.status.code(), Some(3), "{said}");
+        assert!(
+            said.contains(expected) && !Path::new(&store.path("none.out")).exists(),
+            "{said}"
+        );
+    }
     // The table's place is looked at before the work.
     let foreign = store.fleet("s3", "logs", "s3://boats/logs/run0000.csv");
     let said = String::from_utf8(foreign.stderr).unwrap();

@@ -61,11 +61,11 @@ class Proxy(socketserver.BaseRequestHandler):
 
 
 def take_a_cut():
-    """Of long answers each second one, so that what is asked for again comes."""
+    """Of long answers each fourth one: of two cuts the first is in a list of logs, the second in a log."""
     global cuts, long_answers
     with lock:
         long_answers += 1
-        is_cut = cuts > 0 and long_answers % 2 == 1
+        is_cut = cuts > 0 and long_answers % 4 == 1
         cuts -= is_cut
         return is_cut
 
