@@ -33,6 +33,7 @@ mod pymavlink;
 mod record;
 mod replay;
 mod report;
+mod reported_cases;
 mod ros2;
 mod ros2_file;
 mod rudder_lag;

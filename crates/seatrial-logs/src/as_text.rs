@@ -77,6 +77,36 @@ pub(crate) fn encoding(start: &[u8]) -> Option<&'static Encoding> {
     (!has_errors && 4 * letters > others).then_some(encoding_rs::SHIFT_JIS)
 }
 
+/// Rows of text that are made one after the other; an empty one is the end.
+pub(crate) struct Rows<F> {
+    next: F,
+    row: Vec<u8>,
+    given: usize,
+}
+
+impl<F: FnMut() -> Result<String, Fault>> Rows<F> {
+    pub fn new(next: F) -> Self {
+        Self {
+            next,
+            row: Vec::new(),
+            given: 0,
+        }
+    }
+}
+
+impl<F: FnMut() -> Result<String, Fault>> Read for Rows<F> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.given == self.row.len() {
+            self.row = (self.next)().map_err(io::Error::other)?.into_bytes();
+            self.given = 0;
+        }
+        let count = buffer.len().min(self.row.len() - self.given);
+        buffer[..count].copy_from_slice(&self.row[self.given..self.given + count]);
+        self.given += count;
+        Ok(count)
+    }
+}
+
 /// Text as UTF-8.
 struct Decoded {
     encoded: Input,

@@ -154,6 +154,11 @@ impl Bytes {
         self.position
     }
 
+    /// The file, whose place is lost.
+    pub(crate) fn file(&mut self) -> &mut Input {
+        &mut self.file
+    }
+
     /// SHA-256 of the whole file in hexadecimal; the next byte is the first.
     pub(crate) fn sha256(&mut self) -> Result<String, Fault> {
         let hash = self.file.sha256().map_err(Fault::read)?;

@@ -45,6 +45,9 @@ const FRACTIONS: [(&[&str], f64); 4] = [
     (&["cs", "hundredths", "centiseconds"], 1e2),
 ];
 
+/// A sine and a cosine shorter than this together have no direction: both are 0 where nothing was measured.
+const LEAST_LENGTH: f64 = 0.1;
+
 /// A column that is computed from others.
 #[derive(Debug)]
 pub(crate) struct Computed {
@@ -67,6 +70,8 @@ enum Rule {
     },
     /// A date, and a time of day.
     DateAndTime,
+    /// The heading whose sine and cosine they are.
+    SineAndCosine,
     /// x, y, z, w: from east, north, up to a heading, or from north, east, down.
     Quaternion { z_is_down: bool },
     /// Metres north of the first position, from a latitude.
@@ -119,7 +124,7 @@ pub(crate) fn computed(
             .any(|name| ColumnName::new(name).fit(quantity).is_some())
     };
     if !is_known && is_free(Quantity::Heading) && !has(Quantity::Heading) {
-        found.extend(names.quaternion());
+        found.extend(names.sine_and_cosine().or_else(|| names.quaternion()));
     }
     if has_coordinates
         && is_free(Quantity::North)
@@ -260,6 +265,26 @@ impl<'a> Names<'a> {
         Some(self.of(Quantity::Time, name, &sources, Rule::DateAndTime))
     }
 
+    /// `sin_psi` and `cos_psi`, of one heading.
+    fn sine_and_cosine(&self) -> Option<Computed> {
+        let without = |words: &[String], function: [&str; 2]| {
+            let is_it = |word: &String| function.contains(&word.as_str());
+            let mut others = words.to_vec();
+            others.remove(words.iter().position(is_it)?);
+            let of_heading = ColumnName::new(&others.join("_")).fit(Quantity::Heading);
+            of_heading.map(|_| others)
+        };
+        let sources = (0..self.words.len()).find_map(|sine| {
+            let of = without(&self.words[sine], ["sin", "sine"])?;
+            let is_cosine = |words: &Vec<String>| {
+                without(words, ["cos", "cosine"]).is_some_and(|others| others == of)
+            };
+            Some([sine, self.words.iter().position(is_cosine)?])
+        })?;
+        let name = format!("heading of {}", self.list(&sources));
+        Some(self.of(Quantity::Heading, name, &sources, Rule::SineAndCosine))
+    }
+
     /// `orientation.x` to `orientation.w`, or `qx` to `qw`.
     fn quaternion(&self) -> Option<Computed> {
         const PREFIXES: [&str; 6] = [
@@ -284,7 +309,16 @@ impl<'a> Names<'a> {
         });
         let by_letters = of_prefix.or_else(|| self.group([&["qx"], &["qy"], &["qz"], &["qw"]]));
         // Autopilots number them from w on.
-        let by_numbers = || self.group([&["q1"], &["q2"], &["q3"], &["q0"]]);
+        let by_numbers = || {
+            let of_a_list = self.group([&["1"], &["2"], &["3"], &["0"]]);
+            let is_attitude = |sources: &[usize; 4]| {
+                let words = &self.words[sources[0]];
+                let name = words.len().checked_sub(2).map(|at| words[at].as_str());
+                name.is_some_and(|name| PREFIXES.contains(&name))
+            };
+            self.group([&["q1"], &["q2"], &["q3"], &["q0"]])
+                .or_else(|| of_a_list.filter(is_attitude))
+        };
         let z_is_down = by_letters.is_none();
         let sources = by_letters.or_else(by_numbers)?;
         let name = format!("heading of {}", self.list(&sources));
@@ -358,7 +392,7 @@ impl Computed {
             // It says so by itself, and begins again at midnight.
             Rule::Parts { is_of_day, .. } if *is_of_day => None,
             Rule::Parts { .. } => Some(Unit::Second),
-            Rule::Quaternion { .. } => Some(Unit::Radian),
+            Rule::Quaternion { .. } | Rule::SineAndCosine => Some(Unit::Radian),
             Rule::North { .. } | Rule::East { .. } => Some(Unit::Metre),
         }
     }
@@ -402,6 +436,9 @@ impl Computed {
                     _ => (numbers, 0.0),
                 };
                 of_parts(parts, fraction_s)
+            }
+            (Rule::SineAndCosine, [sine, cosine]) => {
+                (libm::hypot(*sine, *cosine) > LEAST_LENGTH).then(|| libm::atan2(*sine, *cosine))
             }
             // From x forward, y port, z up in east, north, up.
             (Rule::Quaternion { z_is_down }, [x, y, z, w]) => {

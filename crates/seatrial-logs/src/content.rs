@@ -55,7 +55,47 @@ const WORKBOOK: [&[u8]; 2] = [b"[Content_Types].xml", b"xl/"];
 const OPEN_DOCUMENT: &[u8] = b"application/vnd.oasis.opendocument.spreadsheet";
 
 /// What is recorded where boats are, by the bytes that it begins with, and what to give in its place.
-const NO_LOGS: [(&[u8], &str, &str); 7] = [
+const NO_LOGS: [(&[u8], &str, &str); 15] = [
+    (
+        b"LOGG",
+        "a log of CAN frames (BLF)",
+        "convert it with `python -m can.logconvert LOG.blf LOG.asc`, and give the .asc",
+    ),
+    (
+        b"MDF     ",
+        "a measurement file (MDF)",
+        "export its columns of time, heading and rudder as CSV, as `asammdf` does",
+    ),
+    (
+        b"\xed\xa1\xda\x01",
+        "a log of LCM",
+        "write its channels of heading and rudder as CSV, as Python's `lcm.EventLog` reads them",
+    ),
+    (
+        b"\x54\xfe",
+        "a log of DUNE (LSF)",
+        "export its messages EulerAngles and ServoPosition as CSV, as Neptus does",
+    ),
+    (
+        b"\xfe\x54",
+        "a log of DUNE (LSF)",
+        "export its messages EulerAngles and ServoPosition as CSV, as Neptus does",
+    ),
+    (
+        b"\x02\0\0\0\xb2\x07",
+        "a sonar log of Navico (SL2), without a rudder",
+        NMEA_INSTEAD,
+    ),
+    (
+        b"\x02\0\0\0\x80\x0c",
+        "a sonar log of Navico (SL2), without a rudder",
+        NMEA_INSTEAD,
+    ),
+    (
+        b"FTP NEW",
+        "a raw file of HYPACK, without a rudder",
+        NMEA_INSTEAD,
+    ),
     (
         b"\x89HDF\r\n",
         "a file of arrays (HDF5)",
@@ -69,6 +109,7 @@ const NO_LOGS: [(&[u8], &str, &str); 7] = [
     (b"OggS", "a sound or a film (Ogg)", LOG_INSTEAD),
 ];
 
+const NMEA_INSTEAD: &str = "record the NMEA sentences or frames of compass and rudder";
 const LOG_INSTEAD: &str = "give the log itself, with time, heading and rudder";
 
 /// What a film of a phone or a camera has at its fifth byte.
@@ -96,11 +137,10 @@ const XML: [(&[u8], &str, &str); 4] = [
     (b"<html", "a page (HTML)", LOG_INSTEAD),
 ];
 
-/// What is to be done with a document in XML or JSON, and with a text copy of a DataFlash.
+/// What is to be done with a document in XML or JSON.
 const XML_INSTEAD: &str =
     "export the log as CSV, one row per sample, with time, heading and rudder";
 const JSON_INSTEAD: &str = "export the log as CSV, one row per sample, as `jq -rs '[\"time\", \"heading\", \"rudder\"], (flatten[] | [.time, .heading, .rudder]) | @csv'` does";
-const DATAFLASH_INSTEAD: &str = "give the log as the autopilot wrote it, .bin";
 
 /// A text that is the document of something else than a log.
 fn document(start: &[u8]) -> Option<(&'static str, &'static str)> {
@@ -118,12 +158,16 @@ fn document(start: &[u8]) -> Option<(&'static str, &'static str)> {
     if start.starts_with(b"<?xml") || start.starts_with(b"<!DOCTYPE") {
         return Some(("a document in XML", XML_INSTEAD));
     }
-    if start.starts_with(b"FMT,") {
-        return Some(("a text copy of a DataFlash log", DATAFLASH_INSTEAD));
+    if start.starts_with(b"header:") && holds(start, b"\n---\n") {
+        return Some((
+            "messages as `ros2 topic echo` prints them",
+            "record a bag of heading and rudder, as `ros2 bag record` does",
+        ));
     }
     let is_json = start.starts_with(b"{") || start.starts_with(b"[{") || start.starts_with(b"[[");
-    (is_json && !crate::signal_k::is_start(start) && !crate::nmea2000::is_start(start))
-        .then_some(("a document in JSON", JSON_INSTEAD))
+    let is_read =
+        has_keys(start) || crate::signal_k::is_start(start) || crate::nmea2000::is_start(start);
+    (is_json && !is_read).then_some(("a document in JSON", JSON_INSTEAD))
 }
 
 fn holds(start: &[u8], name: &[u8]) -> bool {
@@ -186,7 +230,7 @@ fn check_is_log(start: &[u8]) -> Result<(), Fault> {
 fn format(start: &[u8]) -> Format {
     if start.starts_with(b"PAR1") {
         Format::Parquet
-    } else if is_dataflash(start) {
+    } else if is_dataflash(start) || crate::dataflash_text::is_start(start) {
         Format::DataFlash
     } else if is_telemetry(start) {
         Format::Tlog
@@ -196,7 +240,7 @@ fn format(start: &[u8]) -> Format {
         Format::Mcap
     } else if start.starts_with(b"SQLite format 3\0") {
         Format::Rosbag
-    } else if start.starts_with(b"dbd_label:") {
+    } else if start.starts_with(b"dbd_label:") && !is_dbd_ascii(start) {
         Format::Slocum
     } else if crate::nmea2000::is_start(start) {
         Format::Canboat
@@ -217,6 +261,11 @@ fn format(start: &[u8]) -> Format {
     } else {
         Format::Csv
     }
+}
+
+/// Is it the text that `dbd2asc` makes of a glider's log?
+fn is_dbd_ascii(start: &[u8]) -> bool {
+    start.starts_with(b"dbd_label:") && holds(start, b"DBD_ASC")
 }
 
 fn start(input: impl Read) -> Result<Vec<u8>, Fault> {
@@ -294,7 +343,8 @@ pub(crate) fn open_stream(
     let mut input = Cursor::new(start.clone()).chain(input);
     if formats.of(&start, path).is_none() {
         check_is_log(&start)?;
-        let is_table = std::str::from_utf8(&start).is_ok() && !has_keys(&start);
+        let is_made_into_one = has_keys(&start) || is_dbd_ascii(&start);
+        let is_table = std::str::from_utf8(&start).is_ok() && !is_made_into_one;
         if format(&start) == Format::Csv && is_table {
             return Ok(Box::new(Text::open(input)?));
         }
@@ -320,7 +370,16 @@ pub(crate) fn open(
         return Ok(Box::new(Joined::new(format, messages)));
     }
     check_is_log(&start)?;
-    built_in(format(&start), file, path, held)
+    if crate::dataflash_text::is_start(&start) {
+        file = crate::dataflash_text::binary(file)?;
+    }
+    if !crate::pcap::is_start(&start) {
+        return built_in(format(&start), file, path, held);
+    }
+    let mut lines = crate::pcap::lines(file)?;
+    let start = self::start(&mut lines)?;
+    lines.rewind().map_err(Fault::read)?;
+    built_in(format(&start), lines, path, held)
 }
 
 fn built_in(
@@ -400,8 +459,12 @@ fn text(mut file: Input) -> Result<Box<dyn Table>, Fault> {
         return Ok(Box::new(AsText::encoded(file, encoding)?));
     }
     if has_keys(&first) {
-        let lines = crate::key_value::Lines::open(&file)?;
+        let lines = crate::key_value::text(&file)?;
         return Ok(Box::new(AsText::new(Format::Csv, file, lines, Vec::new())?));
+    }
+    if is_dbd_ascii(&first) {
+        let table = crate::slocum::of_ascii(&file)?;
+        return Ok(Box::new(AsText::new(Format::Csv, file, table, Vec::new())?));
     }
     Ok(Box::new(Text::open(file)?))
 }

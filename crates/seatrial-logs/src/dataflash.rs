@@ -171,7 +171,7 @@ impl Field {
 }
 
 /// Bytes of a field; `None` of a code that is unknown.
-fn width(code: u8) -> Option<usize> {
+pub(crate) fn width(code: u8) -> Option<usize> {
     Some(match code {
         b'b' | b'B' | b'M' => 1,
         b'h' | b'H' | b'c' | b'C' | b'g' => 2,

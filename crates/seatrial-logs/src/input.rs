@@ -50,6 +50,27 @@ impl<T: AsRef<[u8]> + Send + Sync> Source for T {
     }
 }
 
+/// Bytes that were made of a file.
+struct Made {
+    bytes: Vec<u8>,
+    /// Of the file.
+    sha256: [u8; 32],
+}
+
+impl Source for Made {
+    fn length(&self) -> u64 {
+        self.bytes.length()
+    }
+
+    fn read_at(&self, position: u64, buffer: &mut [u8]) -> io::Result<usize> {
+        self.bytes.read_at(position, buffer)
+    }
+
+    fn sha256(&self) -> Option<[u8; 32]> {
+        Some(self.sha256)
+    }
+}
+
 /// Files by the paths that they are opened by: where there is no file system, as in a browser, or a log was
 /// never written to one. A path that is not held is one of the file system.
 #[derive(Clone, Default)]
@@ -127,6 +148,15 @@ impl Input {
         })
     }
 
+    /// Bytes in memory that were made of a file, with the file's own SHA-256.
+    pub fn made_of(bytes: Vec<u8>, file: &mut Self) -> io::Result<Self> {
+        let sha256 = file.digest()?;
+        Ok(Self::Held(Cursor {
+            source: Arc::new(Made { bytes, sha256 }),
+            position: 0,
+        }))
+    }
+
     pub fn is_folder(&self) -> io::Result<bool> {
         match self {
             Self::File(file) => Ok(file.metadata()?.is_dir()),
@@ -149,17 +179,21 @@ impl Input {
 
     /// SHA-256 of all bytes in hexadecimal; the place is lost.
     pub fn sha256(&mut self) -> io::Result<String> {
+        self.digest().map(|digest| hexadecimal(&digest))
+    }
+
+    fn digest(&mut self) -> io::Result<[u8; 32]> {
         if let Self::Held(held) = self
             && let Some(known) = held.source.sha256()
         {
-            return Ok(hexadecimal(&known));
+            return Ok(known);
         }
         self.rewind()?;
         let mut hash = Sha256::new();
         let mut buffer = vec![0; 1 << 18];
         loop {
             match self.read(&mut buffer) {
-                Ok(0) => return Ok(hexadecimal(&hash.finalize())),
+                Ok(0) => return Ok(hash.finalize().into()),
                 Ok(count) => hash.update(&buffer[..count]),
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 Err(error) => return Err(error),

@@ -1,18 +1,28 @@
-//! Lines of `key=value` or `key: value` as a table with a column for every key: InfluxDB's line protocol, and what programs print.
+//! Lines of `key=value` or `key: value`, and objects of JSON, as a table with a column for every key: InfluxDB's line protocol, messages as
+//! `mavlogdump` writes them, and what programs print.
 //!
 //! ```text
+//! {"time": 1714564800.1, "imu": {"heading": 45.1}, "rudder": 2}
 //! boat,host=pi heading=45.1,rudder=2 1714564800100000000
 //! 2024-05-01 12:00:00.1 INFO heading=45.1; rudder=2
 //! ```
 
-use std::collections::BTreeMap;
-use std::io::{self, Read};
+use std::collections::{BTreeMap, VecDeque};
+use std::io::Read;
 
+use serde_json::Value;
+
+use crate::as_text::Rows;
 use crate::bytes::Bytes;
 use crate::error::Fault;
 use crate::input::Input;
 
 const MOST_COLUMNS: usize = 256;
+/// Bytes by which such a text is told.
+const START: usize = 4096;
+/// Bytes of an object, and numbers of a list in it.
+const LONGEST_OBJECT: usize = 1 << 16;
+const MOST_PARTS: usize = 16;
 /// Lines that are looked at, of which most have keys.
 const LINES: usize = 20;
 /// The column of what stands in a line without a key and begins with a digit.
@@ -36,7 +46,7 @@ pub(crate) fn is_start(start: &[u8]) -> bool {
             .count()
             >= 2
     };
-    2 * lines.iter().filter(has_numbers).count() > lines.len()
+    Objects::are_at(start) || 2 * lines.iter().filter(has_numbers).count() > lines.len()
 }
 
 fn is_of_number(letter: char) -> bool {
@@ -61,6 +71,9 @@ fn parts(line: &str) -> Vec<String> {
 
 /// The values of a line by their columns.
 fn pairs(line: &str) -> BTreeMap<String, String> {
+    if let Some(pairs) = of_message(line) {
+        return pairs;
+    }
     let (mut pairs, mut measurement, mut time) = (BTreeMap::new(), String::new(), Vec::new());
     let mut key_before = None;
     for part in parts(line) {
@@ -103,70 +116,208 @@ fn number(value: &str) -> String {
     value.replace(['\t', '"'], " ")
 }
 
+/// Values of a message as `mavlogdump` prints it: `2024-05-01 12:00:00.10: ATTITUDE {roll : 0.1, yaw : 1.2}`.
+fn of_message(line: &str) -> Option<BTreeMap<String, String>> {
+    let (head, fields) = line.trim_end().strip_suffix('}')?.split_once(" {")?;
+    let (time, name) = head.rsplit_once(": ")?;
+    let pair = |field: &str| {
+        let (key, value) = field.split_once(" : ")?;
+        Some((format!("{name}.{}", key.trim()), number(value.trim())))
+    };
+    let mut pairs: BTreeMap<String, String> = fields.split(", ").filter_map(pair).collect();
+    pairs.insert(TIME.into(), time.into());
+    Some(pairs)
+}
+
+/// Objects of JSON, one a line or in an array.
+#[derive(Default)]
+struct Objects {
+    text: Vec<u8>,
+    depth: usize,
+    is_quoted: bool,
+    is_escaped: bool,
+    /// Those that are complete.
+    whole: VecDeque<Vec<u8>>,
+}
+
+impl Objects {
+    /// Does a text begin with several that have numbers?
+    fn are_at(start: &[u8]) -> bool {
+        let mut objects = Self::default();
+        for line in start.split(|byte| *byte == b'\n') {
+            objects.take(line);
+        }
+        let has_numbers = |text: &Vec<u8>| {
+            let pairs = of_object(text);
+            let numbers = pairs.values().filter(|v| v.starts_with(is_of_number));
+            numbers.count() >= 2
+        };
+        let begins = matches!(start.trim_ascii_start(), [b'{' | b'[', ..]);
+        begins && objects.whole.len() >= 2 && objects.whole.iter().all(has_numbers)
+    }
+
+    /// Takes in a line, at the end of which no text in quotes goes on.
+    fn take(&mut self, line: &[u8]) {
+        for &byte in line {
+            if self.depth > 0 {
+                self.text.push(byte);
+            }
+            match byte {
+                _ if self.is_escaped => self.is_escaped = false,
+                b'\\' if self.is_quoted => self.is_escaped = true,
+                b'"' if self.depth > 0 => self.is_quoted = !self.is_quoted,
+                _ if self.is_quoted => {}
+                b'{' => {
+                    if self.depth == 0 {
+                        self.text = vec![byte];
+                    }
+                    self.depth += 1;
+                }
+                b'}' if self.depth > 0 => {
+                    self.depth -= 1;
+                    if self.depth == 0 {
+                        self.whole.push_back(std::mem::take(&mut self.text));
+                    }
+                }
+                _ => {}
+            }
+            if self.text.len() > LONGEST_OBJECT {
+                self.leave_out();
+            }
+        }
+        if self.is_quoted {
+            self.leave_out();
+        }
+    }
+
+    /// Begins anew behind what is no object.
+    fn leave_out(&mut self) {
+        *self = Self {
+            whole: std::mem::take(&mut self.whole),
+            ..Self::default()
+        };
+    }
+}
+
+/// The values of an object by their columns, those of an object in it behind its name.
+fn of_object(text: &[u8]) -> BTreeMap<String, String> {
+    let mut pairs = BTreeMap::new();
+    let Ok(object) = serde_json::from_slice::<Value>(text) else {
+        return pairs;
+    };
+    // `mavlogdump --format json` writes the name of a message and its time apart from its fields.
+    let meta = &object["meta"];
+    match (meta["type"].as_str(), &meta["timestamp"], &object["data"]) {
+        (Some(name), time, fields @ Value::Object(_)) => {
+            flatten(TIME.into(), time, &mut pairs);
+            flatten(name.into(), fields, &mut pairs);
+        }
+        _ => flatten(String::new(), &object, &mut pairs),
+    }
+    pairs
+}
+
+fn flatten(name: String, value: &Value, pairs: &mut BTreeMap<String, String>) {
+    let within = |key: &str| match name.is_empty() {
+        true => key.to_owned(),
+        false => format!("{name}.{key}"),
+    };
+    match value {
+        Value::Object(parts) => {
+            for (key, part) in parts {
+                flatten(within(key), part, pairs);
+            }
+        }
+        Value::Array(parts) => {
+            for (at, part) in parts.iter().enumerate().take(MOST_PARTS) {
+                flatten(within(&at.to_string()), part, pairs);
+            }
+        }
+        Value::Number(number) => drop(pairs.insert(name, number.to_string())),
+        Value::String(text) => drop(pairs.insert(name, text.replace(['\t', '\n', '\r', '"'], " "))),
+        Value::Bool(_) | Value::Null => {}
+    }
+}
+
 /// The table as text, cells parted by tabs.
-pub(crate) struct Lines {
+pub(crate) fn text(file: &Input) -> Result<impl Read + Send + 'static, Fault> {
+    let mut lines = Lines::open(file)?;
+    Ok(Rows::new(move || lines.next_row()))
+}
+
+/// Lines of keys and values, or objects.
+struct Lines {
     bytes: Bytes,
+    /// Those that were read and not given; `None` where lines are not in JSON.
+    objects: Option<Objects>,
     columns: BTreeMap<String, usize>,
-    row: Vec<u8>,
-    given: usize,
+    names: Option<String>,
 }
 
 impl Lines {
     /// Reads the file once for its keys.
-    pub fn open(file: &Input) -> Result<Self, Fault> {
+    fn open(file: &Input) -> Result<Self, Fault> {
         let mut bytes = Bytes::new(file.another().map_err(Fault::read)?)?;
-        let mut columns = BTreeMap::new();
-        while let Some(line) = bytes.line()? {
-            for name in pairs(&String::from_utf8_lossy(line)).into_keys() {
-                let place = columns.len();
+        let are_objects = Objects::are_at(bytes.peek(START)?);
+        let mut lines = Self {
+            bytes,
+            objects: are_objects.then(Objects::default),
+            columns: BTreeMap::new(),
+            names: None,
+        };
+        while let Some(pairs) = lines.next_pairs()? {
+            for name in pairs.into_keys() {
+                let place = lines.columns.len();
                 if place < MOST_COLUMNS {
-                    columns.entry(name).or_insert(place);
+                    lines.columns.entry(name).or_insert(place);
                 }
             }
         }
-        bytes.begin_again()?;
-        let mut names: Vec<(&String, &usize)> = columns.iter().collect();
+        lines.bytes.begin_again()?;
+        lines.objects = are_objects.then(Objects::default);
+        let mut names: Vec<(&String, &usize)> = lines.columns.iter().collect();
         names.sort_by_key(|(_, place)| **place);
         let names: Vec<&str> = names.into_iter().map(|(name, _)| name.as_str()).collect();
-        let row = (names.join("\t") + "\n").into_bytes();
-        Ok(Self {
-            bytes,
-            columns,
-            row,
-            given: 0,
-        })
+        lines.names = Some(names.join("\t") + "\n");
+        Ok(lines)
     }
 
-    /// The row of the next line with keys; empty at the end.
-    fn next_row(&mut self) -> Result<String, Fault> {
+    fn next_pairs(&mut self) -> Result<Option<BTreeMap<String, String>>, Fault> {
         loop {
+            if let Some(object) = self.objects.as_mut().and_then(|o| o.whole.pop_front()) {
+                return Ok(Some(of_object(&object)));
+            }
             let Some(line) = self.bytes.line()? else {
-                return Ok(String::new());
+                return Ok(None);
             };
-            let pairs = pairs(&String::from_utf8_lossy(line));
+            match &mut self.objects {
+                Some(objects) => objects.take(line),
+                None => {
+                    let pairs = pairs(&String::from_utf8_lossy(line));
+                    // A number that was cut off looks whole.
+                    let is_cut = self.bytes.is_line_cut();
+                    return Ok(Some(if is_cut { BTreeMap::new() } else { pairs }));
+                }
+            }
+        }
+    }
+
+    /// The names, then the row of the next line with keys; empty at the end.
+    fn next_row(&mut self) -> Result<String, Fault> {
+        if let Some(names) = self.names.take() {
+            return Ok(names);
+        }
+        while let Some(pairs) = self.next_pairs()? {
             let mut cells = vec![String::new(); self.columns.len()];
             for (key, value) in pairs {
                 if let Some(place) = self.columns.get(&key) {
                     cells[*place] = value;
                 }
             }
-            // A number that was cut off looks whole.
-            if cells.iter().any(|cell| !cell.is_empty()) && !self.bytes.is_line_cut() {
+            if cells.iter().any(|cell| !cell.is_empty()) {
                 return Ok(cells.join("\t") + "\n");
             }
         }
-    }
-}
-
-impl Read for Lines {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if self.given == self.row.len() {
-            self.row = self.next_row().map_err(io::Error::other)?.into_bytes();
-            self.given = 0;
-        }
-        let count = buffer.len().min(self.row.len() - self.given);
-        buffer[..count].copy_from_slice(&self.row[self.given..self.given + count]);
-        self.given += count;
-        Ok(count)
+        Ok(String::new())
     }
 }

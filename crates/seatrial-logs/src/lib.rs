@@ -19,6 +19,7 @@ mod content;
 mod coordinates;
 mod csv;
 mod dataflash;
+mod dataflash_text;
 mod description;
 mod error;
 mod expedition;
@@ -42,6 +43,7 @@ mod nmea2000;
 mod number;
 #[cfg(feature = "parquet-reader")]
 mod parquet;
+mod pcap;
 mod quantity;
 mod reader;
 #[cfg(feature = "containers")]

@@ -6,11 +6,11 @@
 //! ```
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
-use std::io::{self, Read};
+use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 
+use crate::as_text::Rows;
 use crate::bytes::Bytes;
 use crate::error::Fault;
 use crate::input::Input;
@@ -31,7 +31,7 @@ const COMPRESSED: u32 = 15;
 const STRUCTURE: u8 = 2;
 
 /// The rows of the arrays of the length that most have.
-pub(crate) fn text(file: &mut Input) -> Result<Rows, Fault> {
+pub(crate) fn text(file: &mut Input) -> Result<impl Read + Send + 'static, Fault> {
     let mut bytes = Bytes::new(file.another().map_err(Fault::read)?)?;
     let length = bytes.length()?;
     let mut arrays = Arrays {
@@ -72,7 +72,8 @@ pub(crate) fn text(file: &mut Input) -> Result<Rows, Fault> {
         }
     }
     without_outer(&mut arrays.columns);
-    Rows::of(arrays.columns)
+    let mut columns = Columns::of(arrays.columns)?;
+    Ok(Rows::new(move || Ok(columns.next_row())))
 }
 
 /// Takes the name of the structure off that all columns are fields of.
@@ -218,14 +219,13 @@ impl Arrays {
 }
 
 /// Columns of one length as lines of text.
-pub(crate) struct Rows {
+struct Columns {
+    names: Option<String>,
     columns: Vec<Vec<f64>>,
     row: usize,
-    text: String,
-    given: usize,
 }
 
-impl Rows {
+impl Columns {
     fn of(columns: Vec<(String, Vec<f64>)>) -> Result<Self, Fault> {
         let mut lengths = BTreeMap::<usize, usize>::new();
         for (_, column) in columns.iter().filter(|(_, column)| column.len() > 1) {
@@ -244,32 +244,25 @@ impl Rows {
         Ok(Self {
             columns,
             row: 0,
-            text: names.join("\t") + "\n",
-            given: 0,
+            names: Some(names.join("\t") + "\n"),
         })
     }
 }
 
-impl Read for Rows {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if self.given == self.text.len() && self.row < self.columns[0].len() {
-            self.text.clear();
-            self.given = 0;
-            for (place, column) in self.columns.iter().enumerate() {
-                let between = if place > 0 { "\t" } else { "" };
-                let number = column[self.row];
-                let _ = match number.is_finite() {
-                    true => write!(self.text, "{between}{number}"),
-                    false => write!(self.text, "{between}"),
-                };
-            }
-            self.text.push('\n');
-            self.row += 1;
+impl Columns {
+    fn next_row(&mut self) -> String {
+        if let Some(names) = self.names.take() {
+            return names;
         }
-        let rest = &self.text.as_bytes()[self.given..];
-        let count = rest.len().min(buffer.len());
-        buffer[..count].copy_from_slice(&rest[..count]);
-        self.given += count;
-        Ok(count)
+        let cell = |column: &Vec<f64>| {
+            let number = column.get(self.row).filter(|number| number.is_finite());
+            number.map_or_else(String::new, f64::to_string)
+        };
+        if self.row >= self.columns[0].len() {
+            return String::new();
+        }
+        let cells: Vec<String> = self.columns.iter().map(cell).collect();
+        self.row += 1;
+        cells.join("\t") + "\n"
     }
 }

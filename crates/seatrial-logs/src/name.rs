@@ -108,7 +108,9 @@ const COMMANDS: [&str; 11] = [
 ];
 
 /// Words after a quantity's name that leave it the same quantity.
-const SAME_QUANTITY: [&str; 29] = [
+const SAME_QUANTITY: [&str; 31] = [
+    "data",
+    "act",
     "mean",
     "average",
     "avg",
@@ -313,7 +315,9 @@ fn is_of_something(base: &[String]) -> bool {
 
 fn stated(text: &str, dimension: Dimension) -> StatedUnit {
     let lower = words(text);
-    let lower: Vec<&str> = lower.iter().map(String::as_str).collect();
+    // `seconds since 01/01/1970`
+    let before_since = lower.iter().take_while(|word| *word != "since");
+    let lower: Vec<&str> = before_since.map(String::as_str).collect();
     if let Some(unit) = Unit::of_words(&lower, dimension) {
         return StatedUnit::Known(unit);
     }
@@ -324,6 +328,9 @@ fn stated(text: &str, dimension: Dimension) -> StatedUnit {
         .take_while(|w| REMARKS.contains(w))
         .count();
     let before = &lower[..lower.len() - remarks];
+    // `Heading (M) (deg)`: the remark first.
+    let first = before.iter().take_while(|w| REMARKS.contains(w)).count();
+    let before = &before[first..];
     match Unit::of_words(before, dimension) {
         Some(unit) => StatedUnit::Known(unit),
         None if before.is_empty() => StatedUnit::None,
@@ -406,12 +413,15 @@ pub(crate) fn list(names: &[String]) -> String {
     text
 }
 
+/// The sides of two motors or fins.
+const SIDES: [[&str; 2]; 3] = [["left", "right"], ["port", "starboard"], ["port", "stbd"]];
+
 /// What a log without a column for this quantity cannot tell, or how two motors among its columns tell it.
 pub(crate) fn without(quantity: Quantity, columns: &[String]) -> String {
     const MOTORS: [&str; 6] = ["thrust", "motor", "prop", "engine", "throttle", "pwm"];
     let is_of_a_motor = |name: &&String| {
         let name = name.to_lowercase();
-        MOTORS.iter().any(|motor| name.contains(motor))
+        MOTORS.iter().any(|motor| name.contains(motor)) || SIDES.concat().contains(&name.as_str())
     };
     let motors: Vec<String> = columns.iter().filter(is_of_a_motor).cloned().collect();
     let together = of_two_sides(quantity, &motors);
@@ -423,7 +433,6 @@ pub(crate) fn without(quantity: Quantity, columns: &[String]) -> String {
 
 /// What two motors or fins, one to each side, are taken for together.
 pub(crate) fn of_two_sides(quantity: Quantity, candidates: &[String]) -> String {
-    const SIDES: [[&str; 2]; 3] = [["left", "right"], ["port", "starboard"], ["port", "stbd"]];
     let [first, second] = candidates else {
         return String::new();
     };

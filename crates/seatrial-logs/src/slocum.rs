@@ -180,6 +180,46 @@ impl Sensor {
     }
 }
 
+/// The table that `dbd2asc` makes of a log, with the units of its columns in brackets.
+#[cfg(feature = "containers")]
+pub(crate) fn of_ascii(file: &Input) -> Result<impl std::io::Read + Send + 'static, Fault> {
+    let mut bytes = Bytes::new(file.another().map_err(Fault::read)?)?;
+    let mut is_below = false;
+    Ok(crate::as_text::Rows::new(move || {
+        let mut next_line = || {
+            let line = bytes.line()?;
+            Ok::<_, Fault>(line.map(|line| String::from_utf8_lossy(line).into_owned()))
+        };
+        if std::mem::replace(&mut is_below, true) {
+            // A number that was cut off looks whole.
+            let line = next_line()?.filter(|_| !bytes.is_line_cut());
+            return Ok(line.map_or_else(String::new, |line| line + "\n"));
+        }
+        let is_of_the_header = |line: &String| {
+            let word = line.split_whitespace().next();
+            word.is_some_and(|word| word.ends_with(':'))
+        };
+        let mut line = next_line()?;
+        while line.as_ref().is_some_and(is_of_the_header) {
+            line = next_line()?;
+        }
+        let units = next_line()?.unwrap_or_default();
+        let _widths = next_line()?;
+        let named = |(name, unit): (&str, &str)| match unit {
+            "timestamp" => format!("{name}[s]"),
+            unit if unit.parse::<Unit>().is_ok() => format!("{name}[{unit}]"),
+            _ => name.to_owned(),
+        };
+        let names = line.unwrap_or_default();
+        let names: Vec<String> = names
+            .split_whitespace()
+            .zip(units.split_whitespace())
+            .map(named)
+            .collect();
+        Ok(names.join(" ") + "\n")
+    }))
+}
+
 impl Header {
     fn read(bytes: &mut Bytes) -> Result<Self, Fault> {
         let mut header = Self::default();

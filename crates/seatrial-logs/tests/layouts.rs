@@ -355,6 +355,88 @@ fn io_tables_are_read_whatever_stands_before_and_in_them() {
             ),
         ),
         (
+            "a sine and a cosine",
+            text(
+                "time_s,sin(heading),cos(heading),rudder_deg\n",
+                |(t, h, d)| {
+                    let (sine, cosine) = h.to_radians().sin_cos();
+                    format!("{t:.1},{sine:.5},{cosine:.5},{d:.2}")
+                },
+            ),
+        ),
+        (
+            "objects of JSON in lines",
+            text("", |(t, h, d)| {
+                format!(
+                    "{{\"timestamp\": \"{}\", \"imu\": {{\"heading_deg\": {h:.3}, \"note\": \"a }}\"}}, \"rudder_deg\": [{d:.2}]}}",
+                    iso(t)
+                )
+            }),
+        ),
+        (
+            "objects of JSON in an array",
+            format!(
+                "[{}]",
+                run()
+                    .iter()
+                    .map(|(t, h, d)| format!(
+                        "{{\"time_s\":{t:.1},\"heading_deg\":{h:.3},\"rudder_deg\":{d:.2}}}"
+                    ))
+                    .collect::<Vec<_>>()
+                    .join(",")
+            ),
+        ),
+        (
+            "mavlogdump's JSON",
+            text("", |(t, h, d)| {
+                let time_s = START_S + t;
+                let meta = |name: &str| {
+                    format!(
+                        "{{\"meta\":{{\"type\":\"{name}\",\"timestamp\":{time_s:.3}}},\"data\":"
+                    )
+                };
+                format!(
+                    "{}{{\"heading_deg\":{h:.3}}}}}\n{}{{\"rudder_deg\":{d:.2},\"port\":0}}}}",
+                    meta("VFR_HUD"),
+                    meta("RUDDER")
+                )
+            }),
+        ),
+        (
+            "mavlogdump's text",
+            text("", |(t, h, d)| {
+                let time = iso(t).replace(['T', 'Z'], " ");
+                let time = time.trim_end();
+                format!(
+                    "{time}: VFR_HUD {{heading_deg : {h:.3}, alt : 1.5}}\n{time}: RUDDER {{port : 0, rudder_deg : {d:.2}}}"
+                )
+            }),
+        ),
+        (
+            "seconds since, remarks in brackets, actual angles",
+            text(
+                "time (seconds since 01/01/1970),Heading (M) (deg),RUDDER_ACT [deg],RUDDER_ORD [deg]\n",
+                |(t, h, d)| format!("{:.1},{h:.3},{d:.2},{:.1}", START_S + t, 2.0 * d),
+            ),
+        ),
+        (
+            "data of a topic",
+            text("__time,/imu/heading_deg,/rudder/data\n", |(t, h, d)| {
+                format!(
+                    "{:.3},{h:.3},\n{:.3},,{d:.2}",
+                    START_S + t,
+                    START_S + t + 0.001
+                )
+            }),
+        ),
+        (
+            "a quaternion in a list",
+            text("time_s,q[0],q[1],q[2],q[3],rudder_deg\n", |(t, h, d)| {
+                let half = 0.5 * h.to_radians();
+                format!("{t:.1},{:.6},0,0,{:.6},{d:.2}", half.cos(), half.sin())
+            }),
+        ),
+        (
             "a quaternion from w on",
             text("time_s,q0,q1,q2,q3,rudder_deg\n", |(t, h, d)| {
                 let half = 0.5 * h.to_radians();
@@ -370,6 +452,47 @@ fn io_tables_are_read_whatever_stands_before_and_in_them() {
         ),
     ] {
         assert_is_the_run(name, log.as_bytes());
+    }
+}
+
+/// A text copy of a DataFlash log and captures of sentences and frames are the logs that they hold, with check sums of their own.
+#[cfg(all(feature = "parquet", feature = "mcap", feature = "rosbag2"))]
+#[test]
+fn io_copies_and_captures_are_the_logs_in_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |bytes: &[u8]| {
+        let mut reader = opened(bytes, &folder).unwrap();
+        let samples: Vec<_> = reader.by_ref().map(Result::unwrap).collect();
+        let described = reader.description().format.to_string();
+        (samples, described, reader.sha256().unwrap())
+    };
+    for (format, one, other) in [("dataflash", 0, 1), ("nmea0183", 2, 3)] {
+        let seeds = crate::seeds::of(format);
+        let [one, other] = [one, other].map(|at| read(&seeds[at]));
+        assert_eq!(other.1, format);
+        assert_ne!(one.2, other.2);
+        assert_eq!(one.0.len(), other.0.len(), "{format}");
+        for (a, b) in one.0.iter().zip(&other.0) {
+            let late_s = (a.time_s - one.0[0].time_s) - (b.time_s - other.0[0].time_s);
+            let is_same = late_s.abs() < 1e-6
+                && (a.heading_rad - b.heading_rad).abs() < 1e-9
+                && (a.rudder_rad - b.rudder_rad).abs() < 1e-9;
+            assert!(is_same, "{format}: {a:?} {b:?}");
+        }
+        let path = folder.path().join("log");
+        assert_eq!(other.2, seatrial_logs::sha256(&path).unwrap());
+    }
+    // Frames, whatever wrote them.
+    let of_frames = crate::seeds::of("canboat");
+    let of_socket = read(&of_frames[of_frames.len() - 1]);
+    let of_differences = read(&of_frames[of_frames.len() - 2]);
+    assert_eq!(of_socket.0.len(), of_differences.0.len());
+    for (a, b) in of_socket.0.iter().zip(&of_differences.0) {
+        let late_s = (a.time_s - of_socket.0[0].time_s) - (b.time_s - of_differences.0[0].time_s);
+        assert!(
+            late_s.abs() < 1e-6 && a.heading_rad == b.heading_rad,
+            "{a:?} {b:?}"
+        );
     }
 }
 

@@ -520,6 +520,17 @@ fn io_what_is_not_read_says_how_it_is_converted() {
         let error = open(&path, &ChannelChoice::default()).err().unwrap();
         error.to_string()
     };
+    assert!(refused(b"LOGG\x90\0\0\0").contains("can.logconvert"));
+    assert!(refused(b"\xed\xa1\xda\x01\0\0").contains("lcm.EventLog"));
+    assert!(refused(b"FTP NEW 2\n").contains("HYPACK"));
+    let echo = "header:\n  stamp:\n    sec: 1\nyaw: 0.1\n---\n".repeat(9);
+    assert!(refused(echo.as_bytes()).contains("ros2 bag record"));
+    let of_web = crate::seeds::pcap(1, std::iter::once((0.0, b"GET /".to_vec())));
+    assert!(refused(&of_web).contains("NMEA 0183 sentences"));
+    assert!(
+        refused(b"1714564800,0,base,45.1,2.0\n1714564800,1,base,45.1,2.0\n")
+            .contains("first line is numbers")
+    );
     assert!(refused(b"MATLAB 7.3 MAT-file, Platform: GLNXA64").contains("'-v7'"));
     assert!(refused(b"#ROSBAG V1.2\n").contains("rosbag fix"));
     let empty = refused(b"#ROSBAG V2.0\nE\0\0\0");

@@ -206,7 +206,9 @@ impl Row {
         let is_note = |code: &ReasonCode| {
             matches!(
                 code,
-                ReasonCode::HeadingUnchecked | ReasonCode::RudderUnchecked
+                ReasonCode::HeadingUnchecked
+                    | ReasonCode::RudderUnchecked
+                    | ReasonCode::TimeUnchecked
             )
         };
         let is_noted = |e: &Ending| e.notes.iter().any(is_note);

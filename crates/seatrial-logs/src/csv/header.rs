@@ -14,7 +14,7 @@ const TOPIC: [&str; 3] = ["time", "topic", "value"];
 /// So many rows show that they are of this kind.
 const LEAST_ROWS_OF_TOPICS: usize = 4;
 /// Time, heading and rudder.
-const LEAST_COLUMNS: usize = 3;
+pub(super) const LEAST_COLUMNS: usize = 3;
 
 /// How cells are separated and numbers written.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -170,7 +170,10 @@ impl<R: Read> Text<R> {
                 while text.columns.last().is_some_and(String::is_empty) {
                     text.columns.pop();
                 }
-                if text.columns.iter().all(|name| name.parse::<f64>().is_ok()) {
+                let is_number = |name: &&String| name.parse::<f64>().is_ok();
+                let numbers = text.columns.iter().filter(is_number).count();
+                let are_most = numbers >= header::LEAST_COLUMNS && 2 * numbers > text.columns.len();
+                if are_most || numbers == text.columns.len() {
                     return Err(Fault::NoHeader {
                         line,
                         found: clipped(&text.columns.join(",")),

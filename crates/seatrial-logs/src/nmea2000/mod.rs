@@ -24,6 +24,8 @@ use groups::{CHANNELS, GROUPS};
 const MOST_PER_S: f64 = 2300.0;
 /// This many messages in less time than the bus needs are no burst.
 const MANY_MESSAGES: u64 = 1000;
+/// A bus is never silent for so long while a log of a manoeuvre is made, s.
+const LONGEST_PAUSE_S: f64 = 60.0;
 const MOST_KINDS: usize = 1024;
 const MOST_FIELDS: usize = 3;
 /// The most bytes of a message.
@@ -171,6 +173,8 @@ struct Capture {
     time_before_s: Option<f64>,
     /// Do the frames say no times of their own?
     are_timed_between: bool,
+    /// Do the frames say the time since the one before, as `candump -t d` writes it?
+    are_timed_by_differences: bool,
 }
 
 impl Capture {
@@ -189,8 +193,10 @@ impl Capture {
             frames: 0,
             time_before_s: None,
             are_timed_between: false,
+            are_timed_by_differences: false,
         };
         capture.are_timed_between = capture.has_times_between()?;
+        capture.are_timed_by_differences = capture.has_differences()?;
         let (mut first_s, mut last_s) = (f64::INFINITY, f64::NEG_INFINITY);
         while let Some(frame) = capture.next_message()? {
             (first_s, last_s) = (first_s.min(frame.time_s), last_s.max(frame.time_s));
@@ -224,6 +230,24 @@ impl Capture {
         Ok(!have_times && self.time_before_s.take().is_some())
     }
 
+    /// Reads a file of lines for times that are those since the frame before: short ones, of which many are shorter than the one before.
+    fn has_differences(&mut self) -> Result<bool, Fault> {
+        if matches!(self.container, Container::Records(_)) {
+            return Ok(false);
+        }
+        let (mut frames, mut falls, mut largest_s, mut before_s) = (0_u64, 0_u64, 0.0_f64, 0.0);
+        while frames < MANY_MESSAGES
+            && let Some(frame) = self.next_frame()?
+        {
+            frames += 1;
+            falls += u64::from(frame.time_s < before_s);
+            largest_s = largest_s.max(frame.time_s);
+            before_s = frame.time_s;
+        }
+        self.bytes.begin_again()?;
+        Ok(largest_s < LONGEST_PAUSE_S && 10 * falls > frames)
+    }
+
     /// The next whole message, of whatever number.
     fn next_message(&mut self) -> Result<Option<Frame>, Fault> {
         loop {
@@ -237,6 +261,10 @@ impl Capture {
                 continue;
             }
             self.frames += 1;
+            frame.time_s = match self.are_timed_by_differences {
+                true => self.last_s.max(0.0) + frame.time_s,
+                false => frame.time_s,
+            };
             frame.time_s = self.going_on(frame.time_s);
             let is_fast = frame.group().is_some_and(|group| GROUPS[group].is_fast);
             if !(is_fast && frame.is_of_bus) {

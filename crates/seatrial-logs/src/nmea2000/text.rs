@@ -9,6 +9,8 @@
 //! | PCAN | `1) 1059.9 Rx 09F1120F 8 FF C0 ...` |
 //! | Vector (.asc) | `0.001000 1 9F1120Fx Rx d 8 FF C0 ...` |
 //! | SavvyCAN | `1000,09F1120F,true,Rx,0,8,FF,C0,...` |
+//! | python-can | `1614817798.0,0x9f1120f,1,0,0,8,AP/A...`, or `Timestamp: 1614817798.0 ID: 09f1120f X Rx DL: 8 ff c0 ...` |
+//! | Busmaster | `00:29:58:0000 Rx 1 0x09F1120F x 8 FF C0 ...` |
 //! | Garmin | `0,486942,127250,Vessel Heading,Garmin,15,255,2,1,8,0xFFC0...` |
 //! | SeaSmart | `$PCDIN,01F112,000C72EA,0F,FFC0...*5A` |
 //! | Actisense | `A000057.055 0FFF2 1F112 FFC0...` |
@@ -35,7 +37,7 @@ pub(super) fn container(start: &[u8]) -> Option<fn(&str) -> Option<Frame>> {
         .take(LINES)
         .collect();
     let whole = lines.len() - usize::from(is_cut && lines.len() > 1 && lines.len() < LINES);
-    let all: [fn(&str) -> Option<Frame>; 12] = [
+    let all: [fn(&str) -> Option<Frame>; 15] = [
         canboat,
         yacht_devices,
         ikonvert,
@@ -43,6 +45,9 @@ pub(super) fn container(start: &[u8]) -> Option<fn(&str) -> Option<Frame>> {
         pcan,
         vector,
         savvy,
+        python_can,
+        printed,
+        busmaster,
         garmin,
         sea_smart,
         actisense,
@@ -105,6 +110,7 @@ fn bytes<'a>(cells: impl Iterator<Item = &'a str>) -> Option<Vec<u8>> {
 
 /// An identifier of 29 bits.
 fn identifier(text: &str) -> Option<u32> {
+    let text = text.trim_start_matches("0x");
     let is_long = text.len() == 8 && text.bytes().all(|byte| byte.is_ascii_hexdigit());
     let number = u32::from_str_radix(text, 16).ok().filter(|_| is_long)?;
     // Some programs set the flag of a long identifier.
@@ -142,9 +148,14 @@ fn canboat(line: &str) -> Option<Frame> {
 }
 
 fn yacht_devices(line: &str) -> Option<Frame> {
-    let mut cells = line.split_whitespace();
+    // Actisense writes commas, and the date behind the time.
+    let is_blank = |letter: char| letter == ',' || letter.is_whitespace();
+    let mut cells = line.split(is_blank).filter(|cell| !cell.is_empty());
     let time = cells.next()?;
     let mut way = cells.next()?;
+    if time_of_day(time).is_some() && way.contains('-') {
+        way = cells.next()?;
+    }
     let time_s = match time_of_day(way) {
         // A date before the time.
         Some(_) => {
@@ -168,11 +179,7 @@ fn ikonvert(line: &str) -> Option<Frame> {
     let _priority: u8 = cells.next()?.parse().ok()?;
     let source = cells.next()?.parse().ok()?;
     let _destination: u8 = cells.next()?.parse().ok()?;
-    let time_s = cells
-        .next()?
-        .parse()
-        .ok()
-        .filter(|time: &f64| time.is_finite())?;
+    let time_s = finite(cells.next()?)?;
     let data = base64(cells.next()?)?;
     Some(Frame {
         time_s,
@@ -230,7 +237,44 @@ fn candump(line: &str) -> Option<Frame> {
 fn pcan(line: &str) -> Option<Frame> {
     let cells: Vec<&str> = line.split_whitespace().take(MOST_CELLS).collect();
     let _place: u64 = cells.first()?.trim_end_matches(')').parse().ok()?;
-    adapter(cells.get(1)?, 1e3, cells.get(2..)?)
+    adapter(finite(cells.get(1)?)? / 1e3, cells.get(2..)?)
+}
+
+fn python_can(line: &str) -> Option<Frame> {
+    let cells: Vec<&str> = line.split(',').take(MOST_CELLS).collect();
+    let [time, id, "1", "0", _, length, data] = cells[..] else {
+        return None;
+    };
+    // Without zeros before it.
+    let id = format!("{:0>8}", id.strip_prefix("0x")?);
+    let data = base64(data).filter(|data| length.parse() == Ok(data.len()))?;
+    Some(Frame::of_bus(finite(time)?, identifier(&id)?, data))
+}
+
+/// A message as python-can prints it.
+fn printed(line: &str) -> Option<Frame> {
+    let cells: Vec<&str> = line.split_whitespace().take(MOST_CELLS).collect();
+    let behind = |label: &str| {
+        let at = cells.iter().position(|cell| *cell == label)?;
+        cells.get(at + 1..)
+    };
+    let time_s = finite(behind("Timestamp:")?.first()?)?;
+    let identifier = identifier(behind("ID:")?.first()?)?;
+    let (length, data) = behind("DL:").or_else(|| behind("DLC:"))?.split_first()?;
+    let length: usize = length.parse().ok().filter(|length| *length <= 8)?;
+    let data = bytes(data.get(..length)?.iter().copied())?;
+    Some(Frame::of_bus(time_s, identifier, data))
+}
+
+fn busmaster(line: &str) -> Option<Frame> {
+    let cells: Vec<&str> = line.split_whitespace().take(MOST_CELLS).collect();
+    let (of_day, fraction) = cells.first()?.rsplit_once(':')?;
+    let time_s = time_of_day(&format!("{of_day}.{fraction}"))?;
+    adapter(time_s, cells.get(1..)?)
+}
+
+fn finite(text: &str) -> Option<f64> {
+    text.parse().ok().filter(|number: &f64| number.is_finite())
 }
 
 fn vector(line: &str) -> Option<Frame> {
@@ -238,10 +282,12 @@ fn vector(line: &str) -> Option<Frame> {
     // An identifier of 29 bits ends with x, and has no zeros before it.
     let at = cells.iter().position(|cell| cell.ends_with('x'))?;
     let long = format!("{:0>8}", cells[at].trim_end_matches('x'));
+    // Remarks on the length and the bits on the wire may stand behind the bytes.
+    let remarks = cells.iter().position(|cell| *cell == "Length");
+    let behind = cells.get(at + 1..remarks.unwrap_or(cells.len()))?;
     adapter(
-        cells.first()?,
-        1.0,
-        &[&[long.as_str()], &cells[at + 1..]].concat(),
+        finite(cells.first()?)?,
+        &[&[long.as_str()], behind].concat(),
     )
 }
 
@@ -255,12 +301,11 @@ fn savvy(line: &str) -> Option<Frame> {
     cells
         .get(2)
         .filter(|flag| ["true", "false", "1", "0"].contains(*flag))?;
-    adapter(cells.first()?, 1e6, cells.get(1..)?)
+    adapter(finite(cells.first()?)? / 1e6, cells.get(1..)?)
 }
 
-/// A frame as CAN adapters write it: a time, and behind it an identifier, a direction or not, a length, and as many bytes.
-fn adapter(time: &str, per_second: f64, cells: &[&str]) -> Option<Frame> {
-    let time: f64 = time.parse().ok().filter(|time: &f64| time.is_finite())?;
+/// A frame as CAN adapters write it behind its time: an identifier, a direction or not, a length, and as many bytes.
+fn adapter(time_s: f64, cells: &[&str]) -> Option<Frame> {
     let at = cells.iter().position(|cell| identifier(cell).is_some())?;
     let lengths = at + 1..cells.len().min(at + 6);
     let data = lengths.into_iter().find_map(|at| {
@@ -271,11 +316,7 @@ fn adapter(time: &str, per_second: f64, cells: &[&str]) -> Option<Frame> {
         let rest = cells.get(at + 1..)?;
         (rest.len() == length).then(|| bytes(rest.iter().copied()))?
     })?;
-    Some(Frame::of_bus(
-        time / per_second,
-        identifier(cells[at])?,
-        data,
-    ))
+    Some(Frame::of_bus(time_s, identifier(cells[at])?, data))
 }
 
 fn garmin(line: &str) -> Option<Frame> {

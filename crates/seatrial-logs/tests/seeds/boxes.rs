@@ -264,3 +264,31 @@ pub fn key_value() -> Vec<u8> {
     }
     log.into_bytes()
 }
+
+/// Objects of JSON, one a line.
+pub fn objects() -> Vec<u8> {
+    let line = |k| {
+        let [time_s, heading, rudder] = row(k);
+        format!(
+            "{{\"time_s\":{time_s:.1},\"imu\":{{\"heading_deg\":{heading:.4}}},\"rudder_deg\":{rudder:.1}}}\n"
+        )
+    };
+    (0..ROWS).map(line).collect::<String>().into_bytes()
+}
+
+/// A glider's log as `dbd2asc` writes it.
+pub fn glider() -> Vec<u8> {
+    let head = "dbd_label: DBD_ASC(dinkum_binary_data_ascii)file\nencoding_ver: 2\nnum_ascii_tags: 14\nmission_name: TRIAL.MI\n\
+        m_present_time m_heading m_fin m_depth\ntimestamp rad rad m\n8 4 4 4\n";
+    let line = |k| {
+        let [time_s, heading, rudder] = row(k);
+        let (time_s, heading, rudder) = (
+            f64::from(START_S) + time_s,
+            heading.to_radians(),
+            rudder.to_radians(),
+        );
+        format!("{time_s:.3} {heading:.6} {rudder:.6} NaN \n")
+    };
+    let rows: String = (0..ROWS).map(line).collect();
+    (head.to_owned() + &rows).into_bytes()
+}

@@ -47,13 +47,15 @@ pub fn nmea2000() -> Vec<Vec<u8>> {
     logs.extend(LINES.map(lines));
     logs.extend(records());
     logs.push(objects());
+    logs.push(differences());
+    logs.push(packets());
     logs
 }
 
 /// The line of a frame: of its time in s, its identifier and its bytes.
 type Line = fn(f64, u32, &[u8; 8]) -> String;
 
-const LINES: [Line; 8] = [
+const LINES: [Line; 12] = [
     |t, id, data| format!("00:29:{:06.3} R {id:08X} {}", 10.0 + t, hex(data, " ")),
     |t, id, data| {
         let (number, source) = (number(id), id as u8);
@@ -83,7 +85,52 @@ const LINES: [Line; 8] = [
         let (number, source, data) = (number(id), id as u8, hex(data, ""));
         format!("A0029{:06.3} {source:02X}FF2 {number:05X} {data}", 10.0 + t)
     },
+    |t, id, data| format!("{:.6},{id:#x},1,0,0,8,{}", 1.6e9 + t, base64(data)),
+    |t, id, data| {
+        let (time_s, data) = (1.6e9 + t, hex(data, " "));
+        format!("Timestamp: {time_s:.6}    ID: {id:08x}    X Rx    DL:  8    {data}  Channel: can0")
+    },
+    |t, id, data| {
+        let of_10000 = (1e4 * t).round() as u32;
+        format!(
+            "00:29:58:{of_10000:04} Rx 1 0x{id:08X} x 8 {}",
+            hex(data, " ")
+        )
+    },
+    |t, id, data| {
+        format!(
+            "00:29:{:06.3},01-05-2024,R,{id:08X},{}",
+            10.0 + t,
+            hex(data, ",")
+        )
+    },
 ];
+
+/// As `candump -t d` writes it.
+fn differences() -> Vec<u8> {
+    let mut before_s = 0.0;
+    let line = |(time_s, id, data): (f64, u32, [u8; 8])| {
+        let since_s = time_s - std::mem::replace(&mut before_s, time_s);
+        format!(
+            " (00{since_s:.6})  can0  {id:08X}   [8]  {}\n",
+            hex(&data, " ")
+        )
+    };
+    frames()
+        .into_iter()
+        .map(line)
+        .collect::<String>()
+        .into_bytes()
+}
+
+/// A capture of SocketCAN.
+fn packets() -> Vec<u8> {
+    let packets = frames().into_iter().map(|(time_s, id, data)| {
+        let head = [&(id | 1 << 31).to_be_bytes()[..], &[8, 0, 0, 0], &data].concat();
+        (time_s, head)
+    });
+    super::pcap(227, packets)
+}
 
 fn lines(line: Line) -> Vec<u8> {
     let lines = frames()

@@ -135,6 +135,8 @@ pub enum ReasonCode {
     HeadingUnchecked,
     /// Nothing shows whether the rudder goes where its column says.
     RudderUnchecked,
+    /// Nothing shows whether a row takes a second, as the column of the time says.
+    TimeUnchecked,
     /// A part of the log or of the logbook is damaged.
     Damaged,
     /// The trial was aborted.

@@ -169,7 +169,7 @@ fn of_log(code: &ReasonCode) -> Option<Words> {
             "Pass units={\"rudder\": \"deg\"} (or rad, fraction, percent).",
         ),
         ReasonCode::CourseForHeading => same(
-            "The heading was taken from a course or track, which is where the vehicle goes, not where it points.",
+            "The heading is a course or track, where the vehicle goes, not where it points.",
             "Log the heading of a compass, and take its column.",
         ),
         ReasonCode::TimeUnitDoubtful => each(
@@ -240,6 +240,12 @@ fn of_compass_and_rudder(code: &ReasonCode) -> Option<Words> {
         ReasonCode::RudderUnchecked => same(
             "Nothing in the log shows that the rudder reached its angle.",
             "Log the measured rudder angle.",
+        ),
+        ReasonCode::TimeUnchecked => each(
+            "Nothing in the log shows that a row takes a second.",
+            "Where it does, say --unit time=s.",
+            "Where it does, choose s as “Time is in” under “Columns and units”.",
+            "Where it does, pass units={\"time\": \"s\"}.",
         ),
         ReasonCode::Damaged => same(
             "A part of the record is damaged.",

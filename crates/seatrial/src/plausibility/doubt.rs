@@ -178,6 +178,7 @@ impl Doubt {
                 is_of_heading: true,
                 ..
             } => ReasonCode::HeadingUnitDoubtful,
+            Self::TimeIsIndex { is_stated: true } => ReasonCode::TimeUnchecked,
             Self::TimeUnit { .. }
             | Self::TurnsTooFast { .. }
             | Self::TimeIsIndex { .. }

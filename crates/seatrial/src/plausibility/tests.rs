@@ -340,7 +340,7 @@ fn exact_time_without_a_yaw_rate() {
     index.units.time.origin = Origin::Given;
     assert_eq!(codes(&index), []);
     index.units.time.origin = Origin::Stated;
-    assert_eq!(codes(&index), [ReasonCode::TimeUnitDoubtful]);
+    assert_eq!(codes(&index), [ReasonCode::TimeUnchecked]);
     assert_eq!(refusals(&index), []);
     index.units.time.origin = Origin::Assumed;
     assert_eq!(refusals(&index), [Doubt::TimeIsIndex { is_stated: false }]);
