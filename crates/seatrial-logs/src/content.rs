@@ -263,9 +263,10 @@ fn format(start: &[u8]) -> Format {
     }
 }
 
-/// Is it the text that `dbd2asc` makes of a glider's log?
+/// Is it the text that `dbd2asc` makes of a glider's log? The log itself has bytes or a list of sensors behind its header.
 fn is_dbd_ascii(start: &[u8]) -> bool {
-    start.starts_with(b"dbd_label:") && holds(start, b"DBD_ASC")
+    let is_text = |byte: &u8| (b' '..0x7f).contains(byte) || byte.is_ascii_whitespace();
+    start.starts_with(b"dbd_label:") && start.iter().all(is_text) && !holds(start, b"\ns: ")
 }
 
 fn start(input: impl Read) -> Result<Vec<u8>, Fault> {

@@ -368,7 +368,7 @@ fn io_tables_are_read_whatever_stands_before_and_in_them() {
             "objects of JSON in lines",
             text("", |(t, h, d)| {
                 format!(
-                    "{{\"timestamp\": \"{}\", \"imu\": {{\"heading_deg\": {h:.3}, \"note\": \"a }}\"}}, \"rudder_deg\": [{d:.2}]}}",
+                    "{{\"timestamp\": \"{}\", \"imu\": {{\"heading_deg\": {h:.3}, \"note\": \"a }}\"}}, \"rudder_deg\": {d:.2}}}",
                     iso(t)
                 )
             }),
@@ -1084,7 +1084,10 @@ fn io_heave_and_engines_are_read_past_or_chosen() {
 #[test]
 fn io_a_text_that_is_no_table_is_asked_for_no_column() {
     for (text, expected) in [
-        ("FMT, 128, 89, FMT, BBnNZ, Type,Length\nATT, 1, 2\n", ".bin"),
+        (
+            "FMT, 128, 89, FMT, BBnNZ, Type,Length\nATT, 1, 2\n",
+            "nothing but descriptions",
+        ),
         (
             "{\"time\": 0.1, \"heading\": 2.0, \"rudder\": 3.0}\n",
             "jq -r",
