@@ -46,7 +46,10 @@ pub(crate) fn is_start(start: &[u8]) -> bool {
             .count()
             >= 2
     };
-    Objects::are_at(start) || 2 * lines.iter().filter(has_numbers).count() > lines.len()
+    if start.trim_ascii_start().starts_with(b"{") || start.trim_ascii_start().starts_with(b"[{") {
+        return Objects::are_at(start);
+    }
+    2 * lines.iter().filter(has_numbers).count() > lines.len()
 }
 
 fn is_of_number(letter: char) -> bool {

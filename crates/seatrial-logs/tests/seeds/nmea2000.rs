@@ -88,7 +88,7 @@ const LINES: [Line; 12] = [
     |t, id, data| format!("{:.6},{id:#x},1,0,0,8,{}", 1.6e9 + t, base64(data)),
     |t, id, data| {
         let (time_s, data) = (1.6e9 + t, hex(data, " "));
-        format!("Timestamp: {time_s:.6}    ID: {id:08x}    X Rx    DL:  8    {data}  Channel: can0")
+        format!("Timestamp: {time_s:.6}    ID: {id:08x}    X Rx    DL:  8    {data}")
     },
     |t, id, data| {
         let of_10000 = (1e4 * t).round() as u32;
