@@ -16,7 +16,7 @@ use crate::input::Input;
 const MARK: [u8; 2] = [0xa3, 0x95];
 const FORMAT: u8 = 128;
 /// Bytes that are made; a copy is about twice as long as its log.
-const MOST_BYTES: usize = 1 << 29;
+pub(crate) const MOST_BYTES: usize = 1 << 29;
 
 /// Does such a copy begin so?
 pub(crate) fn is_start(start: &[u8]) -> bool {

@@ -9,6 +9,7 @@
 //! | 227 | none: frames of SocketCAN |
 
 use crate::bytes::Bytes;
+use crate::dataflash_text::MOST_BYTES;
 use crate::error::Fault;
 use crate::input::Input;
 
@@ -79,6 +80,20 @@ fn half(bytes: &[u8], at: usize, is_little: bool) -> Option<u16> {
     })
 }
 
+/// An error where the lines are too many to hold.
+fn is_bounded(text: &str) -> Result<(), Fault> {
+    if text.len() > MOST_BYTES {
+        return Err(Fault::TooMuch {
+            format: "capture of a network",
+            what: format!(
+                "more than {} MB of lines; cut it with editcap",
+                MOST_BYTES >> 20
+            ),
+        });
+    }
+    Ok(())
+}
+
 /// Records of a time, lengths and a packet; `false` where the last is cut off.
 fn plain(bytes: &mut Bytes, of: (f64, bool), text: &mut String) -> Result<bool, Fault> {
     let (per_second, is_little) = of;
@@ -99,6 +114,7 @@ fn plain(bytes: &mut Bytes, of: (f64, bool), text: &mut String) -> Result<bool, 
         }
         let time_s = f64::from(seconds) + f64::from(counts) / per_second;
         packet(link, &bytes.seen()[16..end], time_s, text);
+        is_bounded(text)?;
         bytes.skip(end);
     }
 }
@@ -139,6 +155,7 @@ fn next_generation(bytes: &mut Bytes, text: &mut String) -> Result<bool, Fault> 
                 {
                     let counts = (u64::from(high) << 32 | u64::from(low)) as f64;
                     packet(*link, data, counts / per_second, text);
+                    is_bounded(text)?;
                 }
             }
             _ => {}
