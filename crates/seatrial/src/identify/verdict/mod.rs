@@ -96,22 +96,25 @@ fn of_a_turning_circle(mut verdict: Verdict) -> Verdict {
 const HOLDS_SHARE: f64 = 0.2;
 const HOLDS_R2: f64 = 0.9;
 
-/// Does a model that misses such a share of the rudder's effect leave so little of validation data, with intervals as narrow as those of a
-/// first-order vehicle, that this matters to nobody? A lag matters in any case: gains allow for it.
-fn holds_all_the_same(checked: &Checked, share: f64) -> bool {
+/// Times as wide may the intervals be of a vehicle that is not of first order, which hold what its candidates disagree about, and of a model that
+/// validation data show to hold: gains are computed for the worst end of the interval. Of 20 rehearsals of `sim:starfish-6dof` 16 are *use* with it
+/// and none without, of `sim:remus100` 18 and 14; of 2,550 decidable logs that lie 8 are accepted and wrong with and without it (seed 99000).
+const HIGHER_ORDER: f64 = 1.5;
+
+/// Does the model predict heading and yaw rate of validation data closely?
+fn predicts_closely(checked: &Checked) -> bool {
     let holds = |r2: Option<f64>| r2.is_some_and(|r2| r2 >= HOLDS_R2);
-    let is_narrow = |refined: &Refined| {
-        let (model, intervals) = (&refined.model, &refined.interval_95);
-        let share = |value, interval| Share::new(value, interval).half_width;
-        share(model.a22_per_s, intervals.a22_per_s) <= WIDEST_A22
-            && share(model.b2_per_s2, intervals.b2_per_s2) <= WIDEST_B2
-    };
+    checked.validation.is_some_and(|validation| {
+        holds(validation.r2_heading_offset_refit) && holds(validation.r2_yaw_rate)
+    })
+}
+
+/// Does a model that misses such a share of the rudder's effect leave so little of validation data that this matters to nobody? A lag matters
+/// in any case: gains allow for it.
+fn holds_all_the_same(checked: &Checked, share: f64) -> bool {
     share <= HOLDS_SHARE
         && !matches!(checked.explained, Explained::BehindLag { .. })
-        && checked.refined().as_ref().is_some_and(is_narrow)
-        && checked.validation.is_some_and(|validation| {
-            holds(validation.r2_heading_offset_refit) && holds(validation.r2_yaw_rate)
-        })
+        && predicts_closely(checked)
 }
 
 /// A vehicle on a steady course turns by less than this, rad.

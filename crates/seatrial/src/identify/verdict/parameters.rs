@@ -3,7 +3,7 @@
 use seatrial_core::YawModel;
 
 use super::record::coarse_step_rad;
-use super::{MOST_TIMES, Share, Weighing, holds_all_the_same};
+use super::{HIGHER_ORDER, MOST_TIMES, Share, Weighing, holds_all_the_same, predicts_closely};
 use crate::figures::{degrees, percent, r2_text, three_figures};
 use crate::identification::{
     HigherOrder, LagEffect, Reason, ReasonCode, Refined, WIDEST_A22, WIDEST_B2,
@@ -16,9 +16,6 @@ use crate::record::rudder_text;
 
 /// Below this R^2 of heading or yaw rate a model does not even describe the record that it was made from.
 const LEAST_TRAINING_R2: f64 = 0.60;
-
-/// Times as wide may the intervals be of a vehicle that is not of first order: they hold what its candidates disagree about.
-const HIGHER_ORDER: f64 = 1.5;
 
 /// Difference between two methods, as a fraction of the parameter and beyond both intervals, from
 /// which it is noted, and from which the model is refused.
@@ -58,11 +55,15 @@ impl Weighing {
         }
     }
 
-    /// Notes that no heading gain suits all vehicles that explain the record.
+    /// Notes that no heading gain suits all vehicles that explain the record. Vehicles that predict validation data worse than the first-order
+    /// model that was chosen have no say where it predicts these closely.
     fn no_gain(&mut self, checked: &Checked) {
         if let Explained::HigherOrder {
-            most_gain: None, ..
-        } = checked.explained
+            share,
+            most_gain: None,
+            ..
+        } = *checked.explained
+            && (checked.chosen.simulated().is_some() || !holds_all_the_same(checked, share))
         {
             self.note(
                 ReasonCode::Unstable,
@@ -95,7 +96,10 @@ impl Weighing {
             );
         }
         let is_higher_order = matches!(checked.explained, Explained::HigherOrder { .. });
-        let allowance = if is_higher_order { HIGHER_ORDER } else { 1.0 };
+        let allowance = match is_higher_order || predicts_closely(checked) {
+            true => HIGHER_ORDER,
+            false => 1.0,
+        };
         let (widest_b2, widest_a22) = (allowance * WIDEST_B2, allowance * WIDEST_A22);
         let more = (b2.half_width / widest_b2).max(a22.half_width / widest_a22);
         if more <= 1.0 {

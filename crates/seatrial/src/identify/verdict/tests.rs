@@ -222,7 +222,7 @@ fn exact_each_defect_is_refused_under_its_own_code() {
     let compass = |error: CompassError| Chain::with(|c| c.log.compass = error);
     let none = CompassError::default();
     let cases = [
-        ("under_excited", Chain::of(refined(0.6))),
+        ("under_excited", Chain::of(refined(0.7))),
         ("not_identifiable", Chain::of(refined(1.5))),
         ("unstable", Chain::of(refined_at([0.1, 1.08, 0.012], 0.05))),
         (
@@ -308,8 +308,31 @@ fn exact_a_misfit_that_validation_data_do_not_show_is_not_noted() {
     };
     assert!(!noted(0.1, 0.95, 0.96));
     assert!(noted(0.1, 0.85, 0.96) && noted(0.1, 0.95, 0.85) && noted(0.3, 0.95, 0.96));
-    let vague = Chain::of(refined(0.45)).with_misfit(0.1);
-    assert!(vague.judge().has(&ReasonCode::ModelOrder));
+}
+
+/// Wide intervals are no refusal where validation data show that the model holds.
+#[test]
+fn exact_wide_intervals_are_taken_where_validation_data_are_predicted_closely() {
+    let accepted = |heading| {
+        let mut chain = Chain::of(refined(0.55));
+        chain.validation = Some(validation(0.7, heading, 0.96));
+        chain.judge().accepted
+    };
+    assert!(accepted(0.95) && !accepted(0.85));
+}
+
+/// Vehicles that predict validation data worse than the chosen model have no say on its gain.
+#[test]
+fn exact_no_gain_is_noted_where_the_vehicles_without_one_predict_as_well() {
+    let noted = |heading| {
+        let mut chain = Chain::of(refined(0.05)).with_misfit(0.1);
+        chain.validation = Some(validation(0.7, heading, 0.96));
+        if let Explained::HigherOrder { most_gain, .. } = &mut chain.explained {
+            *most_gain = None;
+        }
+        chain.judge().has(&ReasonCode::Unstable)
+    };
+    assert!(!noted(0.95) && noted(0.85));
 }
 
 #[test]
@@ -616,7 +639,7 @@ fn exact_a_turning_circle_is_sent_to_the_command_that_reads_it() {
         chain.validation = chain.validation.filter(|_| is_validated);
         chain.judge().reasons[0].clone()
     };
-    for reason in [circle(0.05, false), circle(0.5, true)] {
+    for reason in [circle(0.05, false), circle(0.7, true)] {
         assert!(
             reason.action.contains("seatrial manoeuvres read"),
             "{reason:?}"
