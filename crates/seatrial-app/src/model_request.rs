@@ -49,7 +49,7 @@ pub struct ModelRequest {
     pub rudder_limit_deg: Option<f64>,
     /// Rudder angle at full steering, degrees, where the models do not tell it.
     pub full_rudder_deg: Option<f64>,
-    /// Takes the models of a rehearsal on a simulator, too.
+    /// Uses models of a rehearsal on a simulator as well.
     pub rehearsal: bool,
     /// Writes gains that are warned of, too: of models that are not to be used, or whose interval holds 0.
     pub accept: bool,

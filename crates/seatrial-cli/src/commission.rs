@@ -52,7 +52,7 @@ pub struct Args {
     /// Number of the campaign, or name of a configuration [default: the last that finished with an accepted model].
     #[arg(long, value_name = "NUMBER", conflicts_with = "model")]
     campaign: Option<String>,
-    /// Takes the models of a rehearsal on a simulator, too.
+    /// Uses models of a rehearsal on a simulator as well.
     #[arg(long)]
     rehearsal: bool,
     /// Document of `seatrial identify --json` or `seatrial trial --json` in the place of a campaign.

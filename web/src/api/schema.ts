@@ -787,7 +787,7 @@ export interface components {
             campaign: number;
             /** @description What a preview calls its proposal. Where the autopilot or the campaign gives another one now, nothing is started. */
             proposal?: string | null;
-            /** @description Takes the models of a rehearsal on a simulator, too. */
+            /** @description Uses models of a rehearsal on a simulator as well. */
             rehearsal?: boolean;
             /**
              * Format: double
@@ -1427,7 +1427,7 @@ export interface components {
              */
             full_rudder_deg: number | null;
             /**
-             * @description Takes the models of a rehearsal on a simulator, too.
+             * @description Uses models of a rehearsal on a simulator as well.
              * @default false
              */
             rehearsal: boolean;
@@ -2158,7 +2158,7 @@ export interface operations {
                 rudder_limit_deg?: number;
                 /** @description Rudder angle at full steering, degrees, where the models do not tell it. */
                 full_rudder_deg?: number;
-                /** @description Takes the models of a rehearsal on a simulator, too. */
+                /** @description Uses models of a rehearsal on a simulator as well. */
                 rehearsal?: boolean;
                 /** @description Writes gains that are warned of, too: of models that are not to be used, or whose interval holds 0. */
                 accept?: boolean;
@@ -2283,7 +2283,7 @@ export interface operations {
                 rudder_limit_deg?: number;
                 /** @description Rudder angle at full steering, degrees, where the models do not tell it. */
                 full_rudder_deg?: number;
-                /** @description Takes the models of a rehearsal on a simulator, too. */
+                /** @description Uses models of a rehearsal on a simulator as well. */
                 rehearsal?: boolean;
                 /** @description Writes gains that are warned of, too: of models that are not to be used, or whose interval holds 0. */
                 accept?: boolean;

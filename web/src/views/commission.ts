@@ -170,7 +170,7 @@ function orderForm(live: Live, complaints: Complaints): OrderForm {
       element("label", { class: "field" }, "Size of a step, °", step),
       element("label", { class: "field" }, "Speed of the model, m/s", speed),
     ),
-    element("label", { class: "choice" }, rehearsal, "Take the models of a rehearsal, too"),
+    element("label", { class: "choice" }, rehearsal, "Use models of a rehearsal as well"),
     element("div", { class: "row" }, look),
     element("label", { class: "choice" }, agreed, "The boat may move, and its gains may be changed"),
     why,

@@ -50,7 +50,7 @@ export function resume(origin: Origin, complaints: Complaints): HTMLElement {
     "div",
     { class: "notice partly stack" },
     element("p", {}, "It ended early. What is left of its plan can be done as a campaign of its own."),
-    element("label", { class: "choice" }, agreed, "A vehicle that is not simulated moves again"),
+    element("label", { class: "choice" }, agreed, "I agree that a real vehicle moves again"),
     element(
       "div",
       { class: "row" },

@@ -79,7 +79,7 @@ const OPTIONS: &[(&str, Has, Has)] = &[
     ("campaign", Words("campaign"), Argument("campaign")),
     (
         "rehearsal",
-        Words("“Take the models of a rehearsal, too”"),
+        Words("“Use models of a rehearsal as well”"),
         Words("rehearsal=True"),
     ),
     ("logbook", Terminal, Argument("logbook")),

@@ -21,7 +21,7 @@ pub struct CommissionOrder {
     #[serde(default)]
     #[cfg_attr(feature = "openapi", schema(exclusive_minimum = 0.0))]
     pub step_rad: Option<f64>,
-    /// Takes the models of a rehearsal on a simulator, too.
+    /// Uses models of a rehearsal on a simulator as well.
     #[serde(default)]
     pub rehearsal: bool,
     /// What a preview calls its proposal. Where the autopilot or the campaign gives another one now, nothing is started.
