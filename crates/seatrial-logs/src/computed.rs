@@ -10,9 +10,7 @@ use crate::error::Fault;
 use crate::languages;
 use crate::matching::pair_of_columns;
 use crate::name::ColumnName;
-use crate::table::Cell;
-use crate::words::words;
-use crate::{Quantity, Unit};
+use crate::{Quantity, Unit, table::Cell, words::words};
 
 /// Hours, minutes and seconds.
 const OF_DAY: usize = 3;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 #[cfg(feature = "containers")]
 use crate::as_text::AsText;
-use crate::bytes::{Bytes, ZSTD};
+use crate::bytes::Bytes;
 use crate::csv::Text;
 use crate::description::Format;
 use crate::error::{Fault, ReadError};
@@ -13,6 +13,7 @@ use crate::formats::Formats;
 use crate::input::{Held, Input};
 use crate::joined::{Joined, Messages};
 use crate::name::ColumnName;
+use crate::no_log::{MATLAB, ROS1, check_is_log, has_keys, holds, is_workbook};
 use crate::quantity::Quantity;
 use crate::table::Table;
 
@@ -34,196 +35,6 @@ macro_rules! built {
             })
         }
     }};
-}
-
-/// What MATLAB's files and bags of ROS 1 begin with; MATLAB's since version 7.3 are HDF5.
-const MATLAB: &[u8] = b"MATLAB 5.0 MAT-file";
-const MATLAB_73: &[u8] = b"MATLAB 7.3 MAT-file";
-const ROS1: &[u8] = b"#ROSBAG V2.0\n";
-
-/// What packs files, the bytes it begins them with, and the command that unpacks to standard output.
-const PACKERS: [(&str, &[u8], &str); 5] = [
-    ("gzip", b"\x1f\x8b\x08", "gzip -dc"),
-    ("zstd", ZSTD, "zstd -dc"),
-    ("bzip2", b"BZh", "bzip2 -dc"),
-    ("xz", b"\xfd7zXZ\0", "xz -dc"),
-    ("zip", b"PK\x03\x04", "unzip -p"),
-];
-
-/// What the packed workbooks of spreadsheets hold near their beginning.
-const WORKBOOK: [&[u8]; 2] = [b"[Content_Types].xml", b"xl/"];
-const OPEN_DOCUMENT: &[u8] = b"application/vnd.oasis.opendocument.spreadsheet";
-
-/// What is recorded where boats are, by the bytes that it begins with, and what to give in its place.
-const NO_LOGS: [(&[u8], &str, &str); 15] = [
-    (
-        b"LOGG",
-        "a log of CAN frames (BLF)",
-        "convert it with `python -m can.logconvert LOG.blf LOG.asc`, and give the .asc",
-    ),
-    (
-        b"MDF     ",
-        "a measurement file (MDF)",
-        "export its columns of time, heading and rudder as CSV, as `asammdf` does",
-    ),
-    (
-        b"\xed\xa1\xda\x01",
-        "a log of LCM",
-        "write its channels of heading and rudder as CSV, as Python's `lcm.EventLog` reads them",
-    ),
-    (
-        b"\x54\xfe",
-        "a log of DUNE (LSF)",
-        "export its messages EulerAngles and ServoPosition as CSV, as Neptus does",
-    ),
-    (
-        b"\xfe\x54",
-        "a log of DUNE (LSF)",
-        "export its messages EulerAngles and ServoPosition as CSV, as Neptus does",
-    ),
-    (
-        b"\x02\0\0\0\xb2\x07",
-        "a sonar log of Navico (SL2), without a rudder",
-        NMEA_INSTEAD,
-    ),
-    (
-        b"\x02\0\0\0\x80\x0c",
-        "a sonar log of Navico (SL2), without a rudder",
-        NMEA_INSTEAD,
-    ),
-    (
-        b"FTP NEW",
-        "a raw file of HYPACK, without a rudder",
-        NMEA_INSTEAD,
-    ),
-    (
-        b"\x89HDF\r\n",
-        "a file of arrays (HDF5)",
-        "write its columns of time, heading and rudder as CSV, as `pandas.DataFrame(...).to_csv(\"log.csv\")` does",
-    ),
-    (b"\x89PNG\r\n", "a picture (PNG)", LOG_INSTEAD),
-    (b"\xff\xd8\xff", "a picture (JPEG)", LOG_INSTEAD),
-    (b"GIF8", "a picture (GIF)", LOG_INSTEAD),
-    (b"%PDF-", "a document (PDF)", LOG_INSTEAD),
-    (b"{\\rtf", "a document (RTF)", LOG_INSTEAD),
-    (b"OggS", "a sound or a film (Ogg)", LOG_INSTEAD),
-];
-
-const NMEA_INSTEAD: &str = "record the NMEA sentences or frames of compass and rudder";
-const LOG_INSTEAD: &str = "give the log itself, with time, heading and rudder";
-
-/// What a film of a phone or a camera has at its fifth byte.
-const FILM: &[u8] = b"ftyp";
-
-/// Roots of documents in XML.
-const TRACK_INSTEAD: &str =
-    "record the rudder and the heading, and give this file as the positions beside that log";
-const XML: [(&[u8], &str, &str); 4] = [
-    (
-        b"<gpx",
-        "a GPX track, positions without a rudder",
-        TRACK_INSTEAD,
-    ),
-    (
-        b"<kml",
-        "a KML track, positions without a rudder",
-        TRACK_INSTEAD,
-    ),
-    (
-        b"<TrainingCenterDatabase",
-        "a TCX track, positions without a rudder",
-        TRACK_INSTEAD,
-    ),
-    (b"<html", "a page (HTML)", LOG_INSTEAD),
-];
-
-/// What is to be done with a document in XML or JSON.
-const XML_INSTEAD: &str =
-    "export the log as CSV, one row per sample, with time, heading and rudder";
-const JSON_INSTEAD: &str = "export the log as CSV, one row per sample, as `jq -rs '[\"time\", \"heading\", \"rudder\"], (flatten[] | [.time, .heading, .rudder]) | @csv'` does";
-
-/// A text that is the document of something else than a log.
-fn document(start: &[u8]) -> Option<(&'static str, &'static str)> {
-    let start = start
-        .strip_prefix(b"\xef\xbb\xbf")
-        .unwrap_or(start)
-        .trim_ascii_start();
-    if let Some((_, what, instead)) = XML
-        .iter()
-        .find(|(root, ..)| holds(start, root))
-        .filter(|_| start.starts_with(b"<"))
-    {
-        return Some((what, instead));
-    }
-    if start.starts_with(b"<?xml") || start.starts_with(b"<!DOCTYPE") {
-        return Some(("a document in XML", XML_INSTEAD));
-    }
-    if start.starts_with(b"header:") && holds(start, b"\n---\n") {
-        return Some((
-            "messages as `ros2 topic echo` prints them",
-            "record a bag of heading and rudder, as `ros2 bag record` does",
-        ));
-    }
-    let is_json = start.starts_with(b"{") || start.starts_with(b"[{") || start.starts_with(b"[[");
-    let is_read =
-        has_keys(start) || crate::signal_k::is_start(start) || crate::nmea2000::is_start(start);
-    (is_json && !is_read).then_some(("a document in JSON", JSON_INSTEAD))
-}
-
-fn holds(start: &[u8], name: &[u8]) -> bool {
-    start.windows(name.len()).any(|part| part == name)
-}
-
-fn is_workbook(start: &[u8]) -> bool {
-    start.starts_with(b"PK") && WORKBOOK.iter().any(|name| holds(start, name))
-}
-
-/// Refuses what holds a log, or belongs to one, and is none itself.
-fn check_is_log(start: &[u8]) -> Result<(), Fault> {
-    if is_workbook(start) {
-        return Ok(());
-    }
-    if start.starts_with(b"PK") && holds(start, OPEN_DOCUMENT) {
-        return Err(Fault::Workbook);
-    }
-    if start.starts_with(MATLAB_73) {
-        return Err(Fault::Matlab73);
-    }
-    if let Some((packer, _, unpack)) = PACKERS
-        .iter()
-        .find(|(_, bytes, _)| start.starts_with(bytes))
-    {
-        return Err(Fault::Packed { packer, unpack });
-    }
-    let known = NO_LOGS.iter().find(|(bytes, ..)| start.starts_with(bytes));
-    if let Some((_, what, instead)) = known {
-        return Err(Fault::NoLog { what, instead });
-    }
-    if start.get(4..8) == Some(FILM) {
-        return Err(Fault::NoLog {
-            what: "a film (MP4)",
-            instead: LOG_INSTEAD,
-        });
-    }
-    if let Some((what, instead)) = document(start) {
-        return Err(Fault::NoLog { what, instead });
-    }
-    if crate::nmea2000::is_untimed(start) {
-        return Err(Fault::NoLog {
-            what: "frames of a CAN bus without times",
-            instead: "record them with their times, as `candump -l can0` does",
-        });
-    }
-    if start.starts_with(b"s: T ") || start.starts_with(b"s: F ") {
-        return Err(Fault::SlocumCache);
-    }
-    if start.starts_with(b"#ROSBAG V") && !start.starts_with(ROS1) {
-        return Err(Fault::NothingToRead {
-            format: "bag of ROS 1",
-            what: "expected version 2.0, to which `rosbag fix FILE.bag NEW.bag` converts it".into(),
-        });
-    }
-    Ok(())
 }
 
 /// What these first bytes are the start of; text where they are nothing else.
@@ -441,16 +252,6 @@ fn built_in(
 }
 
 /// Is it text of keys and values, which this build reads?
-#[cfg(feature = "containers")]
-fn has_keys(start: &[u8]) -> bool {
-    crate::key_value::is_start(start)
-}
-
-#[cfg(not(feature = "containers"))]
-fn has_keys(_: &[u8]) -> bool {
-    false
-}
-
 /// Delimited text, in whatever encoding.
 #[cfg(feature = "containers")]
 fn text(mut file: Input) -> Result<Box<dyn Table>, Fault> {

@@ -40,6 +40,7 @@ mod mcap;
 mod name;
 mod nmea0183;
 mod nmea2000;
+mod no_log;
 mod number;
 #[cfg(feature = "parquet-reader")]
 mod parquet;
