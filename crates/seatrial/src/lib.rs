@@ -125,7 +125,7 @@ pub mod speeds {
     pub use crate::campaign_check::{SpeedResult, contradictions};
     pub use crate::difference::{Difference, ParameterDifference, ThrustDifference};
     pub use crate::gain_fall::{SpeedGain, falls};
-    pub use crate::over_speed::{SpeedEstimate, SpeedLaw, share};
+    pub use crate::over_speed::{OverSpeed, SpeedEstimate, SpeedLaw, over_speed, share};
     pub use crate::several_speeds::{Part, missing, remarks, whole};
 }
 
