@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use crate::choice::{ChannelChoice, mirrored};
 use crate::error::Fault;
 use crate::name::{ColumnName, StatedUnit};
+use crate::no_log::LOG_INSTEAD;
 use crate::table::{Known, KnownChannel};
 use crate::words::words;
 use crate::{Quantity, Unit, UnitSource};
@@ -76,6 +77,12 @@ pub(crate) fn match_columns(
         true => columns.iter().map(|name| ColumnName::new(name)).collect(),
         false => Vec::new(),
     };
+    if columns.len() < 2 && known.is_empty() {
+        return Err(Fault::NoLog {
+            what: "text without columns",
+            instead: LOG_INSTEAD,
+        });
+    }
     // What is wrong with one column hides nothing that is wrong with another.
     let mut faults = Vec::new();
     let mut no_heading = None;

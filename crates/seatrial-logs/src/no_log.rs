@@ -77,7 +77,7 @@ const NO_LOGS: [(&[u8], &str, &str); 15] = [
 ];
 
 const NMEA_INSTEAD: &str = "record the NMEA sentences or frames of compass and rudder";
-const LOG_INSTEAD: &str = "give the log itself, with time, heading and rudder";
+pub(crate) const LOG_INSTEAD: &str = "give the log itself, with time, heading and rudder";
 
 /// What a film of a phone or a camera has at its fifth byte.
 const FILM: &[u8] = b"ftyp";
