@@ -165,10 +165,15 @@ pub fn median_interval_s(samples: &[Sample<f64>]) -> Option<f64> {
 /// An interval so many times the usual one is a gap: nothing tells what happened in it.
 pub(crate) const GAP: f64 = 10.0;
 
+/// From which interval on samples are apart by a gap, s.
+pub(crate) fn shortest_gap_s(samples: &[Sample<f64>]) -> f64 {
+    median_interval_s(samples).map_or(f64::INFINITY, |usual_s| GAP * usual_s)
+}
+
 /// The parts of samples in time order that gaps separate.
 pub(crate) fn between_gaps(samples: &[Sample<f64>]) -> impl Iterator<Item = &[Sample<f64>]> {
-    let longest_s = median_interval_s(samples).map_or(f64::INFINITY, |usual_s| GAP * usual_s);
-    samples.chunk_by(move |one, next| next.time_s - one.time_s < longest_s)
+    let gap_s = shortest_gap_s(samples);
+    samples.chunk_by(move |one, next| next.time_s - one.time_s < gap_s)
 }
 
 /// How long a log is, s, without what lies between logs that were joined: gaps longer than all that was recorded.

@@ -15,7 +15,7 @@
 use seatrial_core::{Real, Sample};
 
 use super::turn;
-use crate::record::{GAP, Record, median, median_interval_s};
+use crate::record::{Record, median, shortest_gap_s};
 use crate::stated_units::HeadingJumps;
 
 /// Smaller steps are left to noise and to the compass's own test, rad.
@@ -86,16 +86,16 @@ fn jumps(samples: &[Sample<f64>]) -> Vec<(usize, f64)> {
     let found: Vec<usize> = (ABOUT..steps.len().saturating_sub(ABOUT))
         .filter(is_jump)
         .collect();
-    let longest_s = match found.is_empty() {
-        true => None,
-        false => median_interval_s(samples).map(|usual_s| GAP * usual_s),
-    };
-    let is_within = |at: &usize| {
-        let passed_s = samples[at + 1].time_s - samples[*at].time_s;
-        longest_s.is_some_and(|longest_s| passed_s < longest_s)
-    };
-    let jump = |at: usize| (at + 1, beside[at] - middle);
-    found.into_iter().filter(is_within).map(jump).collect()
+    if found.is_empty() {
+        return Vec::new();
+    }
+    let gap_s = shortest_gap_s(samples);
+    let is_over_a_gap = |at: usize| samples[at + 1].time_s - samples[at].time_s >= gap_s;
+    found
+        .into_iter()
+        .filter(|at| !is_over_a_gap(*at))
+        .map(|at| (at + 1, beside[at] - middle))
+        .collect()
 }
 
 /// The steps about one, without it.
