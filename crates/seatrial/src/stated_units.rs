@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Where the unit of a column comes from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// Where the unit of a column comes from, the surest first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Origin {
     /// The user.
@@ -38,15 +38,15 @@ impl Default for ColumnUnit {
 }
 
 impl ColumnUnit {
-    /// The one of two that is known less.
+    /// The one of two that is known less; against the name where either is.
     fn or_less_known(self, other: Self) -> Self {
-        match (self.origin, other.origin) {
-            (Origin::Assumed, _) | (Origin::Stated, Origin::Given | Origin::Stated) => self,
-            (_, Origin::Assumed | Origin::Stated) => other,
-            _ => Self {
-                is_against_name: self.is_against_name || other.is_against_name,
-                ..self
-            },
+        let less_known = match other.origin > self.origin {
+            true => other,
+            false => self,
+        };
+        Self {
+            is_against_name: self.is_against_name || other.is_against_name,
+            ..less_known
         }
     }
 
