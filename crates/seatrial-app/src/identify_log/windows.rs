@@ -154,9 +154,6 @@ impl Logs {
         let mut records = vec![std::mem::take(&mut self.log.record)];
         for path in paths {
             let more = open_inside(path, reading, Window::ALL, observer)?;
-            if more.record.rudder_unit != records[0].rudder_unit {
-                return Err(other_unit(&path.display().to_string()));
-            }
             if sources.iter().any(|source| source.sha256 == more.sha256) {
                 let path = path.display();
                 return Err(Error::Input(format!(
@@ -167,13 +164,16 @@ impl Logs {
             self.log.warnings.extend(more.warnings);
             records.push(more.record);
         }
-        if let Some((joined, windows)) = Record::joined(&records) {
-            self.log.record = joined;
-            let parts = sources.into_iter().zip(windows);
-            self.parts = parts
-                .map(|(source, window)| Part { source, window })
-                .collect();
-        }
+        let (joined, windows) = Record::joined(&records).ok_or_else(|| {
+            let is_other = |source: &&Source| source.rudder_unit != sources[0].rudder_unit;
+            let other = sources.iter().find(is_other);
+            other_unit(other.map_or("one of the logs", |source| &source.path))
+        })?;
+        self.log.record = joined;
+        let parts = sources.into_iter().zip(windows);
+        self.parts = parts
+            .map(|(source, window)| Part { source, window })
+            .collect();
         Ok(())
     }
 
