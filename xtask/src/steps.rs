@@ -1,5 +1,6 @@
 //! Steps of a check, in order or side by side. The first that fails ends the others.
 
+use std::fmt::Display;
 use std::process::Command;
 use std::sync::Mutex;
 use std::time::Instant;
@@ -90,8 +91,15 @@ fn started(command: &mut Command) -> Option<std::process::Child> {
 pub fn end() {
     let running = RUNNING.lock().ok().and_then(|mut running| running.take());
     for id in running.unwrap_or_default() {
-        let _ = Command::new("kill").arg(id.to_string()).status();
+        ask_to_end(id);
     }
+}
+
+/// Asks a process to end, by the shell's own `kill`: the smallest systems have no program of that name.
+pub fn ask_to_end(process: impl Display) -> bool {
+    let kill = format!("kill -TERM {process}");
+    let asked = Command::new("sh").args(["-c", &kill]).status();
+    asked.is_ok_and(|asked| asked.success())
 }
 
 fn is_over() -> bool {

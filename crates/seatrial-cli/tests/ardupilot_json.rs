@@ -3,10 +3,10 @@
 
 use std::io::{BufRead, BufReader, Read};
 use std::net::UdpSocket;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::time::Duration;
 
-use seatrial_dev::program;
+use seatrial_dev::{program, signal};
 use serde_json::Value;
 
 const GRAVITY_M_S2: f64 = 9.81;
@@ -68,11 +68,7 @@ impl Autopilot {
 
     /// Interrupts it; what it says in the end.
     fn interrupt(mut self) -> Value {
-        let interrupted = Command::new("kill")
-            .args(["-INT", &self.sea.id().to_string()])
-            .status()
-            .unwrap();
-        assert!(interrupted.success());
+        signal(self.sea.id(), "INT");
         assert_eq!(self.sea.wait().unwrap().code(), Some(0));
         let mut stdout = String::new();
         self.sea

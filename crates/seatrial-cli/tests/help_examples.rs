@@ -86,10 +86,7 @@ fn serve(command: &str, folder: &Path) -> Output {
         assert!(begun.elapsed() < Duration::from_secs(60), "{command}");
         std::thread::sleep(Duration::from_millis(20));
     }
-    let interrupt = Command::new("kill")
-        .args(["-INT", &server.id().to_string()])
-        .status();
-    assert!(interrupt.unwrap().success());
+    seatrial_dev::signal(server.id(), "INT");
     let status = server.wait().unwrap();
     let stderr = std::fs::read(log).unwrap();
     Output {

@@ -323,9 +323,7 @@ fn io_a_trial_that_writes_to_a_pipe_without_a_reader_ends_when_asked() {
             std::thread::sleep(pause);
         }
         std::thread::sleep(20 * pause);
-        let id = trial.id().to_string();
-        let asked = std::process::Command::new("kill").arg(id).status();
-        assert!(asked.unwrap().success());
+        seatrial_dev::signal(trial.id(), "TERM");
         let exit = loop {
             match trial.try_wait().unwrap() {
                 Some(exit) => break exit,

@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use super::instructions;
+use crate::steps::ask_to_end;
 
 const PATIENCE: Duration = Duration::from_secs(60);
 /// Mounts the root read-only with the volume in it, then becomes the command.
@@ -162,9 +163,7 @@ impl Container {
 
     /// Stops it as `docker stop` does: process 1 has no default for the signal.
     pub fn ends_when_asked(&mut self) -> Result<(), String> {
-        let process = self.process()?;
-        let asked = Command::new("kill").args(["-TERM", &process]).status();
-        asked.map_err(|error| format!("kill: {error}"))?;
+        ask_to_end(self.process()?);
         let begun = Instant::now();
         while begun.elapsed() < PATIENCE {
             match self.child.try_wait() {

@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
 use seatrial_dev::program;
@@ -128,8 +128,7 @@ impl Server {
 
     /// Ends it as Ctrl-C does; the exit code.
     pub fn interrupt(mut self) -> Option<i32> {
-        let id = self.child.id().to_string();
-        Command::new("kill").args(["-INT", &id]).status().unwrap();
+        seatrial_dev::signal(self.child.id(), "INT");
         self.child.wait().unwrap().code()
     }
 }

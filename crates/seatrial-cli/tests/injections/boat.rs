@@ -1,7 +1,7 @@
 //! A vehicle on a socket: in step with whoever commands it until the injection, in real time from then on.
 
 use std::net::{SocketAddr, UdpSocket};
-use std::process::{Child, Command, ExitStatus};
+use std::process::{Child, ExitStatus};
 use std::time::{Duration, Instant};
 
 use seatrial_links::autopilot::{Profile, Speaker};
@@ -270,9 +270,9 @@ impl Boat {
     fn inject(&mut self, process: u32) {
         self.injected_s = Some(self.clock_s);
         match self.injection {
-            Injection::Kill => self.signal(process, "-KILL"),
-            Injection::Terminate => self.signal(process, "-TERM"),
-            Injection::Interrupt => self.signal(process, "-INT"),
+            Injection::Kill => self.signal(process, "KILL"),
+            Injection::Terminate => self.signal(process, "TERM"),
+            Injection::Interrupt => self.signal(process, "INT"),
             Injection::Mode => self.speaker.mode = 4,
             Injection::Stick => self.speaker.sticks_us[6] = 1900,
             Injection::Battery => self.speaker.battery_percent = 5,
@@ -288,10 +288,7 @@ impl Boat {
     }
 
     fn signal(&mut self, process: u32, signal: &str) {
-        let sent = Command::new("kill")
-            .args([signal, &process.to_string()])
-            .status();
-        assert!(sent.unwrap().success());
+        seatrial_dev::signal(process, signal);
         self.seen_s = self.injected_s;
     }
 
