@@ -38,7 +38,7 @@
 //! let new = NewCampaign {
 //!     configuration: "bare hull",
 //!     notes: Some("new antifouling"),
-//!     software_version: "0.2.0",
+//!     software_version: "0.3.0",
 //!     vehicle: "my boat",
 //!     seed: None,
 //!     rudder_limit_rad: 0.26,
