@@ -6,7 +6,7 @@ use std::net::UdpSocket;
 use std::process::{Child, Stdio};
 use std::time::Duration;
 
-use seatrial_dev::{program, signal};
+use seatrial_dev::program;
 use serde_json::Value;
 
 const GRAVITY_M_S2: f64 = 9.81;
@@ -68,7 +68,7 @@ impl Autopilot {
 
     /// Interrupts it; what it says in the end.
     fn interrupt(mut self) -> Value {
-        signal(self.sea.id(), "INT");
+        crate::signal::send(self.sea.id(), "INT");
         assert_eq!(self.sea.wait().unwrap().code(), Some(0));
         let mut stdout = String::new();
         self.sea

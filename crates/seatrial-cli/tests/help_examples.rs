@@ -86,7 +86,7 @@ fn serve(command: &str, folder: &Path) -> Output {
         assert!(begun.elapsed() < Duration::from_secs(60), "{command}");
         std::thread::sleep(Duration::from_millis(20));
     }
-    seatrial_dev::signal(server.id(), "INT");
+    crate::signal::send(server.id(), "INT");
     let status = server.wait().unwrap();
     let stderr = std::fs::read(log).unwrap();
     Output {

@@ -323,7 +323,7 @@ fn io_a_trial_that_writes_to_a_pipe_without_a_reader_ends_when_asked() {
             std::thread::sleep(pause);
         }
         std::thread::sleep(20 * pause);
-        seatrial_dev::signal(trial.id(), "TERM");
+        crate::signal::send(trial.id(), "TERM");
         let exit = loop {
             match trial.try_wait().unwrap() {
                 Some(exit) => break exit,

@@ -231,7 +231,7 @@ fn sigterm_leaves_a_neutral_rudder(over: Over, meanwhile: fn(&Trial)) {
     meanwhile(&trial);
     std::thread::sleep(Duration::from_millis(300));
     let at_s = now_s();
-    seatrial_dev::signal(trial.process.id(), "TERM");
+    crate::signal::send(trial.process.id(), "TERM");
     is_handed_back(trial, peer, Some(at_s), "handed back");
 }
 

@@ -39,6 +39,7 @@ mod ros2_file;
 mod rudder_lag;
 mod security_page;
 mod ship_manoeuvres;
+mod signal;
 mod sim_log;
 mod sim_mavlink;
 mod simulators;

@@ -143,7 +143,7 @@ fn cli_a_signal_hands_the_vehicle_back() {
         // The vehicle moves soon after the logbook is there.
         std::thread::sleep(Duration::from_secs(1));
         let start = Instant::now();
-        seatrial_dev::signal(trial.id(), signal);
+        crate::signal::send(trial.id(), signal);
         let output = trial.wait_with_output().unwrap();
         // Two samples of 0.05 s; the rest is for a busy machine and its disk. Undisturbed, the trial goes on for minutes.
         assert!(start.elapsed() < Duration::from_secs(5), "{signal}");

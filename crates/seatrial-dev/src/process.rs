@@ -69,17 +69,6 @@ pub fn start_in(folder: &Path, arguments: &[&str]) -> Child {
         .expect("seatrial starts")
 }
 
-/// Sends a signal, as `"INT"`, to a process by the shell's own `kill`: the smallest systems have no program of that name.
-///
-/// # Panics
-///
-/// Where there is no such process.
-pub fn signal(process: u32, signal: &str) {
-    let kill = format!("kill -{signal} {process}");
-    let sent = Command::new("sh").args(["-c", &kill]).status();
-    assert!(sent.expect("a shell").success(), "{kill}");
-}
-
 /// The JSON document on standard output.
 ///
 /// # Panics

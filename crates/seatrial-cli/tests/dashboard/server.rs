@@ -128,7 +128,7 @@ impl Server {
 
     /// Ends it as Ctrl-C does; the exit code.
     pub fn interrupt(mut self) -> Option<i32> {
-        seatrial_dev::signal(self.child.id(), "INT");
+        crate::signal::send(self.child.id(), "INT");
         self.child.wait().unwrap().code()
     }
 }

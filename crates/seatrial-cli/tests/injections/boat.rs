@@ -288,7 +288,7 @@ impl Boat {
     }
 
     fn signal(&mut self, process: u32, signal: &str) {
-        seatrial_dev::signal(process, signal);
+        crate::signal::send(process, signal);
         self.seen_s = self.injected_s;
     }
 
