@@ -44,7 +44,7 @@
 /*
  The library's version.
  */
-#define SEATRIAL_VERSION_MINOR 2
+#define SEATRIAL_VERSION_MINOR 3
 
 /*
  The library's version.

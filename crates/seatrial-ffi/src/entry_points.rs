@@ -12,7 +12,7 @@ pub const SEATRIAL_ABI: u32 = 1;
 /// The library's version.
 pub const SEATRIAL_VERSION_MAJOR: u32 = 0;
 /// The library's version.
-pub const SEATRIAL_VERSION_MINOR: u32 = 2;
+pub const SEATRIAL_VERSION_MINOR: u32 = 3;
 /// The library's version.
 pub const SEATRIAL_VERSION_PATCH: u32 = 0;
 
