@@ -39,8 +39,8 @@ use text::text;
 #[command(after_help = "\
 Each speed is settled, trained with a doublet and validated with a smaller one. Everything goes into the logbook.
 
-Exit code 0: every speed has an accepted model; 4: a speed has none; 5: the trial was aborted and the vehicle \
-handed back; 6: finished, but something could not be saved.
+Exit code 0: the outcome is use or use with care; 4: not validated or do not use; 5: the trial was aborted \
+and the vehicle handed back; 6: finished, but something could not be saved.
 
 Example:
   seatrial trial --seed 1 --report trial.html")]
