@@ -27,8 +27,8 @@ impl Table {
         self.to_string().lines().map(line).max().unwrap_or(0)
     }
 
-    /// The table as text that fits a screen: columns of these names are left out, in this order, until it does. A line
-    /// below says so.
+    /// The table as text that fits a screen: columns of these names are left out, in this order, until it does,
+    /// and then the intervals. A line below says so.
     pub fn fitted(mut self, width: usize, dispensable: &[&str]) -> String {
         let mut left_out = Vec::new();
         for name in dispensable {
@@ -43,6 +43,9 @@ impl Table {
             }
         }
         left_out.dedup();
+        if self.width() > width && self.drop_intervals() {
+            left_out.push("95 % intervals");
+        }
         match left_out.is_empty() {
             true => self.to_string(),
             false => {
@@ -53,6 +56,18 @@ impl Table {
                 format!("{self}{}", labelled("", &note, width))
             }
         }
+    }
+
+    /// Leaves the bounds behind the values out. Were there any?
+    fn drop_intervals(&mut self) -> bool {
+        let mut dropped = false;
+        for cell in self.rows.iter_mut().skip(2).flatten() {
+            if let Some(at) = cell.find(" (") {
+                cell.truncate(at);
+                dropped = true;
+            }
+        }
+        dropped
     }
 
     /// Adds a row.
@@ -120,6 +135,15 @@ mod tests {
             narrow.ends_with("On a wider\nscreen, or\nwith --json:\nT.\n"),
             "{narrow}"
         );
+    }
+
+    #[test]
+    fn exact_a_narrow_table_keeps_its_values_and_leaves_out_their_intervals() {
+        let mut table = Table::new(&[("speed", "m/s"), ("K_p", "")]);
+        table.row(vec!["1.07".into(), "0.595 (0.544 to 0.646)".into()]);
+        let narrow = table.fitted(20, &[]);
+        assert!(narrow.contains("\n 1.07  0.595\n"), "{narrow}");
+        assert!(narrow.contains("95 % intervals"), "{narrow}");
     }
 
     #[test]

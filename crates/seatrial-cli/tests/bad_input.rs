@@ -131,13 +131,31 @@ fn cli_files_that_are_no_logs_are_named_for_what_they_are() {
         (
             "log.zip",
             b"PK\x03\x04\0\0",
-            "is packed by zip",
-            "unpack it",
+            "a zip archive",
+            "unpack it, and give the log",
+        ),
+        (
+            "nothing.zip",
+            b"PK\x05\x06\0\0",
+            "an empty zip archive",
+            "give the log itself",
+        ),
+        (
+            "budget.csv",
+            b"date,product,price\n2024-05-01,rope,12.5\n",
+            "a table without heading and rudder",
+            "give the log of a vehicle",
+        ),
+        (
+            "phyphox.csv",
+            b"\"Time (s)\",\"Gyroscope x (rad/s)\",\"Gyroscope z (rad/s)\"\n0,0,0\n",
+            "the log of a phone",
+            "record the rudder beside the heading",
         ),
         (
             "phone.csv",
             b"time,seconds_elapsed,z,y,x\n0,0,1,2,3\n",
-            "no column for rudder",
+            "the log of a phone",
             "record the rudder beside the heading",
         ),
         (
@@ -205,7 +223,7 @@ fn cli_unreadable_logs_say_what_is_wrong_and_exit_3() {
             "line 3, column `yaw`: found \"north\", expected a number",
         ),
         (
-            b"t,alpha,wheel\n0,0,0\n",
+            b"t,alpha,wheel,speed\n0,0,0,1\n",
             "say which with --heading NAME; 1 more: no column for rudder: --rudder NAME",
         ),
         (

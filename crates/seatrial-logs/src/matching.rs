@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::choice::{ChannelChoice, mirrored};
 use crate::error::Fault;
 use crate::name::{ColumnName, StatedUnit};
-use crate::no_log::LOG_INSTEAD;
+use crate::no_log::{LOG_INSTEAD, table_of_else};
 use crate::table::{Known, KnownChannel};
 use crate::words::words;
 use crate::{Quantity, Unit, UnitSource};
@@ -155,6 +155,15 @@ pub(crate) fn match_columns(
         && !found.integrates_the_yaw_rate()
     {
         faults.insert(place, fault);
+    }
+    let lacks = |needed| {
+        let is_of = |fault: &Fault| matches!(fault, Fault::MissingColumn { quantity, .. } if *quantity == needed);
+        faults.iter().any(is_of)
+    };
+    if lacks(Quantity::Rudder) {
+        let has_nothing = found.matches.iter().all(|m| m.quantity == Quantity::Time);
+        let else_of = table_of_else(columns, has_nothing && lacks(Quantity::Heading));
+        else_of.map_or(Ok(()), Err)?;
     }
     Fault::all(faults).map_or(Ok(found), Err)
 }

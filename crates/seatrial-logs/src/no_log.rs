@@ -9,12 +9,11 @@ const MATLAB_73: &[u8] = b"MATLAB 7.3 MAT-file";
 pub(crate) const ROS1: &[u8] = b"#ROSBAG V2.0\n";
 
 /// What packs files, the bytes it begins them with, and the command that unpacks to standard output.
-const PACKERS: [(&str, &[u8], &str); 5] = [
+const PACKERS: [(&str, &[u8], &str); 4] = [
     ("gzip", b"\x1f\x8b\x08", "gzip -dc"),
     ("zstd", ZSTD, "zstd -dc"),
     ("bzip2", b"BZh", "bzip2 -dc"),
     ("xz", b"\xfd7zXZ\0", "xz -dc"),
-    ("zip", b"PK\x03\x04", "unzip -p"),
 ];
 
 /// What the packed workbooks of spreadsheets hold near their beginning.
@@ -22,7 +21,7 @@ const WORKBOOK: [&[u8]; 2] = [b"[Content_Types].xml", b"xl/"];
 const OPEN_DOCUMENT: &[u8] = b"application/vnd.oasis.opendocument.spreadsheet";
 
 /// What is recorded where boats are, by the bytes that it begins with, and what to give in its place.
-const NO_LOGS: [(&[u8], &str, &str); 15] = [
+const NO_LOGS: [(&[u8], &str, &str); 17] = [
     (
         b"LOGG",
         "a log of CAN frames (BLF)",
@@ -74,10 +73,38 @@ const NO_LOGS: [(&[u8], &str, &str); 15] = [
     (b"%PDF-", "a document (PDF)", LOG_INSTEAD),
     (b"{\\rtf", "a document (RTF)", LOG_INSTEAD),
     (b"OggS", "a sound or a film (Ogg)", LOG_INSTEAD),
+    (b"PK\x05\x06", "an empty zip archive", LOG_INSTEAD),
+    (
+        b"PK\x03\x04",
+        "a zip archive",
+        "unpack it, and give the log that is in it",
+    ),
 ];
 
 const NMEA_INSTEAD: &str = "record the NMEA sentences or frames of compass and rudder";
 pub(crate) const LOG_INSTEAD: &str = "give the log itself, with time, heading and rudder";
+
+/// How the columns of applications that record a phone begin: Sensor Logger, phyphox.
+const PHONE: [&str; 3] = ["seconds_elapsed", "Gyroscope x", "Linear Acceleration x"];
+
+/// A table without a rudder that is of a phone, or of no vehicle: it has no heading and nothing else than a time.
+pub(crate) fn table_of_else(columns: &[String], is_of_no_vehicle: bool) -> Option<Fault> {
+    let is_of_a_phone = columns
+        .iter()
+        .any(|column| PHONE.iter().any(|name| column.starts_with(name)));
+    let (what, instead) = match (is_of_a_phone, is_of_no_vehicle) {
+        (true, _) => (
+            "the log of a phone, which cannot tell how the boat steers",
+            "record the rudder beside the heading",
+        ),
+        (false, true) => (
+            "a table without heading and rudder",
+            "give the log of a vehicle, or name its columns with --heading NAME and --rudder NAME",
+        ),
+        (false, false) => return None,
+    };
+    Some(Fault::NoLog { what, instead })
+}
 
 /// What a film of a phone or a camera has at its fifth byte.
 const FILM: &[u8] = b"ftyp";
