@@ -52,7 +52,7 @@ pub struct Campaign {
 pub struct FullRudder {
     /// The angle, rad.
     pub angle_rad: f64,
-    /// The angle is not known: models in rad are as wrong as it is, what they say of steering from -1 to 1 is not.
+    /// The angle is not known: models in rad carry its error, models of steering from -1 to 1 do not.
     pub is_assumed: bool,
 }
 

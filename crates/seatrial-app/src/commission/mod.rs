@@ -6,7 +6,7 @@
 //!          write, a small step, full steps           -> kept, or the old gains back
 //! ```
 //!
-//! Whatever ends it, the vehicle is handed back with the gains that it was found with, unless the new ones were proven.
+//! The vehicle is always handed back with the gains that it was found with, unless the new ones were proven.
 
 mod conduct;
 mod own_loop;

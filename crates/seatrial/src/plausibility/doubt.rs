@@ -317,7 +317,7 @@ impl Doubt {
                 three_figures(*gap_s)
             ),
             Self::Damaged => "a part of the log is damaged and was left out; the warnings say which, and the model is that of the rest".into(),
-            Self::RudderUnchecked => "nothing in the log shows that the rudder goes where its column says: one that stops at the same share of its command in training and in validation looks like one with less effect, and b2 is then that of the command; log the rudder's own angle".into(),
+            Self::RudderUnchecked => "nothing in the log shows that the rudder goes where its column says: a rudder that always stops short of its command looks like a rudder with less effect; log the rudder's own angle".into(),
             Self::HeadingUnchecked { is_derived } => heading_unchecked(*is_derived),
         }
     }
@@ -470,11 +470,11 @@ fn heading_unchecked(is_derived: bool) -> String {
         ),
         false => (
             "the log has no yaw rate to compare the heading with",
-            ", or the course over ground in place of the heading",
+            ", and a course over ground is not a heading",
         ),
     };
     format!(
-        "{no_rate}, so that these would not show: deviation of the compass, which makes b2 wrong by its slope; a heading that is late or filtered, which makes a22 wrong by twice that time over the time constant{of_course}; log a gyro's yaw rate, or swing the compass"
+        "{no_rate}, so faults of the heading stay hidden: deviation of the compass makes b2 wrong, a late or filtered heading makes a22 wrong{of_course}; log a gyro's yaw rate, or swing the compass"
     )
 }
 

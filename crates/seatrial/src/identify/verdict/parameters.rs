@@ -368,7 +368,7 @@ fn holds_zero([low, high]: [f64; 2]) -> bool {
 fn beyond_first_order(checked: &Checked, share: f64) -> String {
     let found = checked.higher_order.as_ref();
     format!(
-        "to explain this log by a first-order model something else would have to turn the vehicle {} % as strongly as the rudder: {}; {}",
+        "the rudder and a first-order model do not explain this log: something else turned the vehicle {} % as strongly as the rudder did ({}); {}",
         percent(share),
         found.map_or_else(
             || "sway or a slow servo".into(),
