@@ -64,11 +64,13 @@ for (const name of ["trial", "log"] as const) {
   });
 
   test(`the report of a ${name} has no violation of axe-core in either theme`, async () => {
-    for (const colorScheme of ["light", "dark"] as const) {
-      const page = await opened(name);
-      await page.emulateMedia({ colorScheme });
-      assert.deepEqual(await violations(page), [], colorScheme);
-      await page.context().close();
+    for (const viewport of [undefined, PHONE]) {
+      for (const colorScheme of ["light", "dark"] as const) {
+        const page = await opened(name, viewport);
+        await page.emulateMedia({ colorScheme });
+        assert.deepEqual(await violations(page), [], colorScheme);
+        await page.context().close();
+      }
     }
   });
 }

@@ -140,6 +140,8 @@ pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed], command: &str) 
         next,
         command: match campaign.outcome {
             Some(Outcome::Aborted(_)) => String::new(),
+            // The next step of a rehearsal is the trial on a vehicle.
+            _ if campaign.seed.is_some() => String::new(),
             _ => command_of(judged.outcome(), command),
         },
     }

@@ -438,7 +438,7 @@ fn prop_records_of_none_and_one_sample() {
 fn exact_a_campaign_has_an_outcome_of_its_own() {
     let mut partly = made_up_trial::campaign(&[0.6, 0.8]);
     made_up_trial::reject(&mut partly.runs[1]);
-    for (campaign, outcome, cause) in [
+    for (mut campaign, outcome, cause) in [
         (made_up_trial::campaign(&[0.6]), Usable::Use, ReasonCode::Ok),
         (partly, Usable::UseWithCare, ReasonCode::SpeedMissing),
         (aborted(), Usable::UseWithCare, ReasonCode::Aborted),
@@ -448,6 +448,10 @@ fn exact_a_campaign_has_an_outcome_of_its_own() {
         let verdict = campaign.verdict();
         assert_eq!(verdict.outcome(), outcome, "{verdict:?}");
         assert_eq!(verdict.cause().unwrap().code, cause, "{verdict:?}");
+        // What goes on from a rehearsal is a trial on a vehicle.
+        let rehearsal = report::render(&campaign, &About::default(), "seatrial gains");
+        assert!(!rehearsal.contains("<pre class=\"command\">"));
+        campaign.seed = None;
         let page = report::render(&campaign, &About::default(), "seatrial gains");
         let name = outcome.name();
         let capital = name[..1].to_uppercase() + &name[1..];
