@@ -16,6 +16,8 @@ export class Complaints {
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
       fill(this.root, element("div", { class: "notice bad" }, element("p", {}, error.message)));
+      // The button that was pressed may be a screen away.
+      this.root.scrollIntoView({ block: "center" });
       return null;
     }
   }

@@ -97,11 +97,12 @@ function underWay(trial: TrialState): Said {
 function ended(trial: TrialState): Said {
   const thrusts = new Set(planned(trial));
   const accepted = new Set(trial.runs.filter(isUsable).map((run) => run.thrust));
-  const count = `${accepted.size} of ${thrusts.size} speeds have a usable model.`;
+  const isWhole = accepted.size === thrusts.size;
+  const count = isWhole ? [] : [`${accepted.size} of ${thrusts.size} speeds have a usable model.`];
   const handedBack = trial.warnings.length === 0 ? ["The rudder is neutral and the vehicle is handed back."] : [];
   const of = trial.verdict ?? null;
   const judged = of === null ? [] : [`${signOf(of.outcome)} ${sentence(word(of.outcome))}`, ...causes(of)];
-  const details = [...judged, count, ...handedBack, ...trial.warnings];
+  const details = [...judged, ...count, ...handedBack, ...trial.warnings];
   if (trial.outcome?.finished === true)
     return { tone: of === null ? "partly" : toneOf(of.outcome), loud: "The trial is finished", details };
   return { tone: "bad", loud: `The trial ended early: ${trial.outcome?.text ?? "it met a fault"}`, details };
@@ -138,8 +139,9 @@ export const signOf = (outcome: VerdictOutcome): string => OUTCOMES[outcome][2];
 
 /** The cause of an outcome and what to do about it. */
 export function causes(verdict: Verdict): string[] {
-  const { cause, other_causes: others } = verdict;
-  const lines = cause ? [sentence(cause.text), ...(cause.action === "" ? [] : [cause.action])] : [];
+  const { cause, other_causes: others, promises = [] } = verdict;
+  const advice = cause ? [sentence(cause.text), ...(cause.action === "" ? [] : [cause.action])] : [];
+  const lines = [...promises, ...advice];
   if (others === 0) return lines;
   return [...lines, others === 1 ? "There is 1 more remark." : `There are ${others} more remarks.`];
 }

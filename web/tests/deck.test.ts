@@ -221,7 +221,7 @@ test("a log ends in gains, limits, parameters, vehicle file and report, as in th
     await page.getByRole("button", { name: "Identify", exact: true }).click();
     await page.getByText(/^run.csv: ✓ use$/).waitFor();
     await page.getByRole("region", { name: "Gains", exact: true }).waitFor();
-    await page.getByRole("region", { name: "Turning under full rudder" }).waitFor();
+    await page.getByRole("region", { name: /^Turning with .* of rudder$/ }).waitFor();
 
     const [model, json] = await written(page, "Model, JSON");
     assert.equal(model, "run.model.json");
@@ -250,7 +250,7 @@ test("a log ends in gains, limits, parameters, vehicle file and report, as in th
 test("the faults of a rehearsal are chosen, and the checks stand above Start", async () => {
   const page = await opened("#/control/rehearse", { viewport: { width: 390, height: 844 } });
   await takeControl(page, "Ada");
-  await page.getByLabel("Faults that it meets").selectOption("heavier_payload");
+  await page.getByLabel("Fault to rehearse").selectOption("heavier_payload");
   await page.getByText("three tenths more moment of inertia").waitFor();
   await page.getByLabel("Speeds, thrust").fill("80");
   await page.getByLabel("Pace").selectOption("as fast as it can");
@@ -281,7 +281,7 @@ const cut = (page: Page, within: string): Promise<(string | null)[]> =>
 test("Live and History say the same of a campaign whose speeds contradict each other", async () => {
   const page = await opened("#/control/rehearse");
   await takeControl(page, "Ada");
-  await page.getByLabel("Faults that it meets").selectOption("broken_fin");
+  await page.getByLabel("Fault to rehearse").selectOption("broken_fin");
   await page.getByLabel("Speeds, thrust").fill("60, 70, 80");
   await page.getByLabel("Pace").selectOption("as fast as it can");
   await page.getByRole("button", { name: /^Check/ }).click();
@@ -325,7 +325,7 @@ test("a phone shows what is chosen, what was judged and what changed without a s
   assert.deepEqual(await cut(page, ".compared"), []);
   await page.goto(`${server.url}#/history/campaign/${page.url().split("/").at(-1)}`);
   assert.ok((await right("td.good, td.partly, td.bad")) <= 390);
-  await page.getByRole("region", { name: "Turning under full rudder" }).waitFor();
+  await page.getByRole("region", { name: /^Turning with .* of rudder$/ }).waitFor();
   assert.deepEqual(await cut(page, "[aria-label='Gains and limits']"), []);
   await page.context().close();
 });

@@ -144,7 +144,7 @@ test("two trials are validated, compared and looked at over speed", async () => 
   const file = page.waitForEvent("download");
   await page.getByRole("button", { name: "Report, HTML" }).click();
   assert.equal((await file).suggestedFilename(), "campaign-3.html");
-  await page.getByRole("region", { name: "Turning under full rudder" }).waitFor();
+  await page.getByRole("region", { name: /^Turning with .* of rudder$/ }).waitFor();
   for (const [name, extension] of [
     ["ArduPilot Rover", "param"],
     ["PX4 rover", "params"],

@@ -20,6 +20,8 @@ use crate::convert::now;
 
 /// A lease lapses after this time without a sign of life.
 pub const LEASE: Duration = Duration::from_secs(60);
+/// Viewers see within this time that a lease lapsed.
+const LAPSE_SEEN_WITHIN: Duration = Duration::from_secs(1);
 /// At most so many addresses have a bucket of requests.
 const MOST_ADDRESSES: usize = 4096;
 
@@ -342,6 +344,19 @@ impl Leases {
         }
     }
 
+    /// Tells who has control whenever that is another than before, so that viewers learn of a lease that lapsed.
+    pub async fn watch(&self, mut tell: impl FnMut(Control)) {
+        let mut told: Option<String> = None;
+        loop {
+            let control = self.control(None);
+            if control.since != told {
+                told.clone_from(&control.since);
+                tell(control);
+            }
+            tokio::time::sleep(LAPSE_SEEN_WITHIN).await;
+        }
+    }
+
     /// The holder, unless that one was not heard for too long.
     fn lock(&self) -> std::sync::MutexGuard<'_, Option<Held>> {
         let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
@@ -496,6 +511,21 @@ mod tests {
         let buckets = rates.buckets.lock().unwrap();
         // The bucket fills while the test runs.
         assert!((-40.0..0.0).contains(&buckets[&address].0), "{buckets:?}");
+    }
+
+    #[tokio::test]
+    async fn exact_viewers_are_told_that_a_lease_lapsed() {
+        let leases = Leases::default();
+        leases.take("Ann", None).unwrap();
+        let told = Mutex::new(Vec::new());
+        let watch = leases.watch(|control| {
+            told.lock().unwrap().push(control.holder);
+            if let Some(held) = leases.lock().as_mut() {
+                held.seen = Instant::now().checked_sub(2 * LEASE).unwrap();
+            }
+        });
+        let _ = tokio::time::timeout(3 * LAPSE_SEEN_WITHIN, watch).await;
+        assert_eq!(told.into_inner().unwrap(), [Some("Ann".to_owned()), None]);
     }
 
     #[test]

@@ -3,14 +3,14 @@
 use std::time::SystemTime;
 
 use jiff::{Timestamp, Unit};
-use seatrial::campaign::Run;
+use seatrial::campaign::{Campaign, Run};
 use seatrial::identification::{self, Identification, Reader};
 use seatrial::preview::{Predicted, Preview};
 use seatrial_app::{TrialPlan, advice, trial_run};
 use seatrial_core as core;
 
 use seatrial_logbook::{CampaignEntry, State as LogbookState};
-use seatrial_report::overlay;
+use seatrial_report::{LogModel, overlay, promises};
 
 use crate::api::{
     CampaignSummary, Check, ExpectedIntervals, Figure, Model, Outcome, PlanPreview, Preflight,
@@ -84,7 +84,28 @@ impl From<&identification::Verdict> for Verdict {
             },
             cause: verdict.cause().cloned().map(Reason::from),
             other_causes: verdict.other_causes(),
+            promises: Vec::new(),
         }
+    }
+}
+
+/// The verdict on a whole campaign, `whole`, with what the gains of its accepted models promise where they may be used.
+pub fn verdict_with_promises(campaign: &Campaign, whole: &identification::Verdict) -> Verdict {
+    let runs = match whole.outcome() {
+        identification::Outcome::DoNotUse => Vec::new(),
+        _ => campaign.accepted_runs(),
+    };
+    let models = runs.iter().map(|run| {
+        LogModel::new(
+            [Some(run.thrust), run.surge_speed_m_s],
+            run.identification.as_ref(),
+            &run.verdict,
+            Some(campaign.rudder_limit_rad),
+        )
+    });
+    Verdict {
+        promises: promises(&models.collect::<Vec<_>>()),
+        ..whole.into()
     }
 }
 

@@ -20,7 +20,7 @@ use crate::api::{
     CampaignDetail, CampaignSummary, Comparison, Difference, Figure, Model, OperatingPoint, Reason,
     Schedule, SchedulePoint, ThrustComparison, WhatChanged,
 };
-use crate::convert::run_summary;
+use crate::convert::{run_summary, verdict_with_promises};
 use crate::refusal::Refusal;
 
 /// How often an unchanged vehicle is called changed: as `seatrial health`.
@@ -41,7 +41,7 @@ pub fn detail(logbook: &Logbook, id: i64, running: Option<i64>) -> Result<Campai
     };
     Ok(CampaignDetail {
         plan: entry.plan.clone(),
-        verdict: (&whole).into(),
+        verdict: verdict_with_promises(&campaign, &whole),
         runs: campaign
             .runs
             .iter()

@@ -3,6 +3,7 @@
 use std::fmt::Display;
 use std::path::Path;
 
+use seatrial::CourseChange;
 use seatrial::identification::Reader;
 use seatrial_app::Inspection;
 use seatrial_app::documents::IdentificationDocument;
@@ -14,7 +15,7 @@ use seatrial_app::series::series_of;
 use seatrial_logs::{Quantity, TrackFormat};
 use tempfile::NamedTempFile;
 
-use crate::api::{IdentifiedLog, InspectedLog, LogColumns};
+use crate::api::{IdentifiedLog, InspectedLog, LogColumns, Verdict};
 use crate::refusal::Refusal;
 
 /// The log as `seatrial identify` identifies it; `trace`: with the estimate after every sample, which a report draws.
@@ -38,9 +39,14 @@ pub fn identified(log: &Path, reading: LogReading) -> Result<IdentifiedLog, Refu
     let validated = found
         .identification()
         .and_then(|found| Some((found, found.validation?.window)));
+    let document = IdentificationDocument::of(&found).addressed_to(Reader::Dashboard);
+    let promised = document.first_answer.iter().map(CourseChange::sentence);
     Ok(IdentifiedLog {
-        document: IdentificationDocument::of(&found).addressed_to(Reader::Dashboard),
-        verdict: found.verdict().into(),
+        verdict: Verdict {
+            promises: promised.collect(),
+            ..found.verdict().into()
+        },
+        document,
         series: series_of(&found.logs.log.record, validated),
         is_located: found.logs.log.origin_deg.is_some(),
     })

@@ -282,6 +282,7 @@ fn runtime() -> std::io::Result<Runtime> {
 
 async fn serve(shared: Arc<Shared>, listener: TcpListener, upload_limit: usize) {
     let mut closing = shared.closing.subscribe();
+    let viewers = Arc::clone(&shared);
     let router = router(shared, upload_limit);
     let listener = match tokio::net::TcpListener::from_std(listener) {
         Ok(listener) => listener,
@@ -292,6 +293,7 @@ async fn serve(shared: Arc<Shared>, listener: TcpListener, upload_limit: usize) 
     };
     tokio::select! {
         () = connections::serve(listener, router) => {}
+        () = viewers.leases.watch(|control| viewers.live.tap().control(control)) => {}
         () = closed(&mut closing) => {}
     }
 }

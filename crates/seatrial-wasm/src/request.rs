@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use seatrial::CourseChange;
 use seatrial::identification::{Reader, Reason, Verdict};
 use seatrial::plain_text::shortened;
 use seatrial_app::advice::{self, addressed};
@@ -198,8 +199,8 @@ fn identified(log: &str, reading: LogReading, files: &Held) -> Result<Value, Err
     let document = found.document();
     Ok(json!({
         "shown": document.clone().addressed_to(Reader::Dashboard),
+        "verdict": verdict(found.verdict(), document.first_answer),
         "document": document,
-        "verdict": verdict(found.verdict()),
         "series": series_of(&found.logs.log.record, validated),
         "columns": found.logs.log.description.columns,
         "is_located": found.logs.log.origin_deg.is_some(),
@@ -222,7 +223,7 @@ fn inspected(log: &str, reading: LogReading, files: &Held) -> Result<Value, Erro
 }
 
 /// May the model be used, and what decides it, in the words of a page.
-fn verdict(verdict: &Verdict) -> Value {
+fn verdict(verdict: &Verdict, promised: Option<CourseChange>) -> Value {
     let cause = |reason: &Reason| {
         let reason = advice::reason(reason.clone(), Reader::Dashboard);
         json!({ "code": reason.code, "action": reason.action, "text": reason.text })
@@ -231,6 +232,7 @@ fn verdict(verdict: &Verdict) -> Value {
         "outcome": verdict.outcome(),
         "cause": verdict.cause().map(cause),
         "other_causes": verdict.other_causes(),
+        "promises": promised.iter().map(CourseChange::sentence).collect::<Vec<_>>(),
     })
 }
 

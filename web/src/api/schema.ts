@@ -2033,6 +2033,8 @@ export interface components {
             other_causes: number;
             /** @description What a person may do with the model. */
             outcome: components["schemas"]["VerdictOutcome"];
+            /** @description What the gains of a whole campaign or log promise, in sentences; empty for one run. */
+            promises?: string[];
         };
         /**
          * @description What a person may do with a model.

@@ -25,6 +25,7 @@ import { undoPanel } from "./undo.ts";
 
 const ASK_EVERY_MS = 250;
 const MOST_POINTS = 6000;
+const NO_CONTROL = "Take control first.";
 
 const ENDS: Record<NonNullable<CommissionState["ended"]>, readonly [tone: Tone, words: string]> = {
   kept: ["good", "✓ The new gains stay"],
@@ -82,6 +83,7 @@ function orderForm(live: Live, complaints: Complaints): OrderForm {
   const rehearsal = element("input", { type: "checkbox" });
   const agreed = element("input", { type: "checkbox" });
   const why = element("p", { class: "hint", role: "status" });
+  const control = element("a", { class: "file", href: "#/control" }, "Take control");
   const none = element(
     "p",
     { class: "notice partly", hidden: true },
@@ -174,12 +176,12 @@ function orderForm(live: Live, complaints: Complaints): OrderForm {
     element("div", { class: "row" }, look),
     element("label", { class: "choice" }, agreed, "The boat may move, and its gains may be changed"),
     why,
-    element("div", { class: "row" }, start),
+    element("div", { class: "row" }, start, control),
   );
   const obstacle = (): string => {
     if (live.trial?.running === true) return "A trial is running.";
     if (live.commission?.running === true) return "A commission is running.";
-    if (live.control?.is_you !== true) return "Take control first, under Control.";
+    if (live.control?.is_you !== true) return NO_CONTROL;
     if (found === null) return "Look at the autopilot first.";
     if (!found.ready) return "The autopilot is not ready: see what is marked.";
     return agreed.checked ? "" : "Agree that the boat moves.";
@@ -187,6 +189,7 @@ function orderForm(live: Live, complaints: Complaints): OrderForm {
   const draw = (): void => {
     look.disabled = busy || live.commission?.running === true;
     if (!busy) say(why, obstacle());
+    control.hidden = obstacle() !== NO_CONTROL;
     start.disabled = busy || obstacle() !== "";
   };
   const list = async (): Promise<void> => {

@@ -201,11 +201,11 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
   const simulated = element(
     "div",
     { class: "stack" },
-    element("label", { class: "field" }, "Faults that it meets", scenario, faults),
+    element("label", { class: "field" }, "Fault to rehearse", scenario, faults),
     element(
       "div",
       { class: "row" },
-      element("label", { class: "field" }, "Seed", seed),
+      element("label", { class: "field" }, "Seed of noise and sea", seed),
       element("label", { class: "field" }, "Pace", pace),
     ),
   );
@@ -401,6 +401,7 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
     const [, , wish] = location.hash.split("/");
     const wished = known.find((one) => one.is_simulated === (wish === "rehearse"));
     if (wish !== undefined && wished !== undefined) vehicle.value = wished.name;
+    if (wish === "rehearse") pace.value = "1"; // Half a minute in place of four.
     none.hidden = wish !== "trial" || wished !== undefined;
     void changeVehicle();
   });
@@ -444,11 +445,11 @@ function drawExpectation(place: HTMLElement, track: Track, found: PlanPreview): 
       element(
         "td",
         { class: speed.expected?.is_enough === true ? "good" : "bad" },
-        speed.expected?.is_enough === true ? "✓ enough" : "✗ too little",
+        speed.expected?.is_enough === true ? "✓ yes" : "✗ no",
       ),
     ),
   );
-  const heads = ["thrust", "speed", "time", "heading", "a₂₂", "b₂", "tells"].map((name) =>
+  const heads = ["thrust", "speed", "time", "heading", "a₂₂", "b₂", "precise enough"].map((name) =>
     element("th", { scope: "col" }, name),
   );
   const aborted = found.outcome && !found.outcome.finished ? found.outcome.text : null;
@@ -465,10 +466,10 @@ function drawExpectation(place: HTMLElement, track: Track, found: PlanPreview): 
     element(
       "p",
       {},
-      `${clock(found.duration_s)} min, at most ${clock(found.longest_s)} min without repeats. ${found.is_enough ? "Every speed tells enough for its model to be accepted." : "Some speeds tell too little for their model to be accepted."}`,
+      `${clock(found.duration_s)} min, at most ${clock(found.longest_s)} min without repeats. ${found.is_enough ? "At every speed the manoeuvre is strong enough for a usable model." : "At some speeds the manoeuvre is too weak for a usable model."}`,
     ),
     found.track_box_m ? track.figure : null,
-    element("p", { class: "hint" }, "Half widths of the 95 % intervals to expect at best"),
+    element("p", { class: "hint" }, "a₂₂ and b₂: how far, at best, the 95 % interval reaches to either side"),
     element(
       "div",
       { class: "table-box", tabindex: 0, role: "region", "aria-label": "Expected intervals" },

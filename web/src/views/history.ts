@@ -325,7 +325,7 @@ async function openComparison(a: number, b: number, place: HTMLElement, complain
       element("b", {}, "A"),
       ` is campaign ${found.a.id}, ${found.a.configuration}; `,
       element("b", {}, "B"),
-      ` is campaign ${found.b.id}, ${found.b.configuration}. Brackets are 95 % intervals.`,
+      ` is campaign ${found.b.id}, ${found.b.configuration}. Brackets are 95 % intervals; ▲ marks a change that is larger than its interval.`,
     ),
     element("div", { class: "panels compared" }, ...found.thrusts.map((at) => thrustPanel(at, isChanged))),
   );

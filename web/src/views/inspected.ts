@@ -59,17 +59,19 @@ export function inspectedParts({ document, series }: Inspected): HTMLElement[] {
       ]),
     ),
     firstRows(series, isShare),
-    table(
-      "Manoeuvres",
-      ["manoeuvre", "from", "to", "rudder", "speed"],
-      manoeuvres.map((one) => [
-        one.kind.replaceAll("_", " "),
-        shown(one.from_s, "time", 5),
-        shown(one.to_s, "time", 5),
-        shown(one.amplitude_rad, isShare ? "share" : "angle"),
-        shown(one.surge_speed_m_s, "speed"),
-      ]),
-    ),
+    manoeuvres.length === 0
+      ? element("p", {}, "No doublet, zig-zag or turning circle was recognised: the whole log is used.")
+      : table(
+          "Manoeuvres",
+          ["manoeuvre", "from", "to", "rudder", "speed"],
+          manoeuvres.map((one) => [
+            one.kind.replaceAll("_", " "),
+            shown(one.from_s, "time", 5),
+            shown(one.to_s, "time", 5),
+            shown(one.amplitude_rad, isShare ? "share" : "angle"),
+            shown(one.surge_speed_m_s, "speed"),
+          ]),
+        ),
   ];
 }
 

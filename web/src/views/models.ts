@@ -28,6 +28,7 @@ export interface Limits {
     }[];
   };
   readonly turning: {
+    readonly rudder_limit_rad: number;
     readonly points: readonly {
       readonly surge_speed_m_s: number | null;
       readonly hands: readonly {
@@ -156,9 +157,10 @@ export function modelsPanel(models: Models, plan: ModelsPlan): HTMLElement {
     element("h2", {}, "Gains and limits"),
     warning,
     place,
-    element("details", {}, element("summary", {}, "Damping, speed, rudder"), fields.root),
+    element("details", {}, element("summary", {}, "Choose damping, speed or rudder angle"), fields.root),
     element("h3", {}, "Parameters of a controller"),
     element("div", { class: "row" }, ...CONTROLLERS.map(button)),
+    told,
     element("h3", {}, "Vehicle for simulators and planners"),
     element("div", { class: "row" }, button(["vehicle", "Vehicle file, TOML", "toml"])),
     element(
@@ -167,7 +169,6 @@ export function modelsPanel(models: Models, plan: ModelsPlan): HTMLElement {
       element("summary", {}, `${offered.length} other forms`),
       element("div", { class: "row" }, ...offered.map(button)),
     ),
-    told,
   );
 }
 
@@ -200,7 +201,7 @@ function limitsShown({ warnings, gains, turning }: Limits): HTMLElement[] {
     ...warnings.map((one) => element("p", { class: "hint" }, sentence(one))),
     table(
       "Gains",
-      ["speed", "K_p", "overshoot", "phase margin", "rudder ahead"],
+      ["speed", "Kₚ", "overshoot", "phase margin", "rudder to go straight"],
       gains.points.map((point) =>
         point.refused === null
           ? [
@@ -214,7 +215,7 @@ function limitsShown({ warnings, gains, turning }: Limits): HTMLElement[] {
       ),
     ),
     table(
-      "Turning under full rudder",
+      `Turning with ${shown(turning.rudder_limit_rad, rudder)} of rudder`,
       ["speed", "to", "yaw rate", "U-turn", "radius"],
       turning.points.flatMap((point) =>
         point.hands.map((one) => [

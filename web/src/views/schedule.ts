@@ -42,7 +42,7 @@ export function explorer(campaign: number, complaints: Complaints): { root: HTML
   const root = element(
     "section",
     { class: "panel stack", "aria-label": "Schedule" },
-    element("h2", {}, "Over speed"),
+    element("h2", {}, "At a speed of your choice"),
     element("label", { class: "field" }, element("span", {}, "Speed ", speed), slider),
     facts,
     gain.figure,
@@ -92,7 +92,11 @@ export function explorer(campaign: number, complaints: Complaints): { root: HTML
         : slowest + ((fastest - slowest) * slider.valueAsNumber) / STEPS;
     known = (await complaints.hear(() => schedule(campaign, wanted))) ?? known;
     if (known === null || known.points.length === 0) {
-      fill(root, element("h2", {}, "Over speed"), element("p", {}, "No accepted run of this campaign has a model."));
+      fill(
+        root,
+        element("h2", {}, "At a speed of your choice"),
+        element("p", {}, "No accepted run of this campaign has a model."),
+      );
       return;
     }
     slider.disabled = !known.speed_range_m_s || known.points.length < 2;

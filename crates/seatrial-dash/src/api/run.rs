@@ -65,6 +65,9 @@ pub struct Verdict {
     pub cause: Option<Reason>,
     /// How many reasons beside the cause reject the model or limit its use.
     pub other_causes: usize,
+    /// What the gains of a whole campaign or log promise, in sentences; empty for one run.
+    #[serde(default)]
+    pub promises: Vec<String>,
 }
 
 /// A stage of a run and its time, half open.

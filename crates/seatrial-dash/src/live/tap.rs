@@ -13,7 +13,7 @@ use seatrial_core::progress::Status;
 use seatrial_core::{Plan, Sample, Trial, YawModel};
 
 use crate::api::{CommissionState, Control, Outcome, RunSummary, TrialState, Verdict};
-use crate::convert::run_summary;
+use crate::convert::{run_summary, verdict_with_promises};
 
 /// At most so many steps wait for the publisher; later ones are not shown.
 const MOST_WAITING: u64 = 16_384;
@@ -91,7 +91,9 @@ impl Tap {
         let runs = campaign.runs.iter();
         self.send(Report::Ended {
             outcome: campaign.outcome.map(Outcome::from),
-            verdict: whole.as_ref().map(Verdict::from),
+            verdict: whole
+                .as_ref()
+                .map(|whole| verdict_with_promises(campaign, whole)),
             runs: runs
                 .map(|run| run_summary(run, whole.as_ref(), None))
                 .collect(),
