@@ -62,7 +62,8 @@ impl Table {
     fn drop_intervals(&mut self) -> bool {
         let mut dropped = false;
         for cell in self.rows.iter_mut().skip(2).flatten() {
-            if let Some(at) = cell.find(" (") {
+            let bounds = cell.find(" (").filter(|at| cell[*at..].contains(" to "));
+            if let Some(at) = bounds {
                 cell.truncate(at);
                 dropped = true;
             }
@@ -143,7 +144,7 @@ mod tests {
         table.row(vec!["1.07".into(), "0.595 (0.544 to 0.646)".into()]);
         let narrow = table.fitted(20, &[]);
         assert!(narrow.contains("\n 1.07  0.595\n"), "{narrow}");
-        assert!(narrow.contains("95 % intervals"), "{narrow}");
+        assert!(narrow.contains("intervals."), "{narrow}");
     }
 
     #[test]

@@ -156,7 +156,7 @@ pub(crate) fn match_columns(
     {
         faults.insert(place, fault);
     }
-    let lacks = |needed| {
+    let lacks = |needed: Quantity| {
         let is_of = |fault: &Fault| matches!(fault, Fault::MissingColumn { quantity, .. } if *quantity == needed);
         faults.iter().any(is_of)
     };
