@@ -62,26 +62,17 @@ pub struct Gains {
 
 /// The innovations of comparisons `from..to` of a leg, rad, each over its deviation.
 ///
-/// `commands` are those of [`Vehicle::commands`] over the whole leg; the gear starts at rest at the leg's beginning.
+/// `angles` are those of [`angles`] over the whole leg.
 pub fn innovations(
     leg: &Leg,
     [from, to]: [usize; 2],
     vehicle: &Vehicle,
     start: &Start,
     gains: Option<&Gains>,
-    commands: &[f64],
+    angles: &[f64],
 ) -> Vec<f64> {
     let mut errors = Vec::with_capacity(to - from);
-    let mut gear = Gear::new(vehicle, commands.first().copied().unwrap_or(0.0));
-    let parts = parts_of(commands, leg);
-    let part_s = |i: usize| (leg.time_s[i + 1] - leg.time_s[i]) / parts as f64;
-    if gear.remembers() {
-        for i in 0..from {
-            for command in &commands[parts * i..parts * (i + 1)] {
-                gear.advance(*command, part_s(i));
-            }
-        }
-    }
+    let parts = parts_of(angles, leg);
     let mut x = [start.heading_rad, start.yaw_rate_rad_s, start.sway_rad, 0.0];
     let mut motion = Motion::new(vehicle);
     let mut decay = Decay::of(gains.map_or(f64::INFINITY, |gains| gains.time_s));
@@ -99,46 +90,49 @@ pub fn innovations(
         if i + 1 == to {
             break;
         }
-        let part_s = part_s(i);
-        for command in &commands[parts * i..parts * (i + 1)] {
-            let act = gear.advance(*command, part_s);
-            motion.advance(
-                &mut x,
-                vehicle.authority_per_s2 * act + start.offset_rad_s2,
-                part_s,
-            );
-        }
+        let interval_s = leg.time_s[i + 1] - leg.time_s[i];
+        let during = &angles[parts * i..parts * (i + 1)];
+        motion.follow(&mut x, during, start.offset_rad_s2, interval_s);
         if x[3] != 0.0 {
-            x[3] *= decay.over(part_s * parts as f64);
+            x[3] *= decay.over(interval_s);
         }
     }
     errors
 }
 
-/// Commands of each interval between comparisons.
-fn parts_of(commands: &[f64], leg: &Leg) -> usize {
-    (commands.len() / leg.len().saturating_sub(1).max(1)).max(1)
+/// Mean angles of the gear over parts of each interval between comparisons, rad. The gear starts at rest at the leg's beginning.
+///
+/// Of a thinned leg they are averaged as its headings are: the mean of headings follows the mean of angles.
+pub fn angles(leg: &Leg, vehicle: &Vehicle) -> Vec<f64> {
+    let commands = vehicle.commands(leg);
+    let parts = parts_of(&commands, leg);
+    let mut gear = Gear::new(vehicle, commands.first().copied().unwrap_or(0.0));
+    let angles = leg.time_s.windows(2).zip(commands.chunks_exact(parts));
+    let angles: Vec<f64> = angles
+        .flat_map(|(pair, during)| {
+            let part_s = (pair[1] - pair[0]) / parts as f64;
+            during.iter().map(move |command| (*command, part_s))
+        })
+        .map(|(command, part_s)| gear.advance(command, part_s))
+        .collect();
+    leg.averaged(angles, parts)
+}
+
+/// Parts of each interval between comparisons.
+fn parts_of(angles: &[f64], leg: &Leg) -> usize {
+    (angles.len() / leg.len().saturating_sub(1).max(1)).max(1)
 }
 
 /// Heading, yaw rate and sway at each comparison of a leg of a free-running vehicle; the fourth is 0.
 pub fn simulate(leg: &Leg, vehicle: &Vehicle, start: &Start) -> Vec<State> {
-    let commands = vehicle.commands(leg);
-    let mut gear = Gear::new(vehicle, commands.first().copied().unwrap_or(0.0));
+    let angles = angles(leg, vehicle);
     let mut motion = Motion::new(vehicle);
     let mut x = [start.heading_rad, start.yaw_rate_rad_s, start.sway_rad, 0.0];
     let mut states = Vec::with_capacity(leg.len());
     states.extend((!leg.is_empty()).then_some(x));
-    let parts = parts_of(&commands, leg);
-    for (pair, during) in leg.time_s.windows(2).zip(commands.chunks_exact(parts)) {
-        let part_s = (pair[1] - pair[0]) / parts as f64;
-        for command in during {
-            let act = gear.advance(*command, part_s);
-            motion.advance(
-                &mut x,
-                vehicle.authority_per_s2 * act + start.offset_rad_s2,
-                part_s,
-            );
-        }
+    let parts = parts_of(&angles, leg);
+    for (pair, during) in leg.time_s.windows(2).zip(angles.chunks_exact(parts)) {
+        motion.follow(&mut x, during, start.offset_rad_s2, pair[1] - pair[0]);
         states.push(x);
     }
     states
@@ -240,10 +234,6 @@ impl Gear {
         }
     }
 
-    fn remembers(&self) -> bool {
-        self.decay.time_s > 0.0 || self.rate_limit_rad_s.is_finite() || self.half_play_rad > 0.0
-    }
-
     /// The mean angle over a part, rad.
     pub(crate) fn advance(&mut self, command_rad: f64, part_s: f64) -> f64 {
         let from = self.angle_rad;
@@ -296,6 +286,15 @@ impl<'a> Motion<'a> {
             part_s: f64::NAN,
             left: [1.0, 0.0, 0.0],
             sway: Decay::of(vehicle.sway_s),
+        }
+    }
+
+    /// Over an interval, s, at these angles of the gear over its parts, rad.
+    fn follow(&mut self, x: &mut State, angles: &[f64], offset_rad_s2: f64, interval_s: f64) {
+        let part_s = interval_s / angles.len() as f64;
+        for angle in angles {
+            let push = self.vehicle.authority_per_s2 * angle + offset_rad_s2;
+            self.advance(x, push, part_s);
         }
     }
 

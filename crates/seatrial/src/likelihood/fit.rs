@@ -2,7 +2,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::filter::{Gains, Noise, Start, innovations};
+use super::filter::{Gains, Noise, Start, angles, innovations};
 use super::hypothesis::{Parameter, Scale, Structure, Vehicle};
 use super::leg::Leg;
 
@@ -176,14 +176,14 @@ impl<'a> Problem<'a> {
     fn of_leg(&self, x: &DVector<f64>, leg: usize, gains: Option<&Gains>) -> Vec<f64> {
         let vehicle = self.vehicle(x);
         let record = &self.legs[leg];
-        let commands = vehicle.commands(record);
+        let angles = angles(record, &vehicle);
         innovations(
             record,
             [0, record.len()],
             &vehicle,
             &self.start_of(x, leg),
             gains,
-            &commands,
+            &angles,
         )
     }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
-use super::filter::{Start, innovations};
+use super::filter::{Start, angles, innovations};
 use super::fit::{Fit, Problem};
 
 /// Blocks that a record is cut into.
@@ -102,7 +102,7 @@ pub fn without(problem: &Problem, fit: &Fit, block: &Block) -> DVector<f64> {
 pub fn free_run_rad2(problem: &Problem, x: &DVector<f64>, block: &Block) -> f64 {
     let leg = &problem.legs[block.leg];
     let vehicle = problem.vehicle(x);
-    let commands = vehicle.commands(leg);
+    let angles = angles(leg, &vehicle);
     let scale = &problem.scale;
     let near = (block.from + 4).min(block.to - 1);
     let mut start = Start {
@@ -121,7 +121,7 @@ pub fn free_run_rad2(problem: &Problem, x: &DVector<f64>, block: &Block) -> f64 
     let free = if problem.structure.sway { 4 } else { 3 };
     let run = |start: &Start| {
         let range = [block.from, block.to];
-        DVector::from_vec(innovations(leg, range, &vehicle, start, None, &commands))
+        DVector::from_vec(innovations(leg, range, &vehicle, start, None, &angles))
     };
     const STEP: f64 = 1e-5;
     for _ in 0..3 {

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
-use super::filter::{Gains, Noise, innovations};
+use super::filter::{Gains, Noise, angles, innovations};
 use super::fit::{Fit, Problem};
 use super::leg::Leg;
 use crate::draw::Draw;
@@ -102,11 +102,11 @@ fn drawn(
         for (heading, added) in moved.heading_rad.iter_mut().zip(&wander) {
             *heading += added;
         }
-        let commands = vehicle.commands(record);
+        let angles = angles(record, &vehicle);
         let start = problem.start_of(&sea.x, leg);
         let range = [0, record.len()];
         let own = gains[leg].as_ref();
-        whitened.extend(innovations(&moved, range, &vehicle, &start, own, &commands));
+        whitened.extend(innovations(&moved, range, &vehicle, &start, own, &angles));
         added.extend(wander);
     }
     [DVector::from_vec(added), DVector::from_vec(whitened)]
