@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::lambda_of;
 use crate::figures::three_figures;
-use crate::record::{Record, Window, mean};
+use crate::record::{Record, Window, mean, median};
 use crate::segmentation::{Kind, Segment};
 
 /// Manoeuvres are of one speed where their thrusts differ by no more than this, or their speeds by no more than this
@@ -35,6 +35,10 @@ const UNKNOWN_STROKES: (f64, f64) = (1.0, 3.0);
 
 /// A record with one manoeuvre is that manoeuvre where it is no longer than this many times it.
 const LONGEST_SINGLE: f64 = 10.0;
+
+/// One manoeuvre is all that a record teaches where it holds this share of the rudder's squares about its usual angle: of random strokes of
+/// two manoeuvres the first few of one were a doublet, with a twentieth.
+const OWN_SHARE: f64 = 0.5;
 
 /// What to learn from and what to validate on at one speed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -111,8 +115,8 @@ impl Key {
 /// it, 5 of them and 3 first strokes at least, as far as the next manoeuvre and the thrust allow. The time constant is 1.5/lambda of the state variable filter that
 /// fits the best excited manoeuvre.
 ///
-/// Empty where there is nothing to choose from: no manoeuvre to both sides, or a record that is one manoeuvre with little
-/// before and after it.
+/// Empty where there is nothing to choose from: no manoeuvre to both sides, a record that is one manoeuvre with little
+/// before and after it, or one manoeuvre beside which the rudder did more without the form of one.
 pub fn propose(record: &Record, segments: &[Segment]) -> Vec<Proposal> {
     let manoeuvres = manoeuvres(segments);
     by_speed(record, &manoeuvres)
@@ -157,7 +161,21 @@ fn by_speed(record: &Record, manoeuvres: &[Segment]) -> Vec<Vec<Segment>> {
             _ => speeds.push(vec![segment]),
         }
     }
-    speeds
+    match speeds.as_slice() {
+        [speed] if speed.len() == 1 && is_amid_others(record, &speed[0]) => Vec::new(),
+        _ => speeds,
+    }
+}
+
+/// Is most of what the rudder did outside this manoeuvre, without the form of one? The whole record then trains, and its legs validate.
+fn is_amid_others(record: &Record, manoeuvre: &Segment) -> bool {
+    let all: Vec<f64> = record.samples.iter().map(|s| s.rudder_rad).collect();
+    let usual_rad = median(all).unwrap_or(0.0);
+    let squares = |samples: &[Sample<f64>]| -> f64 {
+        let of = |s: &Sample<f64>| (s.rudder_rad - usual_rad).powi(2);
+        samples.iter().map(of).sum()
+    };
+    squares(record.window(manoeuvre.window)) < OWN_SHARE * squares(&record.samples)
 }
 
 fn is_one_manoeuvre(record: &Record, manoeuvres: &[Segment]) -> bool {
