@@ -329,7 +329,7 @@ fn of_validation(code: &ReasonCode) -> Option<Words> {
         ),
         ReasonCode::NotValidated => each(
             "No data were held out to check the model.",
-            "Check it on a second manoeuvre: --validate-from and --validate-to, or --validate-on LOG.",
+            "Validate on a second manoeuvre: --validate-from and --validate-to, or --validate-on LOG; of several logs, one more.",
             "Record a second manoeuvre at this speed, and open the log that holds both.",
             "Check it on a second manoeuvre: pass validation=(from, to), or validate_on.",
         ),
