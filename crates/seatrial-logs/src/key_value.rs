@@ -4,7 +4,7 @@
 //! ```text
 //! {"time": 1714564800.1, "imu": {"heading": 45.1}, "rudder": 2}
 //! boat,host=pi heading=45.1,rudder=2 1714564800100000000
-//! 2024-05-01 12:00:00.1 INFO heading=45.1; rudder=2
+//! 2024-05-01 12:00:00.1 INFO boat: heading=45.1; rudder=2
 //! ```
 
 use std::collections::{BTreeMap, VecDeque};
@@ -78,15 +78,15 @@ fn pairs(line: &str) -> BTreeMap<String, String> {
         return pairs;
     }
     let (mut pairs, mut measurement, mut time) = (BTreeMap::new(), String::new(), Vec::new());
-    let mut key_before = None;
+    let mut key_before: Option<String> = None;
     for part in parts(line) {
-        let named = match key_before.take() {
-            Some(key) => Some((key, part.clone())),
-            None => part
-                .split_once(['=', ':'])
-                .filter(|(key, _)| key.starts_with(char::is_alphabetic))
-                .map(|(key, value)| (key.to_owned(), value.to_owned())),
-        };
+        let own = part
+            .split_once(['=', ':'])
+            .filter(|(key, _)| key.starts_with(char::is_alphabetic));
+        let own = own.map(|(key, value)| (key.to_owned(), value.to_owned()));
+        // `boat: heading=45.1` names who says it.
+        let before = key_before.take();
+        let named = own.or_else(|| Some((before?, part.clone())));
         match named {
             // A blank stands behind the sign.
             Some((key, value)) if value.is_empty() => {

@@ -108,8 +108,9 @@ const COMMANDS: [&str; 11] = [
 ];
 
 /// Words after a quantity's name that leave it the same quantity.
-const SAME_QUANTITY: [&str; 31] = [
+const SAME_QUANTITY: [&str; 32] = [
     "data",
+    "joint",
     "act",
     "mean",
     "average",
@@ -202,10 +203,12 @@ impl ColumnName {
             ),
             _ => (name, None),
         };
-        Self {
-            words: words(base),
-            bracket,
+        let mut words = words(base);
+        // The field of a topic that has no other: `/rudder_deg/data`.
+        if words.len() > 1 && words.last().is_some_and(|word| word == "data") {
+            words.pop();
         }
+        Self { words, bracket }
     }
 
     /// Does the name fit this quantity?
@@ -334,8 +337,14 @@ fn stated(text: &str, dimension: Dimension) -> StatedUnit {
     match Unit::of_words(before, dimension) {
         Some(unit) => StatedUnit::Known(unit),
         None if before.is_empty() => StatedUnit::None,
-        None if dimension == Dimension::Time && lower.iter().all(|w| CLOCKS.contains(w)) => {
-            StatedUnit::None
+        None if dimension == Dimension::Time => {
+            // `GPS s`: of which clock, and a unit.
+            let unit: Vec<&str> = lower.into_iter().filter(|w| !CLOCKS.contains(w)).collect();
+            match Unit::of_words(&unit, dimension) {
+                Some(unit) => StatedUnit::Known(unit),
+                None if unit.is_empty() => StatedUnit::None,
+                None => StatedUnit::Unknown(text.to_string()),
+            }
         }
         None => StatedUnit::Unknown(text.to_string()),
     }
@@ -424,10 +433,17 @@ pub(crate) fn without(quantity: Quantity, columns: &[String]) -> String {
         MOTORS.iter().any(|motor| name.contains(motor)) || SIDES.concat().contains(&name.as_str())
     };
     let motors: Vec<String> = columns.iter().filter(is_of_a_motor).cloned().collect();
+    let is_rudder = |name: &&String| name.to_lowercase().contains("rudder");
+    let rudders: Vec<String> = columns.iter().filter(is_rudder).cloned().collect();
     let together = of_two_sides(quantity, &motors);
-    match together.is_empty() {
-        true => quantity.without().into(),
-        false => together,
+    match (together.is_empty(), &rudders[..]) {
+        (false, _) => together,
+        (true, [first, second]) if !of_two_sides(quantity, &rudders).is_empty() => format!(
+            "; the mean of two rudders is --rudder '{},-{}'",
+            clipped(first),
+            clipped(second)
+        ),
+        _ => quantity.without().into(),
     }
 }
 

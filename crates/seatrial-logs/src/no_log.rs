@@ -21,7 +21,7 @@ const WORKBOOK: [&[u8]; 2] = [b"[Content_Types].xml", b"xl/"];
 const OPEN_DOCUMENT: &[u8] = b"application/vnd.oasis.opendocument.spreadsheet";
 
 /// What is recorded where boats are, by the bytes that it begins with, and what to give in its place.
-const NO_LOGS: [(&[u8], &str, &str); 17] = [
+const NO_LOGS: [(&[u8], &str, &str); 22] = [
     (
         b"LOGG",
         "a log of CAN frames (BLF)",
@@ -67,6 +67,11 @@ const NO_LOGS: [(&[u8], &str, &str); 17] = [
         "a file of arrays (HDF5)",
         "write its columns of time, heading and rudder as CSV, as `pandas.DataFrame(...).to_csv(\"log.csv\")` does",
     ),
+    (b"TITLE = ", TECPLOT, TECPLOT_INSTEAD),
+    (b"TITLE=", TECPLOT, TECPLOT_INSTEAD),
+    (b"VARIABLES", TECPLOT, TECPLOT_INSTEAD),
+    (b"INSERT INTO", SQL, SQL_INSTEAD),
+    (b"CREATE TABLE", SQL, SQL_INSTEAD),
     (b"\x89PNG\r\n", "a picture (PNG)", LOG_INSTEAD),
     (b"\xff\xd8\xff", "a picture (JPEG)", LOG_INSTEAD),
     (b"GIF8", "a picture (GIF)", LOG_INSTEAD),
@@ -81,6 +86,12 @@ const NO_LOGS: [(&[u8], &str, &str); 17] = [
     ),
 ];
 
+const TECPLOT: &str = "a data file of Tecplot";
+const TECPLOT_INSTEAD: &str =
+    "give its rows as CSV, with the names of its VARIABLES in the line above them";
+const SQL: &str = "statements of a database (SQL)";
+const SQL_INSTEAD: &str =
+    "export the table as CSV, as `sqlite3 -header -csv LOG.db 'SELECT * FROM log'` does";
 const NMEA_INSTEAD: &str = "record the NMEA sentences or frames of compass and rudder";
 pub(crate) const LOG_INSTEAD: &str = "give the log itself, with time, heading and rudder";
 

@@ -210,6 +210,9 @@ const TIME: &[&[&str]] = &[
         "jd",
         "mjd",
         "secondsofday",
+        "xvalue",
+        "hhmmss",
+        "hhmmsssss",
     ],
     &[
         "epoch",

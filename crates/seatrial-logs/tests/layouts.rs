@@ -455,6 +455,99 @@ fn io_tables_are_read_whatever_stands_before_and_in_them() {
     }
 }
 
+/// Between the names of columns and the first numbers stand words, units and dashes; behind numbers, units.
+#[test]
+fn io_laboratories_and_databases_head_their_tables_with_more_than_names() {
+    let tabs = |(t, h, d): Row| format!("{t:.3}\t{h:.3}\t{d:.2}");
+    let bars = |(t, h, d): Row| format!(" {t:.3} | {h:.3} | {d:.2} ");
+    let commas = |(t, h, d): Row| format!("{t:.3},{h:.3},{d:.2}");
+    let of_labview = "LabVIEW Measurement\t\nWriter_Version\t2\n***End_of_Header***\t\n\nX_Dimension\tTime\tTime\t\n\
+         ***End_of_Header***\t\t\t\nX_Value\tHeading (deg)\tRudder (deg)\tComment\n";
+    let of_campbell = "\"TOA5\",\"CR1000\",\"CR1000\",\"1234\",\"CPU:boat.CR1\"\n\"TIMESTAMP\",\"RECORD\",\"Heading\",\"Rudder\"\n\
+         \"TS\",\"RN\",\"deg\",\"deg\"\n\"\",\"\",\"Smp\",\"Smp\"\n";
+    for (name, log) in [
+        ("LabVIEW, without its comments", text(of_labview, tabs)),
+        (
+            "a logger of Campbell",
+            text(of_campbell, |(t, h, d)| {
+                format!("\"{}\",{},{h:.3},{d:.2}", iso(t), (10.0 * t).round())
+            }),
+        ),
+        (
+            "units in brackets, one of them none",
+            text(
+                "timestamp\tstatus\tyaw\trudder\n(us)\t(na)\t(deg)\t(deg)\n",
+                |(t, h, d)| format!("{:.0}\t255\t{h:.3}\t{d:.2}", 1e6 * t),
+            ),
+        ),
+        (
+            "a table in Markdown",
+            text(
+                "| time_s | heading_deg | rudder_deg |\n|---|---|---|\n",
+                |row| format!("|{}|", bars(row)),
+            ),
+        ),
+        (
+            "psql",
+            text(
+                " time_s | heading_deg | rudder_deg\n--------+-------------+-----------\n",
+                bars,
+            ),
+        ),
+        (
+            "a timetable of MATLAB",
+            text("Time,Heading_deg,Rudder_deg\n", |(t, h, d)| {
+                format!("{t:.1} sec,{h:.3},{d:.2}")
+            }),
+        ),
+        (
+            "topics of one field",
+            text("__time,/imu/yaw_deg,/rudder_deg/data\n", commas),
+        ),
+        (
+            "names over two lines",
+            text(
+                "\"Time\n(s)\",\"Heading\n(deg)\",\"Rudder\n(deg)\"\n",
+                commas,
+            ),
+        ),
+        (
+            "a unit below its quantity",
+            text("time,imu,servo\ns,heading_deg,rudder_deg\n", commas),
+        ),
+        (
+            "a time by its digits",
+            text("hhmmss.sss,heading_deg,rudder_deg\n", |(t, h, d)| {
+                format!("{},{h:.3},{d:.2}", hhmmss(t))
+            }),
+        ),
+        (
+            "a line of a program by its name",
+            text("", |(t, h, d)| {
+                format!("{} I boat: heading_deg={h:.3} rudder_deg={d:.2}", iso(t))
+            }),
+        ),
+        (
+            "seconds of GPS",
+            text("Time (GPS s),Heading (deg),Rudder Angle (deg)\n", commas),
+        ),
+    ] {
+        assert_is_the_run(name, log.as_bytes());
+    }
+}
+
+/// A name that comes again has its group before it, so that an option can name it.
+#[test]
+fn io_names_that_come_again_have_their_group() {
+    let head = "Format Version,1.23\n,,Rotation,Position,Servo\nFrame,Time (s),Y,Y,rudder (deg)\n";
+    let log = text(head, |(t, h, d)| {
+        format!("{:.0},{t:.1},{h:.3},1.0,{d:.2}", 10.0 * t)
+    });
+    let folder = tempfile::tempdir().unwrap();
+    let error = opened(log.as_bytes(), &folder).err().unwrap().to_string();
+    assert!(error.contains("`Rotation Y`, `Position Y`"), "{error}");
+}
+
 /// A text copy of a DataFlash log and captures of sentences and frames are the logs that they hold, with check sums of their own.
 #[cfg(all(feature = "parquet", feature = "mcap", feature = "rosbag2"))]
 #[test]
@@ -694,6 +787,12 @@ fn io_sentences_are_read_with_times_before_behind_and_between_them() {
         let line = |sentence: String| format!("{},NMEA0183,,\"{sentence}\"", iso(row.0));
         sentences(row).map(line).join("\n")
     });
+    let in_digits = text("", |row| {
+        let digits = iso(row.0).replace(['-', 'T', ':', '.', 'Z'], "");
+        sentences(row)
+            .map(|sentence| format!("{digits},1,{sentence}"))
+            .join("\n")
+    });
     let whole = text("", |row| {
         let line = |sentence: String| {
             format!(
@@ -758,6 +857,7 @@ fn io_sentences_are_read_with_times_before_behind_and_between_them() {
             "HE.HDT.heading_deg` is taken",
         ),
         ("a rudder that an autopilot orders", ordered, ""),
+        ("dates and times in digits", in_digits, ""),
         ("a rudder by its name", transducer, ""),
         ("an attitude with its own time", attitude, ""),
     ] {
@@ -1096,6 +1196,11 @@ fn io_a_text_that_is_no_table_is_asked_for_no_column() {
             "[{\"time\": 0.1, \"heading\": 2.0, \"rudder\": 3.0}]",
             "jq -r",
         ),
+        (
+            "TITLE = \"run\"\nVARIABLES = \"t\" \"psi\" \"delta\"\nZONE I=2\n0 1 2\n",
+            "a data file of Tecplot",
+        ),
+        ("INSERT INTO log VALUES (0.1, 2.0, 3.0);\n", "SELECT"),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let error = opened(text.as_bytes(), &folder).err().unwrap().to_string();

@@ -40,6 +40,11 @@ pub(crate) fn instant(text: &str) -> Option<Timestamp> {
     {
         return instant(&format!("{date}T{}", &text[9..]));
     }
+    // `20261120120000` and, with milliseconds, `20261120120000050` of voyage recorders.
+    if matches!(text.len(), 14 | 17) && is_number(text) {
+        let (date, time) = text.split_at(8);
+        return instant(&format!("{date}T{}.{:0<3}", &time[..6], &time[6..]));
+    }
     let is_basic = text.as_bytes()[..8].iter().all(u8::is_ascii_digit) && text.contains('T');
     if !text.contains('-') && !is_basic {
         return None;

@@ -4,11 +4,15 @@ use std::collections::BTreeSet;
 
 use super::decoded;
 use super::number::{is_grouped, number, unit_behind};
-use crate::Unit;
 use crate::clock::{instant, time_of_day};
+use crate::name::{ColumnName, StatedUnit};
+use crate::{Quantity, Unit};
 
 /// The most rows above the names of columns.
 const MOST_TITLES: usize = 200;
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+/// Bytes of names of columns that may go over several lines.
+const LONGEST_NAMES: usize = 4096;
 /// Names of columns of rows without names that hold one value each.
 const TOPIC: [&str; 3] = ["time", "topic", "value"];
 /// So many rows show that they are of this kind.
@@ -33,15 +37,21 @@ pub(super) struct Header {
     pub in_comment: Option<Vec<String>>,
     /// What lines begin with that are no rows.
     pub comment: u8,
-    /// The row under the names, where it holds units.
-    pub units: Option<Vec<String>>,
+    /// Rows of units and rules between the names and the first numbers.
+    pub below: usize,
+    /// The row above the names: to what groups of columns belong.
+    above: Option<Vec<String>>,
+    /// The row of units among those below the names.
+    units: Option<Vec<String>>,
     /// The unit behind the numbers of each column, where there is one.
-    pub units_behind: Vec<Option<&'static str>>,
+    units_behind: Vec<Option<&'static str>>,
+    /// The most cells of the rows.
+    widest: usize,
 }
 
 impl Header {
     pub fn find(start: &[u8]) -> Option<Self> {
-        let start = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start);
+        let start = start.strip_prefix(BYTE_ORDER_MARK).unwrap_or(start);
         let mut comments: [Option<&[u8]>; 2] = [None; 2];
         let mut lines = start
             .split(|&byte| byte == b'\n' || byte == b'\r')
@@ -61,6 +71,7 @@ impl Header {
             .take(MOST_TITLES + 20)
             .collect();
         let titles = titles(&rows);
+        let groups = titles.checked_sub(1).map(|at| rows[at]);
         let (first, rows) = rows[titles..].split_first()?;
         let delimiter = delimiter(first);
         let rows = &rows[..rows.len().min(20)];
@@ -79,7 +90,13 @@ impl Header {
                 are_of_topics(first, rows, delimiter).then(|| TOPIC.map(str::to_owned).to_vec())
             }
         };
-        let units = rows.first().map(|row| cells(row, delimiter));
+        let between: Vec<Vec<String>> = rows
+            .iter()
+            .take(3)
+            .map(|row| cells(row, delimiter))
+            .collect();
+        let below = below(&between);
+        let widest = rows[below..].iter().map(|row| cells(row, delimiter).len());
         Some(Self {
             dialect: Dialect {
                 delimiter,
@@ -88,10 +105,92 @@ impl Header {
             line: if titles > 0 { line_of(start, first) } else { 1 },
             in_comment,
             comment: sign,
+            below,
+            above: groups.map(|row| cells(row, delimiter)),
+            units: between.into_iter().take(below).find(|row| are_units(row)),
             units_behind: units_behind(rows, delimiter),
-            units: units.filter(|cells| are_units(cells)),
+            widest: widest.max().unwrap_or(0),
         })
     }
+
+    /// Names of columns with what the rows about them say: the group of a name that comes again or is a unit, and units.
+    pub fn complete(&self, mut names: Vec<String>) -> Vec<String> {
+        // LabVIEW names a column that its rows leave out.
+        let is_left_out = |name: &String| name.eq_ignore_ascii_case("comment");
+        if names.len() == self.widest + 1 && names.last().is_some_and(is_left_out) {
+            names.pop();
+        }
+        if let Some(groups) = self.above.as_ref().filter(|row| row.len() >= names.len()) {
+            let is_vague = |name: &String| {
+                let again = names.iter().filter(|other| *other == name).count() > 1;
+                again || name.parse::<Unit>().is_ok()
+            };
+            let of_group = names
+                .iter()
+                .zip(groups)
+                .map(|(name, group)| match is_vague(name) {
+                    true => format!("{group} {name}").trim().to_owned(),
+                    false => name.clone(),
+                });
+            names = of_group.collect();
+        }
+        if let Some(units) = &self.units {
+            names = with_units(&names, units);
+        }
+        for (name, unit) in names.iter_mut().zip(&self.units_behind) {
+            if let Some(unit) = unit.filter(|_| !states_a_unit(name)) {
+                *name += &format!(" [{unit}]");
+            }
+        }
+        names
+    }
+}
+
+/// Blanks the ends of lines within the names of columns that a spreadsheet quotes.
+pub(super) fn join_quoted_names(start: &mut [u8]) {
+    let mark = if start.starts_with(BYTE_ORDER_MARK) {
+        3
+    } else {
+        0
+    };
+    if start.get(mark) != Some(&b'"') {
+        return;
+    }
+    let mut is_quoted = false;
+    for byte in start[mark..].iter_mut().take(LONGEST_NAMES) {
+        match byte {
+            b'"' => is_quoted = !is_quoted,
+            b'\n' | b'\r' if is_quoted => *byte = b' ',
+            b'\n' => return,
+            _ => {}
+        }
+    }
+}
+
+/// Does the name of a column state the unit of an angle?
+fn states_a_unit(name: &str) -> bool {
+    let angles = [Quantity::Heading, Quantity::YawRate];
+    let name = ColumnName::new(name);
+    angles.iter().any(|of| name.unit(*of) != StatedUnit::None)
+}
+
+/// How many of the rows under names are units, or lines of dashes; one of words may follow the units, as Campbell's loggers write it.
+fn below(rows: &[Vec<String>]) -> usize {
+    let is_rule = |row: &Vec<String>| {
+        let cells = row.concat();
+        !cells.is_empty() && !cells.contains(char::is_alphanumeric)
+    };
+    let is_none = |row: &Vec<String>| is_rule(row) || are_units(row);
+    match rows {
+        [one, two, three, ..] if is_none(one) && !has_values(two) && has_values(three) => 2,
+        [one, ..] if is_none(one) => 1,
+        _ => 0,
+    }
+}
+
+/// Are there as many numbers or times as a log needs?
+fn has_values(cells: &[String]) -> bool {
+    cells.iter().filter(|cell| is_value(cell)).count() >= LEAST_COLUMNS
 }
 
 /// Are rows without names above them times, topics and numbers, one value a row? Topics then come again.
@@ -125,13 +224,11 @@ fn titles(rows: &[&[u8]]) -> usize {
     let is_header = |at: usize| {
         let delimiter = delimiter(rows[at]);
         let names = cells(rows[at], delimiter);
-        let is_name = |name: &&String| !name.is_empty() && !is_value(name);
-        let below = |by: usize| rows.get(at + by).map(|row| cells(row, delimiter));
-        let has_units = below(1).is_some_and(|row| are_units(&row));
-        let values = below(1 + usize::from(has_units)).unwrap_or_default();
+        let is_name = |name: &&String| name.contains(char::is_alphabetic) && !is_value(name);
+        let under = rows[at + 1..].iter().take(3);
+        let under: Vec<Vec<String>> = under.map(|row| cells(row, delimiter)).collect();
         names.iter().filter(is_name).count() >= LEAST_COLUMNS
-            && values.len() >= LEAST_COLUMNS
-            && values.iter().filter(|cell| is_value(cell)).count() >= LEAST_COLUMNS
+            && under.get(below(&under)).is_some_and(|row| has_values(row))
     };
     (0..rows.len().min(MOST_TITLES))
         .find(|at| is_header(*at))
@@ -158,29 +255,29 @@ fn has_decimal_commas(rows: &[&[u8]], delimiter: u8) -> bool {
     !has_point && cells.iter().any(is_comma)
 }
 
-/// Is every cell a unit, or empty? `-` is none.
+/// Are at least half of the cells with words units, and none of them numbers? `-` is no word.
 fn are_units(cells: &[String]) -> bool {
-    let unit = |cell: &String| {
-        cell.trim_matches(|c: char| "[]()\"".contains(c))
-            .parse::<Unit>()
-    };
-    let is_none = |cell: &String| cell.is_empty() || cell == "-";
-    cells.iter().all(|cell| is_none(cell) || unit(cell).is_ok())
-        && cells.iter().any(|cell| unit(cell).is_ok())
+    let is_unit = |cell: &&String| bare(cell).parse::<Unit>().is_ok();
+    let words = cells.iter().filter(|cell| !bare(cell).is_empty()).count();
+    let units = cells.iter().filter(is_unit).count();
+    units > 0 && 2 * units >= words && !cells.iter().any(|cell| is_value(cell))
+}
+
+/// A unit without what stands about it.
+fn bare(cell: &str) -> &str {
+    cell.trim_matches(|c: char| "[]()-\"".contains(c))
 }
 
 /// Names of columns with the units of the row below: `speed [kn]`.
-pub(super) fn with_units(names: &[String], units: &[String]) -> Vec<String> {
-    let units = units
-        .iter()
-        .map(|unit| unit.trim_matches(|c: char| "[]()-\"".contains(c)));
+fn with_units(names: &[String], units: &[String]) -> Vec<String> {
+    let units = units.iter().map(|unit| bare(unit));
     let units = units.chain(std::iter::repeat(""));
     names
         .iter()
         .zip(units)
-        .map(|(name, unit)| match unit.is_empty() {
-            true => name.clone(),
-            false => format!("{name} [{unit}]"),
+        .map(|(name, unit)| match unit.parse::<Unit>() {
+            Ok(_) if !states_a_unit(name) => format!("{name} [{unit}]"),
+            _ => name.clone(),
         })
         .collect()
 }

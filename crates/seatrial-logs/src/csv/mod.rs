@@ -14,9 +14,8 @@ use crate::Quantity;
 use crate::clock::{instant, time_of_day};
 use crate::description::Format;
 use crate::error::{Fault, Place, clipped};
-use crate::name::{ColumnName, StatedUnit};
 use crate::table::{Cell, Table, hexadecimal};
-use header::{Dialect, Header, with_units};
+use header::{Dialect, Header, join_quoted_names};
 use number::is_no_value;
 pub(crate) use number::number;
 
@@ -148,6 +147,7 @@ impl<R: Read> Text<R> {
         }
         let start = &mut text.buffer[text.unread.clone()];
         blank_garbage(start);
+        join_quoted_names(start);
         check_is_text(start)?;
         let header = Header::find(start).ok_or(Fault::Empty)?;
         text.damage = stated_damage(start);
@@ -179,15 +179,10 @@ impl<R: Read> Text<R> {
                         found: clipped(&text.columns.join(",")),
                     });
                 }
-                if let Some(units) = header.units {
+                for _ in 0..header.below {
                     text.read_record()?;
-                    text.columns = with_units(&text.columns, &units);
                 }
-                for (name, unit) in text.columns.iter_mut().zip(header.units_behind) {
-                    if let Some(unit) = unit.filter(|_| !states_a_unit(name)) {
-                        *name += &format!(" [{unit}]");
-                    }
-                }
+                text.columns = header.complete(std::mem::take(&mut text.columns));
             }
         }
         Ok(text)
@@ -423,13 +418,6 @@ impl<R: Read> Text<R> {
 /// Does a number go on from the one before, within a twentieth of it?
 fn is_near(number: f64, last: f64) -> bool {
     (number - last).abs() < 0.05 * number.abs()
-}
-
-/// Does the name of a column state the unit of an angle?
-fn states_a_unit(name: &str) -> bool {
-    let angles = [Quantity::Heading, Quantity::YawRate];
-    let name = ColumnName::new(name);
-    angles.iter().any(|of| name.unit(*of) != StatedUnit::None)
 }
 
 /// Latin-1 where it is not UTF-8: `°` of older instruments.

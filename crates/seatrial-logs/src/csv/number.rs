@@ -1,7 +1,7 @@
 //! Numbers as spreadsheets and instruments write them.
 
 /// Units behind a number, as they stand in a cell and as a name of a column states them.
-const UNITS: [(&str, &str); 17] = [
+const UNITS: [(&str, &str); 18] = [
     ("°/s", "deg/s"),
     ("º/s", "deg/s"),
     ("deg/s", "deg/s"),
@@ -19,6 +19,7 @@ const UNITS: [(&str, &str); 17] = [
     ("deg", "°"),
     ("度", "°"),
     ("ノット", "kn"),
+    ("sec", "s"),
 ];
 /// What older instruments write where they have no value.
 const NO_VALUES: [f64; 3] = [-999.0, -9999.0, -99_999.0];
@@ -208,6 +209,7 @@ mod tests {
             ("-12,25 deg", true, Some(-12.25)),
             ("5,2 kn", true, Some(5.2)),
             ("45%", false, Some(45.0)),
+            ("0.1 sec", false, Some(0.1)),
             ("0.40度", false, Some(0.4)),
             ("-1.5 °/s", false, Some(-1.5)),
             ("2.6 knobs", false, None),

@@ -442,7 +442,10 @@ impl Messages for Sentences {
             .sort_by_key(|channel| is_constant(&channel.column));
         self.tell_rivals(&mut known);
         let names: Vec<&str> = self.kinds.iter().map(|kind| kind.name.as_str()).collect();
-        let found = names.join(", ");
+        let found = match names.is_empty() {
+            true => "no sentence whose check sum is right".to_owned(),
+            false => names.join(", "),
+        };
         known.lacks(
             Quantity::Heading,
             format!("expected HDT, THS, PASHR, HDG, HDM or VHW sentences; found {found}"),
