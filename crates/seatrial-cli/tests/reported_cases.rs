@@ -16,13 +16,13 @@ enum Right {
 }
 use Right::{Model, Refused, Unreadable, Unvalidated};
 
-/// Shares: noise of 0.2 to 0.3 deg leaves 2 %; times of days with six decimals, and an order in the place of the angle of a slow gear, 4 %.
+/// Shares: noise of 0.2 to 0.3 deg leaves 2 %; times of days with six decimals 4 %.
 const CASES: [(&str, Right); 20] = [
     ("01_time_100ns_ticks.csv", Model(2.0, 0.6, 0.02)),
     ("02_heading_tenths.csv", Unreadable("ddeg")),
     (
         "03_rudder_order_slow_gear.csv",
-        Unvalidated(10.0, 0.1, 0.04),
+        Unvalidated(10.0, 0.1, 0.02),
     ),
     ("03_truth_measured_rudder.csv", Model(10.0, 0.1, 0.02)),
     (
@@ -80,28 +80,35 @@ fn cli_every_reported_case_is_identified_or_refused_by_name() {
     }
 }
 
-/// Damping that grows with the turn rate: a short and a long record of one ship have one answer, which holds what output error finds of each.
+/// Damping that grows with the turn rate: a short and a long record of one ship have one answer, whose damping is that of output error on
+/// each; b2 is that of the steady turn, where output error of first order has the mean of all turns, 5 to 8 % more.
 #[test]
 fn cli_growing_damping_has_one_answer() {
     let Some(cases) = data("cases") else { return };
-    for (name, a22_per_s, b2_per_s2) in [
-        ("15_cubic_damping_zigzag.csv", -0.509, 0.982),
-        ("15b_cubic_damping_zigzag_long.csv", -0.528, 1.0),
-    ] {
+    let found = [
+        ("15_cubic_damping_zigzag.csv", -0.509),
+        ("15b_cubic_damping_zigzag_long.csv", -0.528),
+    ]
+    .map(|(name, a22_per_s)| {
         let (_, said, error) = run_to_text(&cases, &["identify", name, "--json"]);
         let document: Value = serde_json::from_str(&said).unwrap_or_else(|_| panic!("{error}"));
-        let intervals = &document["refined"]["interval_95"];
-        for (key, truth) in [("a22_per_s", a22_per_s), ("b2_per_s2", b2_per_s2)] {
-            let [low, high] = [0, 1].map(|end| intervals[key][end].as_f64().unwrap());
-            assert!(low < truth && truth < high, "{name}: {key} {low} to {high}");
-        }
-        let found = document["refined"]["a22_per_s"].as_f64().unwrap();
+        let refined = &document["refined"];
+        let interval = &refined["interval_95"]["a22_per_s"];
+        let [low, high] = [0, 1].map(|end| interval[end].as_f64().unwrap());
+        assert!(
+            low < a22_per_s && a22_per_s < high,
+            "{name}: {low} to {high}"
+        );
+        ["a22_per_s", "b2_per_s2"].map(|key| refined[key].as_f64().unwrap())
+    });
+    let [short, long] = found;
+    for (one, other) in short.iter().zip(long) {
         // The short record has half as many turns.
-        assert!((found / -0.528 - 1.0).abs() < 0.03, "{name}: {found}");
+        assert!((one / other - 1.0).abs() < 0.02, "{short:?} {long:?}");
     }
 }
 
-/// A slow gear is told with its rate: 2.35 deg/s in truth.
+/// A slow gear is told with its rate, 2.35 deg/s in truth, and the interval holds the vehicle behind it.
 #[test]
 fn cli_the_rate_of_a_slow_gear_is_told() {
     let Some(cases) = data("cases") else { return };
@@ -110,7 +117,14 @@ fn cli_the_rate_of_a_slow_gear_is_told() {
     assert!(said.contains("rate-limited steering gear"), "{said}{error}");
     let rate = said.split("moves at most ").nth(1).unwrap();
     let rate: f64 = rate.split(' ').next().unwrap().parse().unwrap();
-    assert!((rate / 2.35 - 1.0).abs() < 0.05, "{rate}");
+    assert!((rate / 2.35 - 1.0).abs() < 0.01, "{rate}");
+    let (_, said, _) = run_to_text(&cases, &["identify", log, "--json"]);
+    let document: Value = serde_json::from_str(&said).unwrap();
+    for (key, truth) in [("a22_per_s", -0.1), ("b2_per_s2", 0.01)] {
+        let interval = &document["refined"]["interval_95"][key];
+        let [low, high] = [0, 1].map(|end| interval[end].as_f64().unwrap());
+        assert!(low < truth && truth < high, "{key} {low} to {high}");
+    }
 }
 
 /// Advance, transfer and tactical diameter of MARIN's circle, m: positions on a sphere in the place of the ellipsoid differ by 2 m.
