@@ -77,16 +77,23 @@ function terminal(
   return { code: done.status ?? -1, out: done.stdout, said: done.stderr };
 }
 
-/** What the terminal prints of a log, while the page works on it, too; nothing where it refuses the log. */
-function printedBy(folder: string, file: string): Promise<string> {
+/** What the terminal prints of a log, while the page works on it, too; where it refuses the log, nothing, and why. */
+function printedBy(folder: string, file: string): Promise<readonly [printed: string, refusal: string]> {
   return new Promise((done) =>
-    execFile(BINARY, ["identify", file, "--json"], { cwd: folder, maxBuffer: 1 << 28 }, (_, out) => done(out)),
+    execFile(BINARY, ["identify", file, "--json"], { cwd: folder, maxBuffer: 1 << 28 }, (_, out, said) =>
+      done([out, said.trim().split("\n").at(-1)?.replace("seatrial: ", "") ?? ""]),
+    ),
   );
+}
+
+/** A refusal up to what is to be done about it, which each place says with what it has. */
+function cause(refusal: string): string {
+  return refusal.split(/[;:,] (?:say|name|or|leave|give|if|correct) /)[0] ?? "";
 }
 
 function logs(): string[] {
   const every = readdirSync(DATA, { recursive: true, encoding: "utf8" }).filter((name) =>
-    /\.(csv|BIN|tlog|ulg|raw|all|dbd|alog|nmea)$/.test(name),
+    /\.(csv|BIN|tlog|ulg|raw|all|dbd|alog|nmea|log)$/.test(name),
   );
   const isFew = (name: string): boolean =>
     !/^(simulated|firmware)/.test(name) || /_70_.*n0p3|_70_s0_h0|_1\.csv/.test(name);
@@ -117,9 +124,13 @@ test("answers on every log are those of the terminal, bit for bit", async (conte
     const file = relative(folder, path);
     const lists = name.endsWith(".dbd") ? readdirSync(join(folder, "cac")) : [];
     const files = [...lists.map((list) => [`cac/${list}`, join(folder, "cac", list)] as const), [file, path] as const];
-    const [printed, answer] = await Promise.all([printedBy(folder, file), ask(files, { ask: "identify", log: file })]);
+    const [[printed, refusal], answer] = await Promise.all([
+      printedBy(folder, file),
+      ask(files, { ask: "identify", log: file }),
+    ]);
     if (printed === "") {
       assert.ok("refused" in answer, `${name}: ${JSON.stringify(answer).slice(0, 300)}`);
+      assert.equal(cause(answer.refused), cause(refusal), name);
       continue;
     }
     assert.ok("done" in answer, `${name}: ${JSON.stringify(answer).slice(0, 300)}`);
