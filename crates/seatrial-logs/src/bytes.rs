@@ -9,6 +9,9 @@ use crate::input::Input;
 /// Bytes held at once: more than the longest message of any format that is read through here.
 const BUFFER: usize = 1 << 18;
 
+/// Bytes that are made of a file to be read in its place; a text copy of a log is about twice as long as the log.
+const MOST_MADE: usize = 1 << 29;
+
 /// What zstd begins with.
 pub(crate) const ZSTD: &[u8] = b"\x28\xb5\x2f\xfd";
 
@@ -22,6 +25,17 @@ pub struct Bytes {
     is_line_ended: bool,
     /// What of them is no message.
     pub damage: Damage,
+}
+
+/// An error where more is made of a file of this format than can be held, with what to give in its place.
+pub(crate) fn check_made(length: usize, format: &'static str, instead: &str) -> Result<(), Fault> {
+    match length > MOST_MADE {
+        true => Err(Fault::TooMuch {
+            format,
+            what: format!("more than {} MB; {instead}", MOST_MADE >> 20),
+        }),
+        false => Ok(()),
+    }
 }
 
 impl Bytes {

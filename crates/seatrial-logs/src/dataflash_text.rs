@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::bytes::Bytes;
+use crate::bytes::{Bytes, check_made};
 use crate::dataflash::width;
 use crate::error::Fault;
 use crate::input::Input;
@@ -15,8 +15,6 @@ use crate::input::Input;
 /// What stands before every message, and the type of those that describe the others.
 const MARK: [u8; 2] = [0xa3, 0x95];
 const FORMAT: u8 = 128;
-/// Bytes that are made; a copy is about twice as long as its log.
-pub(crate) const MOST_BYTES: usize = 1 << 29;
 
 /// Does such a copy begin so?
 pub(crate) fn is_start(start: &[u8]) -> bool {
@@ -45,12 +43,7 @@ pub(crate) fn binary(file: Input) -> Result<Input, Fault> {
             None if is_cut => log.extend(&MARK[..1]),
             None => log.extend(line.bytes()),
         }
-        if log.len() > MOST_BYTES {
-            return Err(Fault::TooMuch {
-                format: "text copy of a DataFlash log",
-                what: format!("more than {} MB; give the .bin", MOST_BYTES >> 20),
-            });
-        }
+        check_made(log.len(), "text copy of a DataFlash log", "give the .bin")?;
     }
     Input::made_of(log, lines.file()).map_err(Fault::read)
 }

@@ -433,7 +433,8 @@ pub(crate) fn without(quantity: Quantity, columns: &[String]) -> String {
         MOTORS.iter().any(|motor| name.contains(motor)) || SIDES.concat().contains(&name.as_str())
     };
     let motors: Vec<String> = columns.iter().filter(is_of_a_motor).cloned().collect();
-    let is_rudder = |name: &&String| name.to_lowercase().contains("rudder");
+    // A comma parts the names of the option.
+    let is_rudder = |name: &&String| name.to_lowercase().contains("rudder") && !name.contains(',');
     let rudders: Vec<String> = columns.iter().filter(is_rudder).cloned().collect();
     let together = of_two_sides(quantity, &motors);
     match (together.is_empty(), &rudders[..]) {

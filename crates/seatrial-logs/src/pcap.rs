@@ -8,8 +8,7 @@
 //! | 0, 101 | loopback; nothing |
 //! | 227 | none: frames of SocketCAN |
 
-use crate::bytes::Bytes;
-use crate::dataflash_text::MOST_BYTES;
+use crate::bytes::{Bytes, check_made};
 use crate::error::Fault;
 use crate::input::Input;
 
@@ -80,20 +79,6 @@ fn half(bytes: &[u8], at: usize, is_little: bool) -> Option<u16> {
     })
 }
 
-/// An error where the lines are too many to hold.
-fn is_bounded(text: &str) -> Result<(), Fault> {
-    if text.len() > MOST_BYTES {
-        return Err(Fault::TooMuch {
-            format: "capture of a network",
-            what: format!(
-                "more than {} MB of lines; cut it with editcap",
-                MOST_BYTES >> 20
-            ),
-        });
-    }
-    Ok(())
-}
-
 /// Records of a time, lengths and a packet; `false` where the last is cut off.
 fn plain(bytes: &mut Bytes, of: (f64, bool), text: &mut String) -> Result<bool, Fault> {
     let (per_second, is_little) = of;
@@ -114,7 +99,7 @@ fn plain(bytes: &mut Bytes, of: (f64, bool), text: &mut String) -> Result<bool, 
         }
         let time_s = f64::from(seconds) + f64::from(counts) / per_second;
         packet(link, &bytes.seen()[16..end], time_s, text);
-        is_bounded(text)?;
+        check_made(text.len(), "capture of a network", "cut it with editcap")?;
         bytes.skip(end);
     }
 }
@@ -155,7 +140,7 @@ fn next_generation(bytes: &mut Bytes, text: &mut String) -> Result<bool, Fault> 
                 {
                     let counts = (u64::from(high) << 32 | u64::from(low)) as f64;
                     packet(*link, data, counts / per_second, text);
-                    is_bounded(text)?;
+                    check_made(text.len(), "capture of a network", "cut it with editcap")?;
                 }
             }
             _ => {}
