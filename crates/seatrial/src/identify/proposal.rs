@@ -36,10 +36,6 @@ const UNKNOWN_STROKES: (f64, f64) = (1.0, 3.0);
 /// A record with one manoeuvre is that manoeuvre where it is no longer than this many times it.
 const LONGEST_SINGLE: f64 = 10.0;
 
-/// One manoeuvre is all that a record teaches where it holds this share of the rudder's squares about its usual angle: of random strokes of
-/// two manoeuvres the first few of one were a doublet, with a twentieth.
-const OWN_SHARE: f64 = 0.5;
-
 /// What to learn from and what to validate on at one speed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Proposal {
@@ -167,7 +163,8 @@ fn by_speed(record: &Record, manoeuvres: &[Segment]) -> Vec<Vec<Segment>> {
     }
 }
 
-/// Is most of what the rudder did outside this manoeuvre, without the form of one? The whole record then trains, and its legs validate.
+/// Did the rudder do more outside this manoeuvre than in it, without the form of one? The whole record then trains, and its legs validate:
+/// of two manoeuvres of random strokes the first few of one were a doublet, with a twentieth of the rudder's squares.
 fn is_amid_others(record: &Record, manoeuvre: &Segment) -> bool {
     let all: Vec<f64> = record.samples.iter().map(|s| s.rudder_rad).collect();
     let usual_rad = median(all).unwrap_or(0.0);
@@ -175,7 +172,8 @@ fn is_amid_others(record: &Record, manoeuvre: &Segment) -> bool {
         let of = |s: &Sample<f64>| (s.rudder_rad - usual_rad).powi(2);
         samples.iter().map(of).sum()
     };
-    squares(record.window(manoeuvre.window)) < OWN_SHARE * squares(&record.samples)
+    let own = squares(record.window(manoeuvre.window));
+    own < squares(&record.samples) - own
 }
 
 fn is_one_manoeuvre(record: &Record, manoeuvres: &[Segment]) -> bool {

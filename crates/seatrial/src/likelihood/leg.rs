@@ -8,19 +8,30 @@ use crate::record_series::RecordSeries;
 pub const PARTS: usize = 3;
 const MOST_PARTS: usize = 12;
 
-/// Headings at their times, and the integral of the command.
+/// A command that stays from one change to the next, before the first as it is there, and its integrals.
+#[derive(Clone, Debug)]
+pub(crate) struct Commands {
+    pub(crate) change_s: Vec<f64>,
+    pub(crate) command_rad: Vec<f64>,
+    /// First and second integral of the command up to each change, rad s and rad s^2.
+    integrals: Vec<[f64; 2]>,
+}
+
+/// Integrals of a command up to times that do not go back, each read so much later.
+pub(crate) struct Cursor<'a> {
+    commands: &'a Commands,
+    at: usize,
+    by_s: f64,
+}
+
+/// Headings at their times, and the command.
 #[derive(Clone, Debug)]
 pub struct Leg {
     /// Times of the comparisons, s, from the first sample.
     pub time_s: Vec<f64>,
     /// Headings of the comparisons, rad, unwrapped, from the first.
     pub heading_rad: Vec<f64>,
-    /// Times at which the command changes, s.
-    change_s: Vec<f64>,
-    /// Integral of the command up to these times, rad s.
-    integral: Vec<f64>,
-    /// The first and the last command, rad.
-    ends_rad: [f64; 2],
+    commands: Commands,
     /// Samples of a comparison.
     block: usize,
 }
@@ -38,29 +49,11 @@ impl Leg {
             let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
             of.chunks_exact(block).map(mean).collect()
         };
-        let mut total = 0.0;
-        let integral = std::iter::once(0.0)
-            .chain(
-                time_s
-                    .windows(2)
-                    .zip(&series.rudder_rad)
-                    .map(|(t, rudder)| {
-                        total += (t[1] - t[0]) * rudder;
-                        total
-                    }),
-            )
-            .collect();
-        let rudder = |sample: Option<&f64>| sample.copied().unwrap_or(0.0);
         Self {
             block,
             heading_rad: means(&series.heading_rad),
-            integral,
-            ends_rad: [
-                rudder(series.rudder_rad.first()),
-                rudder(series.rudder_rad.last()),
-            ],
-            change_s: time_s.clone(),
             time_s: means(&time_s),
+            commands: Commands::new(time_s, series.rudder_rad),
         }
     }
 
@@ -90,21 +83,15 @@ impl Leg {
     /// Mean command over so many parts of each interval between comparisons, rad, where it acts `shift_s` later than recorded.
     pub fn commands(&self, shift_s: f64, parts: usize) -> Vec<f64> {
         let mut commands = Vec::with_capacity(parts * self.len());
-        let mut at = 0;
-        let mut upto = |time_s: f64| {
-            while at + 1 < self.change_s.len() && self.change_s[at + 1] <= time_s {
-                at += 1;
-            }
-            self.integral_near(at, time_s)
-        };
-        let Some(first) = self.time_s.first() else {
+        let Some(first_s) = self.time_s.first() else {
             return commands;
         };
-        let mut before = upto(first - shift_s);
+        let mut upto = self.commands.from(*first_s, -shift_s);
+        let mut before = upto.once(*first_s);
         for pair in self.time_s.windows(2) {
             let part_s = (pair[1] - pair[0]) / parts as f64;
             for part in 1..=parts {
-                let now = upto(pair[0] + part as f64 * part_s - shift_s);
+                let now = upto.once(pair[0] + part as f64 * part_s);
                 commands.push((now - before) / part_s);
                 before = now;
             }
@@ -119,44 +106,23 @@ impl Leg {
     pub fn averaged(&self, angles_rad: Vec<f64>, parts: usize) -> Vec<f64> {
         let block = self.block as f64;
         let width = (1.0 - 1.0 / (block * block)).sqrt() * parts as f64;
-        let Some(last) = angles_rad.len().checked_sub(1).filter(|_| width > 0.0) else {
+        let count = angles_rad.len();
+        if width == 0.0 || count == 0 {
             return angles_rad;
-        };
-        let (mut once, mut twice) = (0.0, 0.0);
-        let integrals: Vec<[f64; 2]> = (angles_rad.iter())
-            .map(|angle| {
-                let before = [once, twice];
-                twice += once + 0.5 * angle;
-                once += angle;
-                before
+        }
+        // Parts for seconds.
+        let angles = Commands::new((0..count).map(|part| part as f64).collect(), angles_rad);
+        let mut upto = [-0.5 * width, 0.5 * width].map(|by| angles.from(0.0, by));
+        let mut about = |part: usize| upto[1].twice(part as f64) - upto[0].twice(part as f64);
+        let mut before = about(0);
+        (1..=count)
+            .map(|part| {
+                let now = about(part);
+                let mean = (now - before) / width;
+                before = now;
+                mean
             })
-            .collect();
-        // The second integral of the angle, which stays as it is before the first part and after the last.
-        let upto = |at: f64| {
-            let part = (at.max(0.0) as usize).min(last);
-            let since = at - part as f64;
-            let [once, twice] = integrals[part];
-            twice + since * (once + 0.5 * since * angles_rad[part])
-        };
-        let about = |at: usize| upto(at as f64 + 0.5 * width) - upto(at as f64 - 0.5 * width);
-        (0..=last)
-            .map(|part| (about(part + 1) - about(part)) / width)
             .collect()
-    }
-
-    /// Integral of the command up to a time at or after change `at`, rad s.
-    fn integral_near(&self, at: usize, time_s: f64) -> f64 {
-        let (Some(change_s), Some(integral)) = (self.change_s.get(at), self.integral.get(at))
-        else {
-            return 0.0;
-        };
-        let since_s = time_s - change_s;
-        let slope = match (self.change_s.get(at + 1), self.integral.get(at + 1)) {
-            _ if since_s < 0.0 => self.ends_rad[0],
-            (Some(next_s), Some(next)) => (next - integral) / (next_s - change_s),
-            _ => self.ends_rad[1],
-        };
-        integral + slope * since_s
     }
 
     /// Standard deviation of the heading, rad.
@@ -169,6 +135,61 @@ impl Leg {
         (self.heading_rad.windows(2).zip(self.time_s.windows(2)))
             .map(|(psi, t)| (psi[1] - psi[0]) / (t[1] - t[0]))
             .collect()
+    }
+}
+
+impl Commands {
+    /// Of commands, rad, from their times on, s.
+    pub(crate) fn new(change_s: Vec<f64>, command_rad: Vec<f64>) -> Self {
+        let (mut once, mut twice) = (0.0, 0.0);
+        let mut integrals = vec![[0.0; 2]];
+        for (times, command) in change_s.windows(2).zip(&command_rad) {
+            let h = times[1] - times[0];
+            twice += h * (once + 0.5 * h * command);
+            once += h * command;
+            integrals.push([once, twice]);
+        }
+        Self {
+            change_s,
+            command_rad,
+            integrals,
+        }
+    }
+
+    /// Integrals at times from this one on, s, each read `by_s` later.
+    pub(crate) fn from(&self, time_s: f64, by_s: f64) -> Cursor<'_> {
+        let after = self
+            .change_s
+            .partition_point(|change_s| *change_s <= time_s + by_s);
+        Cursor {
+            commands: self,
+            at: after.saturating_sub(1),
+            by_s,
+        }
+    }
+}
+
+impl Cursor<'_> {
+    /// The change before a time, and the seconds since.
+    fn since_s(&mut self, time_s: f64) -> f64 {
+        let (changes, time_s) = (&self.commands.change_s, time_s + self.by_s);
+        while changes.get(self.at + 1).is_some_and(|s| *s <= time_s) {
+            self.at += 1;
+        }
+        time_s - changes[self.at]
+    }
+
+    /// The integral of the command, rad s.
+    pub(crate) fn once(&mut self, time_s: f64) -> f64 {
+        let since_s = self.since_s(time_s);
+        self.commands.integrals[self.at][0] + since_s * self.commands.command_rad[self.at]
+    }
+
+    /// The integral of that, rad s^2.
+    pub(crate) fn twice(&mut self, time_s: f64) -> f64 {
+        let since_s = self.since_s(time_s);
+        let [once, twice] = self.commands.integrals[self.at];
+        twice + since_s * (once + 0.5 * since_s * self.commands.command_rad[self.at])
     }
 }
 
@@ -210,12 +231,13 @@ mod tests {
         for (sample, state) in samples.iter_mut().zip(states) {
             sample.heading_rad = state.heading_rad;
         }
-        let leg = Leg::new(&samples, 10);
+        // Of an odd number, whose middle is a sample: the rudder changes between parts.
+        let leg = Leg::new(&samples, 11);
         let (vehicle, range) = (model.vehicle(), [0, leg.len()]);
         let angles = angles(&leg, &vehicle);
         let errors = innovations(&leg, range, &vehicle, &Start::default(), None, &angles);
         let most = errors.iter().fold(0.0, |most: f64, e| most.max(e.abs()));
-        // The turn accelerates by 0.006 rad/s^2: instants in the place of means are off by a 24th of that times 25 s^2, 6e-3 rad.
+        // The turn accelerates by 0.006 rad/s^2: instants in the place of means are off by a 24th of that times 30 s^2, 7e-3 rad.
         assert!(most < 1e-4, "{most}");
     }
 }

@@ -6,7 +6,7 @@ use seatrial_core::{Real, Sample};
 
 use crate::identify::pace::Pace;
 use crate::identify::robust::play::fin_behind;
-use crate::likelihood::leg::deviation;
+use crate::likelihood::leg::{Commands, deviation};
 use crate::record::{GAP, logged_s, median, median_interval_s};
 use crate::record_series::RecordSeries;
 
@@ -39,16 +39,8 @@ pub struct Leg {
     pub yaw_rate_rad_s: Vec<f64>,
     /// Speeds there over the usual one; 1 where none is logged.
     pub speed: Vec<f64>,
+    /// The command, which the parts of a leg share.
     commands: Arc<Commands>,
-}
-
-/// The command of a leg, which its parts share.
-#[derive(Debug)]
-struct Commands {
-    change_s: Vec<f64>,
-    command_rad: Vec<f64>,
-    /// First and second integral of the command up to each change, rad s and rad s^2.
-    integrals: Vec<[f64; 2]>,
 }
 
 /// All legs of a log.
@@ -387,7 +379,7 @@ impl Leg {
         let half_s = 0.5 * mean_s;
         let first_s = self.time_s.first().copied().unwrap_or(0.0);
         let mut upto = [-half_s, half_s].map(|by_s| self.commands.from(first_s, by_s - shift_s));
-        let mut smooth = |time_s: f64| (upto[1].upto(time_s) - upto[0].upto(time_s)) / mean_s;
+        let mut smooth = |time_s: f64| (upto[1].twice(time_s) - upto[0].twice(time_s)) / mean_s;
         let mut before = self.time_s.first().map_or(0.0, |first| smooth(*first));
         self.time_s
             .windows(2)
@@ -398,57 +390,5 @@ impl Leg {
                 mean
             })
             .collect()
-    }
-}
-
-impl Commands {
-    fn new(change_s: Vec<f64>, command_rad: Vec<f64>) -> Self {
-        let (mut once, mut twice) = (0.0, 0.0);
-        let mut integrals = vec![[0.0; 2]];
-        for (times, command) in change_s.windows(2).zip(&command_rad) {
-            let h = times[1] - times[0];
-            twice += h * (once + 0.5 * h * command);
-            once += h * command;
-            integrals.push([once, twice]);
-        }
-        Self {
-            change_s,
-            command_rad,
-            integrals,
-        }
-    }
-
-    fn from(&self, time_s: f64, by_s: f64) -> Cursor<'_> {
-        let after = self
-            .change_s
-            .partition_point(|change_s| *change_s <= time_s + by_s);
-        Cursor {
-            commands: self,
-            at: after.saturating_sub(1),
-            by_s,
-        }
-    }
-}
-
-/// The second integral of the command up to times that do not go back.
-struct Cursor<'a> {
-    commands: &'a Commands,
-    at: usize,
-    by_s: f64,
-}
-
-impl Cursor<'_> {
-    fn upto(&mut self, time_s: f64) -> f64 {
-        let (commands, time_s) = (self.commands, time_s + self.by_s);
-        while commands
-            .change_s
-            .get(self.at + 1)
-            .is_some_and(|next_s| *next_s <= time_s)
-        {
-            self.at += 1;
-        }
-        let since_s = time_s - commands.change_s[self.at];
-        let [once, twice] = commands.integrals[self.at];
-        twice + since_s * (once + 0.5 * since_s * commands.command_rad[self.at])
     }
 }
