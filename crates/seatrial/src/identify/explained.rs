@@ -52,6 +52,8 @@ pub enum Explained {
         alone: Option<Box<Refined>>,
         /// The largest heading gain that holds on every hypothesis that weighs, as far as is known; `None` where no gain does.
         most_gain: Option<f64>,
+        /// Play of the rudder, rad, where the record asks for it.
+        play_rad: Option<f64>,
     },
     /// A first-order vehicle, as far as is known: the hidden edges of the rudder matter more than the noise.
     Blurred {
@@ -118,6 +120,7 @@ impl Explained {
                 nearest: true,
                 alone: None,
                 most_gain: Some(f64::INFINITY),
+                play_rad: None,
             };
         }
         if let (Some(lagging), Some(lag)) = (found.lagging(), found.robust.lag) {
@@ -182,7 +185,9 @@ impl Explained {
         let most_gain = most_gain(&contest, first_order, interval_s, amplitude_rad)
             .filter(|[_, holding]| *holding >= LEAST_HOLDING)
             .map(|[gain, _]| gain);
+        let is_play = found.robust.play_rad.is_some() || contest.asks_for_play();
         Ok(Self::HigherOrder {
+            play_rad: beyond.model.play_rad.filter(|_| is_play),
             alone: Some(Box::new(found.refined.clone())),
             refined: if is_telling { refined } else { found.refined },
             share,
@@ -240,8 +245,7 @@ impl Explained {
     /// Play of the rudder from stop to stop, rad, where the record asks for it.
     pub fn play_rad(&self) -> Option<f64> {
         match self {
-            Self::BehindLag { play_rad, .. } => *play_rad,
-            Self::HigherOrder { beyond, .. } => beyond.as_ref()?.model.play_rad,
+            Self::BehindLag { play_rad, .. } | Self::HigherOrder { play_rad, .. } => *play_rad,
             _ => self.first_order()?.play_rad,
         }
     }

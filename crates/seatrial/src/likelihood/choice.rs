@@ -204,6 +204,16 @@ impl<'a> Contest<'a> {
         weighed
     }
 
+    /// Do data left out ask for play of the gear? Not where a hypothesis without play predicts them about as well.
+    pub fn asks_for_play(&self) -> bool {
+        let predicts = |has_play: bool| {
+            let is_of = |c: &&Candidate| c.hypothesis.problem.structure.play == has_play;
+            let mut all = self.candidates.iter().filter(is_of);
+            all.any(|c| c.passes_as_a_sea() && c.predicts_well())
+        };
+        predicts(true) && !predicts(false)
+    }
+
     /// Log evidence by which the best structure beyond first order leads.
     pub fn lead_over_first_order(&self) -> f64 {
         let best = |is_beyond: bool| {

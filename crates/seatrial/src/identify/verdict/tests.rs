@@ -137,6 +137,7 @@ impl Chain {
             nearest: true,
             alone: None,
             most_gain: Some(f64::INFINITY),
+            play_rad: None,
         };
         self
     }
