@@ -189,40 +189,31 @@ fn predicts_worse(
     scores().is_some_and(|(beyond, first)| beyond < first)
 }
 
-/// The nearest simulation or the online estimate, whichever predicts the heading of the validation data better with the
-/// offset estimated again; the nearest simulation where there are none.
+/// The online estimate, or the nearest simulation where that predicts the heading of the validation data clearly better with the offset
+/// estimated again, and where there are none.
 ///
-/// The interval covers what the two disagree about, unless the other one predicts the data clearly worse.
+/// The interval covers what the two disagree about, unless one predicts the data clearly worse.
 fn better_predicting<'a>(
     nearest: &Refined,
     online: YawModel<f64>,
     data: Option<ValidationData>,
 ) -> (Refined, Origin<'a>) {
     let score = |model| validation::heading_r2(model, data?);
-    let Some((of_nearest, of_online)) = score(nearest.model).zip(score(online)) else {
+    let lead = (score(online).zip(score(nearest.model)))
+        .map(|(of_online, of_nearest)| of_online - of_nearest)
+        .filter(|lead| *lead > -CLEARLY_WORSE);
+    let Some(lead) = lead else {
         return (nearest.clone(), Origin::Nearest);
     };
     let shift = Vector3::from(online.theta()) - Vector3::from(nearest.model.theta());
-    let apart = match (of_nearest - of_online).abs() < CLEARLY_WORSE {
+    let apart = match lead < CLEARLY_WORSE {
         true => shift * shift.transpose(),
         false => Matrix3::zeros(),
     };
     let covariance = Matrix3::from(nearest.covariance) + apart;
-    if of_online > of_nearest {
-        let method = EstimateMethod::InstrumentalVariable;
-        (
-            intervals::around(nearest, online, covariance, method),
-            Origin::Online,
-        )
-    } else if apart == Matrix3::zeros() {
-        (nearest.clone(), Origin::Nearest)
-    } else {
-        let method = nearest.method.clone();
-        (
-            intervals::around(nearest, nearest.model, covariance, method),
-            Origin::Nearest,
-        )
-    }
+    let method = EstimateMethod::InstrumentalVariable;
+    let online = intervals::around(nearest, online, covariance, method);
+    (online, Origin::Online)
 }
 
 /// The online estimate in place of the refined one, for a record of a vehicle that is not of first order.
