@@ -13,11 +13,11 @@ use crate::table::Table;
 pub type SpeedRow<'a> = seatrial_report::LogModel<'a>;
 
 /// The row of a run. `whole` is the verdict of its campaign.
-pub fn run_row<'a>(campaign: &Campaign, run: &'a Run, whole: &'a Verdict) -> SpeedRow<'a> {
+pub fn run_row<'a>(campaign: &Campaign, run: &'a Run, whole: &Verdict) -> SpeedRow<'a> {
     SpeedRow::new(
         [Some(run.thrust), run.surge_speed_m_s],
         run.identification.as_ref(),
-        run.verdict_within(whole),
+        &run.verdict_within(whole),
         Some(campaign.rudder_limit_rad),
     )
 }
@@ -72,9 +72,7 @@ const OVERSHOOT: Column = column("overshoot", "deg", |row| {
     Some(row.course_change?.range_text())
 });
 const GAIN: Column = column("K_p", "", |row| Some(three_figures(row.gain()?)));
-const VERDICT: Column = column("verdict", "", |row| {
-    Some(row.verdict.outcome().name().to_owned())
-});
+const VERDICT: Column = column("verdict", "", |row| Some(row.outcome.name().to_owned()));
 
 /// Tables from the widest to the narrowest: the parameters of the model go first, its gain and its verdict never.
 const LAYOUTS: [&[Column]; 6] = [
@@ -154,7 +152,7 @@ fn table(columns: &[Column], rows: &[SpeedRow]) -> Table {
 /// The model where its numbers may be read.
 fn model<'a>(row: &SpeedRow<'a>) -> Option<&'a Identification> {
     row.identification
-        .filter(|_| row.verdict.outcome() != Outcome::DoNotUse)
+        .filter(|_| row.outcome != Outcome::DoNotUse)
 }
 
 fn intervals(row: &SpeedRow) -> Option<Intervals> {

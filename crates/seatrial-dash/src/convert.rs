@@ -1,5 +1,6 @@
 //! Results of the other crates as the documents of the programming interface.
 
+use std::borrow::Cow;
 use std::time::SystemTime;
 
 use jiff::{Timestamp, Unit};
@@ -168,7 +169,11 @@ pub fn run_summary(
     whole: Option<&identification::Verdict>,
     review: Option<Review>,
 ) -> RunSummary {
-    let verdict = whole.map_or(&run.verdict, |whole| run.verdict_within(whole));
+    let verdict = whole.map_or(Cow::Borrowed(&run.verdict), |w| run.verdict_within(w));
+    let reasons = match whole.filter(|whole| whole.accepted) {
+        Some(whole) => run.reasons_within(whole),
+        None => run.verdict.reasons.clone(),
+    };
     RunSummary {
         number: run.number,
         thrust: run.thrust,
@@ -184,14 +189,8 @@ pub fn run_summary(
             })
             .collect(),
         accepted: run.verdict.accepted,
-        verdict: verdict.into(),
-        reasons: run
-            .verdict
-            .reasons
-            .iter()
-            .cloned()
-            .map(Reason::from)
-            .collect(),
+        verdict: verdict.as_ref().into(),
+        reasons: reasons.into_iter().map(Reason::from).collect(),
         model: run.identification.as_ref().map(Model::from),
         review,
     }

@@ -97,7 +97,7 @@ fn speeds_text(models: &[LogModel]) -> String {
     if models.len() < 2 {
         return String::new();
     }
-    let usable = models.iter().filter(|m| m.verdict.accepted).count();
+    let usable = models.iter().filter(|m| m.is_accepted()).count();
     let thrusts: Vec<String> = models
         .iter()
         .filter_map(|m| m.thrust.map(percent))

@@ -2,7 +2,7 @@
 
 use seatrial::CourseChange;
 use seatrial::gain_allowance::{DAMPING_RATIO, GainAllowance};
-use seatrial::identification::{Identification, Verdict};
+use seatrial::identification::{Identification, Outcome, Verdict};
 use seatrial::speeds::{SpeedGain, falls};
 
 /// A model of one speed of a log or of a trial.
@@ -15,7 +15,7 @@ pub struct LogModel<'a> {
     /// The model, where there is one.
     pub identification: Option<&'a Identification>,
     /// May it be used?
-    pub verdict: &'a Verdict,
+    pub outcome: Outcome,
     /// What a course change will do with the gain of an accepted model.
     pub course_change: Option<CourseChange>,
 }
@@ -25,7 +25,7 @@ impl<'a> LogModel<'a> {
     pub fn new(
         [thrust, surge_speed_m_s]: [Option<f64>; 2],
         identification: Option<&'a Identification>,
-        verdict: &'a Verdict,
+        verdict: &Verdict,
         rudder_limit: Option<f64>,
     ) -> Self {
         let accepted = identification.filter(|_| verdict.accepted);
@@ -33,15 +33,19 @@ impl<'a> LogModel<'a> {
             thrust,
             surge_speed_m_s,
             identification,
-            verdict,
+            outcome: verdict.outcome(),
             course_change: accepted.and_then(|found| CourseChange::of(found, rudder_limit)),
         }
     }
 
+    /// Is its model accepted?
+    pub fn is_accepted(&self) -> bool {
+        matches!(self.outcome, Outcome::Use | Outcome::UseWithCare)
+    }
+
     /// K_p of an accepted model of yaw, for a damping ratio of 0.71.
     pub fn gain(&self) -> Option<f64> {
-        let is_steered =
-            |found: &&Identification| self.verdict.accepted && found.restoring.is_none();
+        let is_steered = |found: &&Identification| self.is_accepted() && found.restoring.is_none();
         let identification = self.identification.filter(is_steered)?;
         GainAllowance::of(identification)
             .design(&identification.model(), DAMPING_RATIO)

@@ -77,8 +77,7 @@ impl Cell {
         }
     }
 
-    fn verdict(verdict: &Verdict) -> Self {
-        let outcome = verdict.outcome();
+    fn verdict(outcome: Outcome) -> Self {
         let tone = Tone::from(outcome);
         Self {
             class: tone.class(),
@@ -156,8 +155,8 @@ fn pitch_columns() -> Vec<Column> {
 }
 
 /// a, m, b, c, the elevator that holds the vehicle level, and R^2 of a model of pitch. One that is not to be used has no numbers here.
-fn pitch_cells(identification: Option<&Identification>, verdict: &Verdict) -> Vec<Cell> {
-    let shown = identification.filter(|_| verdict.outcome() != Outcome::DoNotUse);
+fn pitch_cells(identification: Option<&Identification>, outcome: Outcome) -> Vec<Cell> {
+    let shown = identification.filter(|_| outcome != Outcome::DoNotUse);
     let Some((found, m)) = shown.and_then(|found| Some((found, found.restoring?))) else {
         return std::iter::repeat_with(missing).take(6).collect();
     };
@@ -187,10 +186,10 @@ const PITCH_NOTE: &str = "θ'' = a θ' + m θ + b δe + c. Small print below a v
 /// T, K, a22, b2, C0, delta0 and R^2 of a model. One that is not to be used has no numbers here.
 fn model_cells(
     identification: Option<&Identification>,
-    verdict: &Verdict,
+    outcome: Outcome,
     unit: RudderUnit,
 ) -> Vec<Cell> {
-    let shown = identification.filter(|_| verdict.outcome() != Outcome::DoNotUse);
+    let shown = identification.filter(|_| outcome != Outcome::DoNotUse);
     let Some(identification) = shown else {
         return std::iter::repeat_with(missing).take(7).collect();
     };
@@ -239,21 +238,21 @@ pub(super) fn summary(campaign: &Campaign, whole: &Verdict, speeds: &[Speed]) ->
     let runs = campaign.deciding_runs();
     let note = summary_note(runs.iter().filter_map(|run| run.identification.as_ref()));
     let rows = runs.into_iter().map(|run| {
-        let verdict = run.verdict_within(whole);
+        let outcome = run.verdict_within(whole).outcome();
         let mut row = vec![
             Cell {
                 link: run_anchor(run),
                 ..percent(run.thrust).into()
             },
             decimals_or_missing(run.surge_speed_m_s, 2).into(),
-            Cell::verdict(verdict),
+            Cell::verdict(outcome),
         ];
         let identification = run.identification.as_ref();
         if campaign.axis == Axis::Pitch {
-            row.extend(pitch_cells(identification, verdict));
+            row.extend(pitch_cells(identification, outcome));
             return row;
         }
-        row.extend(model_cells(identification, verdict, RudderUnit::Rad));
+        row.extend(model_cells(identification, outcome, RudderUnit::Rad));
         let speed = speeds.iter().find(|speed| std::ptr::eq(speed.run, run));
         row.extend(loop_cells(speed));
         row
@@ -302,14 +301,14 @@ pub(super) fn log_summary(models: &[LogModel], unit: RudderUnit, axis: Axis) -> 
         let mut row = vec![
             thrust.into(),
             decimals_or_missing(model.surge_speed_m_s, 2).into(),
-            Cell::verdict(model.verdict),
+            Cell::verdict(model.outcome),
         ];
         if axis == Axis::Pitch {
-            row.extend(pitch_cells(model.identification, model.verdict));
+            row.extend(pitch_cells(model.identification, model.outcome));
             return row.split_off(first);
         }
-        row.extend(model_cells(model.identification, model.verdict, unit));
-        let is_usable = model.verdict.outcome() != Outcome::DoNotUse;
+        row.extend(model_cells(model.identification, model.outcome, unit));
+        let is_usable = model.outcome != Outcome::DoNotUse;
         let gain = model.gain().filter(|_| is_usable);
         row.push(gain.map_or_else(missing, |gain| significant(gain, 3).into()));
         row.split_off(first)
@@ -452,7 +451,7 @@ pub(super) fn runs(campaign: &Campaign, whole: &Verdict) -> Table {
             decimals_or_missing(run.surge_speed_m_s, 2).into(),
             decimals_or_missing(duration, 1).into(),
             run.record.samples.len().to_string().into(),
-            Cell::verdict(run.verdict_within(whole)),
+            Cell::verdict(run.verdict_within(whole).outcome()),
             Cell::words(joined(&run.reasons_within(whole))),
         ]
     });

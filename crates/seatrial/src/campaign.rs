@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::abort_cause::{self, Evidence};
 use crate::campaign_check::{SpeedResult, contradictions, load_change};
-use crate::identification::{Identification, Reason, ReasonCode, Verdict};
+use crate::identification::{EstimateMethod, Identification, Reason, ReasonCode, Verdict};
 use crate::record::{Record, Window};
 use crate::servo::Servo;
 use crate::several_speeds::{self, Part};
@@ -155,22 +155,34 @@ impl Campaign {
                 reasons: [contradictions, reasons].concat(),
             };
         }
+        let mut verdicts: Vec<Verdict> = accepted.iter().map(|run| run.verdict.clone()).collect();
+        if accepted.iter().any(|run| run.rules_a_lag_out()) {
+            verdicts.iter_mut().for_each(Verdict::lag_is_known);
+        }
         let names: Vec<String> = accepted.iter().map(|run| percent_of(run.thrust)).collect();
-        let parts = accepted.iter().zip(&names);
-        let parts: Vec<Part> = parts
-            .map(|(run, name)| Part {
-                name,
-                verdict: &run.verdict,
-            })
+        let parts: Vec<Part> = verdicts
+            .iter()
+            .zip(&names)
+            .map(|(verdict, name)| Part { name, verdict })
             .collect();
         several_speeds::whole(&parts, UNIT, reasons)
     }
 
-    /// Why the runs that were accepted by themselves are not to be used: `whole`, the verdict of the campaign, refuses them. `None`
-    /// where it refuses none.
+    /// Why runs are not judged in the campaign as by themselves: `whole`, the verdict of the campaign, refuses them, or knows the lag of the
+    /// rudder. `None` where each is judged as by itself.
     pub fn changed_by_the_whole(&self, whole: &Verdict) -> Option<String> {
         let accepted = self.accepted_runs();
-        if whole.accepted || accepted.is_empty() {
+        if whole.accepted {
+            let cleared = accepted.iter().filter(|run| run.is_cleared_of_a_lag(whole));
+            let cleared: Vec<String> = cleared.map(|run| run.number.to_string()).collect();
+            return (!cleared.is_empty()).then(|| {
+                format!(
+                    "Run {} by itself does not show whether the rudder lags; another speed shows that it does not.",
+                    cleared.join(", ")
+                )
+            });
+        }
+        if accepted.is_empty() {
             return None;
         }
         let each: Vec<String> = accepted
@@ -330,12 +342,17 @@ impl Campaign {
 }
 
 impl Run {
-    /// May its model be used? Not where `whole`, the verdict of its campaign, refuses it: speeds that contradict each other do.
-    pub fn verdict_within<'a>(&'a self, whole: &'a Verdict) -> &'a Verdict {
-        match self.verdict.accepted && !whole.accepted {
-            true => whole,
-            false => &self.verdict,
+    /// May its model be used? Not where `whole`, the verdict of its campaign, refuses it: speeds that contradict each other do. What another
+    /// speed tells of the rudder's lag is known.
+    pub fn verdict_within<'a>(&'a self, whole: &'a Verdict) -> Cow<'a, Verdict> {
+        if self.verdict.accepted && !whole.accepted {
+            return Cow::Borrowed(whole);
         }
+        let mut verdict = Cow::Borrowed(&self.verdict);
+        if self.is_cleared_of_a_lag(whole) {
+            verdict.to_mut().lag_is_known();
+        }
+        verdict
     }
 
     /// The reasons of [`verdict_within`](Self::verdict_within): where the campaign refuses what the run by itself does not, the cause of
@@ -346,8 +363,23 @@ impl Run {
                 let of_run = self.verdict.causes().cloned();
                 whole.cause().cloned().into_iter().chain(of_run).collect()
             }
-            false => self.verdict.reasons.clone(),
+            false => self.verdict_within(whole).into_owned().reasons,
         }
+    }
+
+    /// Does the record rule out that the rudder lags, which is that of every speed?
+    fn rules_a_lag_out(&self) -> bool {
+        self.identification.as_ref().is_some_and(|found| {
+            *found.method() == EstimateMethod::AveragedRestrictedLikelihood
+                && found.higher_order.is_none()
+                && found.lag_effect.is_none()
+        })
+    }
+
+    /// Does the campaign know the lag of the rudder, which the run by itself does not tell?
+    fn is_cleared_of_a_lag(&self, whole: &Verdict) -> bool {
+        let lag = &ReasonCode::LagUnknown;
+        whole.accepted && self.verdict.accepted && self.verdict.has(lag) && !whole.has(lag)
     }
 
     fn servo(&self) -> Option<Servo> {
