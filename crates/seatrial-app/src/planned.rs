@@ -59,8 +59,7 @@ impl Changes {
         let mut plan = load_plan(self.file.as_deref(), Some(Axis::Yaw))?;
         let sample_interval_s = self.sample_interval_s.unwrap_or(plan.sample_interval_s);
         if let Some(time_constant_s) = self.time_constant_s {
-            plan = Plan::for_time_constant(time_constant_s, sample_interval_s).into();
-            plan.time_constant_s = Some(time_constant_s);
+            plan = TrialPlan::for_time_constant(time_constant_s, sample_interval_s);
         }
         plan.sample_interval_s = sample_interval_s;
         plan.rudder_limit_rad = self.rudder_limit_rad.unwrap_or(plan.rudder_limit_rad);

@@ -110,12 +110,17 @@ pub fn slow_name(time_constant_s: f64) -> String {
     format!("sim:{SLOW}{time_constant_s}")
 }
 
-fn slow(time_constant: &str) -> Result<SimulatedConfig, VehicleError> {
+/// The time constant, s, in the name of a simulated vehicle that [`slow_name`] makes.
+pub fn time_constant_of(name: &str) -> Option<f64> {
+    let time_constant = name.strip_prefix("sim:")?.strip_prefix(SLOW)?;
     let time_constant_s = time_constant.parse().ok();
-    let time_constant_s = time_constant_s.filter(|t| TIME_CONSTANTS_S.contains(t));
-    let time_constant_s = time_constant_s.ok_or_else(|| {
+    time_constant_s.filter(|t| TIME_CONSTANTS_S.contains(t))
+}
+
+fn slow(name: &str) -> Result<SimulatedConfig, VehicleError> {
+    let time_constant_s = time_constant_of(name).ok_or_else(|| {
         VehicleError::setting(format!(
-            "vehicle sim:{SLOW}{time_constant}: expected a time constant from 0.1 to 1000 s, as in sim:{SLOW}30"
+            "vehicle {name}: expected a time constant from 0.1 to 1000 s, as in sim:{SLOW}30"
         ))
     })?;
     let slowed = VehicleConfig::starfish().slowed(times_slower(time_constant_s));
@@ -129,8 +134,8 @@ pub fn config(name: &str) -> Result<SimulatedConfig, VehicleError> {
         let file = VehicleFile::load(Path::new(name_of_it));
         return Ok(file.map_err(VehicleError::unreachable)?.into());
     }
-    if let Some(time_constant) = name_of_it.strip_prefix(SLOW) {
-        return slow(time_constant);
+    if name_of_it.starts_with(SLOW) {
+        return slow(name);
     }
     SimulatedConfig::built_in(name_of_it).ok_or_else(|| {
         VehicleError::setting(format!(

@@ -118,6 +118,16 @@ impl TrialPlan {
     }
 }
 
+impl TrialPlan {
+    /// The paper's plan in the time of a vehicle whose yaw rate follows the rudder with this time constant, s.
+    pub fn for_time_constant(time_constant_s: f64, sample_interval_s: f64) -> Self {
+        Self {
+            time_constant_s: Some(time_constant_s),
+            ..Plan::for_time_constant(time_constant_s, sample_interval_s).into()
+        }
+    }
+}
+
 impl From<Plan<f64>> for TrialPlan {
     fn from(plan: Plan<f64>) -> Self {
         Self {

@@ -224,7 +224,7 @@ fn action(reason: AbortReason) -> &'static str {
             "Look at the report: a compass that jumped or a current from the side looks like this, too. If neither, check the sign of the rudder and of the heading: with this sign the heading controller is unstable."
         }
         AbortReason::NoAnswer => {
-            "Look whether the compass hangs, and whether the rudder is connected and strong enough to turn the vehicle."
+            "Look whether the compass hangs, and whether the rudder is connected and strong enough to turn the vehicle. A vehicle slower than the plan is for needs its own plan: “seatrial plan --time-constant 30” of 30 s."
         }
         AbortReason::NotSettled => {
             "Look at the heading in the report: if it swings, lower the gain of the initial heading controller; if it drifts, check trim and current."

@@ -14,7 +14,7 @@ use seatrial::preview::{Target, parse_target};
 use seatrial_app::next;
 use seatrial_app::recording::Recording;
 use seatrial_app::report::page;
-use seatrial_app::simulated::slow_name;
+use seatrial_app::simulated::{slow_name, time_constant_of};
 use seatrial_app::trial_run::{self, Ended, Order, Sinks};
 use seatrial_app::{TrialPlan, load_plan};
 use seatrial_core::{Axis, Outcome};
@@ -139,9 +139,15 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 }
 
 impl Args {
-    /// The plan of the file, changed as the options say.
+    /// The plan of the file, else one for the time constant of a simulated vehicle that is named by it, changed as the options say.
     fn plan(&self) -> Result<TrialPlan, Failure> {
         let mut plan = load_plan(self.plan.as_deref(), self.axis.map(Axis::from))?;
+        let named = self.vehicle.as_deref().filter(|_| self.plan.is_none());
+        if let Some(time_constant_s) = named.and_then(time_constant_of)
+            && plan.axis.is_yaw()
+        {
+            plan = TrialPlan::for_time_constant(time_constant_s, plan.sample_interval_s);
+        }
         plan.stop_when = self.stop_when.or(plan.stop_when);
         Ok(plan.behind_servo(self.servo.rudder_delay, self.servo.rudder_lag)?)
     }
