@@ -6,9 +6,7 @@ use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
 use super::{Bounded, Finding, LEAST_SPREAD, OverAmplitude, SeenModel};
-
-/// 97.5 % of a normal distribution are below so many standard deviations.
-const NORMAL_95: f64 = 1.96;
+use crate::propagation::NORMAL_95;
 
 impl OverAmplitude {
     /// Fits [a22_0, a_rr, b2] to two or more models of one speed. `None` of fewer, and where a number is not finite or a covariance not
