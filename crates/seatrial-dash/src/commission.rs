@@ -244,6 +244,8 @@ pub fn undo(shared: &Shared, order: &UndoOrder) -> Result<Undone, Refusal> {
         if done.is_complete && state.vehicle == order.vehicle {
             state.undo = None;
             state.needs_restoring = false;
+            state.ended = Some(CommissionEnd::PutBack);
+            state.line = Some(line.clone());
         }
     });
     Ok(Undone {

@@ -163,6 +163,7 @@ fn undone(server: &Server, boat: &Boat, lease: &str) {
     let (status, done) = ask("undo", &agreed);
     assert_eq!((status, &done["complete"]), (200, &json!(true)), "{done}");
     assert!(state(server)["undo"].is_null());
+    assert_eq!(state(server)["ended"], "put_back");
     let (status, refused) = ask("undo/preview", &order);
     assert_eq!((status, &refused["code"]), (422, &json!("nothing_to_undo")));
 }
