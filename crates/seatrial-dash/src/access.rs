@@ -344,15 +344,16 @@ impl Leases {
         }
     }
 
-    /// Tells who has control whenever that is another than before, so that viewers learn of a lease that lapsed.
+    /// Tells viewers of a lease that lapsed.
     pub async fn watch(&self, mut tell: impl FnMut(Control)) {
-        let mut told: Option<String> = None;
+        let mut was_held = false;
         loop {
             let control = self.control(None);
-            if control.since != told {
-                told.clone_from(&control.since);
+            let is_held = control.holder.is_some();
+            if was_held && !is_held {
                 tell(control);
             }
+            was_held = is_held;
             tokio::time::sleep(LAPSE_SEEN_WITHIN).await;
         }
     }
@@ -517,15 +518,15 @@ mod tests {
     async fn exact_viewers_are_told_that_a_lease_lapsed() {
         let leases = Leases::default();
         leases.take("Ann", None).unwrap();
-        let told = Mutex::new(Vec::new());
-        let watch = leases.watch(|control| {
-            told.lock().unwrap().push(control.holder);
-            if let Some(held) = leases.lock().as_mut() {
-                held.seen = Instant::now().checked_sub(2 * LEASE).unwrap();
-            }
-        });
-        let _ = tokio::time::timeout(3 * LAPSE_SEEN_WITHIN, watch).await;
-        assert_eq!(told.into_inner().unwrap(), [Some("Ann".to_owned()), None]);
+        let mut told = Vec::new();
+        let watch = leases.watch(|control| told.push(control.holder));
+        let lapse = async {
+            tokio::time::sleep(LAPSE_SEEN_WITHIN / 2).await;
+            let held = &mut *leases.lock();
+            held.as_mut().unwrap().seen = Instant::now().checked_sub(2 * LEASE).unwrap();
+        };
+        let _ = tokio::join!(tokio::time::timeout(3 * LAPSE_SEEN_WITHIN, watch), lapse);
+        assert_eq!(told, [None]);
     }
 
     #[test]

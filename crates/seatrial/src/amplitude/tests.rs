@@ -4,6 +4,7 @@ use rand_pcg::Pcg64;
 
 use super::*;
 use crate::identify::whole_record::robust_estimate;
+use crate::propagation::NORMAL_95;
 
 /// A hull whose damping grows with its yaw rate.
 const A22: f64 = -0.5;
@@ -149,11 +150,9 @@ fn exact_what_amplitude_does_not_explain_widens_the_intervals() {
         high - low
     };
     // Student's of three degrees of freedom, and the root of chi-square per degree.
-    let widened = (differing.chi_squared / 3.0).sqrt() * 3.182_446 / NORMAL;
+    let widened = (differing.chi_squared / 3.0).sqrt() * 3.182_446 / NORMAL_95;
     assert!((width(&differing) / width(&explained) / widened - 1.0).abs() < 1e-5);
 }
-
-const NORMAL: f64 = 1.96;
 
 #[test]
 fn exact_alike_amplitudes_have_one_model() {
