@@ -57,6 +57,8 @@ test("the second operator is told who has control, and has it when it is given b
   await ben.getByText("You have control, as Ben.").waitFor();
   await holder(ada, "Ben has control");
   await ben.getByRole("button", { name: "Give control back" }).click();
+  // A page that closes may not have said so yet.
+  await ada.getByText("Nobody has control.").waitFor();
   await ada.context().close();
   await ben.context().close();
 });
