@@ -14,12 +14,7 @@ pub type SpeedRow<'a> = seatrial_report::LogModel<'a>;
 
 /// The row of a run. `whole` is the verdict of its campaign.
 pub fn run_row<'a>(campaign: &Campaign, run: &'a Run, whole: &Verdict) -> SpeedRow<'a> {
-    SpeedRow::new(
-        [Some(run.thrust), run.surge_speed_m_s],
-        run.identification.as_ref(),
-        &run.verdict_within(whole),
-        Some(campaign.rudder_limit_rad),
-    )
+    SpeedRow::of_run(campaign, run, &run.verdict_within(whole))
 }
 
 /// A column: its heading, its unit and the cell of a row.

@@ -96,14 +96,7 @@ pub fn verdict_with_promises(campaign: &Campaign, whole: &identification::Verdic
         identification::Outcome::DoNotUse => Vec::new(),
         _ => campaign.accepted_runs(),
     };
-    let models = runs.iter().map(|run| {
-        LogModel::new(
-            [Some(run.thrust), run.surge_speed_m_s],
-            run.identification.as_ref(),
-            &run.verdict,
-            Some(campaign.rudder_limit_rad),
-        )
-    });
+    let models = (runs.iter()).map(|run| LogModel::of_run(campaign, run, &run.verdict));
     Verdict {
         promises: promises(&models.collect::<Vec<_>>()),
         ..whole.into()

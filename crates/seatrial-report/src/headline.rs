@@ -157,14 +157,8 @@ fn command_of(outcome: ModelOutcome, command: &str) -> String {
 
 /// What the gains of a trial promise.
 fn promises_of(campaign: &Campaign, speeds: &[Speed]) -> Vec<String> {
-    let models = speeds.iter().map(|speed| {
-        LogModel::new(
-            [Some(speed.run.thrust), speed.run.surge_speed_m_s],
-            Some(speed.identification),
-            &speed.run.verdict,
-            Some(campaign.rudder_limit_rad),
-        )
-    });
+    let models =
+        (speeds.iter()).map(|speed| LogModel::of_run(campaign, speed.run, &speed.run.verdict));
     promises(&models.collect::<Vec<_>>())
 }
 

@@ -1,6 +1,7 @@
 //! A model of one speed as it is shown.
 
 use seatrial::CourseChange;
+use seatrial::campaign::{Campaign, Run};
 use seatrial::gain_allowance::{DAMPING_RATIO, GainAllowance};
 use seatrial::identification::{Identification, Outcome, Verdict};
 use seatrial::speeds::{SpeedGain, falls};
@@ -36,6 +37,16 @@ impl<'a> LogModel<'a> {
             outcome: verdict.outcome(),
             course_change: accepted.and_then(|found| CourseChange::of(found, rudder_limit)),
         }
+    }
+
+    /// Of a run of a trial, judged by `verdict`.
+    pub fn of_run(campaign: &Campaign, run: &'a Run, verdict: &Verdict) -> Self {
+        Self::new(
+            [Some(run.thrust), run.surge_speed_m_s],
+            run.identification.as_ref(),
+            verdict,
+            Some(campaign.rudder_limit_rad),
+        )
     }
 
     /// Is its model accepted?
