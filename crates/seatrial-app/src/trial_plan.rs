@@ -116,9 +116,7 @@ impl TrialPlan {
             false => Ok(toml::from_str::<Plan<f64>>(text)?.into()),
         }
     }
-}
 
-impl TrialPlan {
     /// The paper's plan in the time of a vehicle whose yaw rate follows the rudder with this time constant, s.
     pub fn for_time_constant(time_constant_s: f64, sample_interval_s: f64) -> Self {
         Self {
