@@ -84,7 +84,9 @@ impl Header {
             names.filter(|_| are_values).filter(is_header)
         });
         let in_comment = match (above, comment) {
-            (Some(names), Some(units)) if are_units(&units) => Some(with_units(&names, &units)),
+            (Some(names), Some(units)) if are_units(&units) => {
+                Some(with_units(&names, units.iter().map(String::as_str)))
+            }
             (_, Some(names)) => Some(names),
             (_, None) => {
                 are_of_topics(first, rows, delimiter).then(|| TOPIC.map(str::to_owned).to_vec())
@@ -134,24 +136,17 @@ impl Header {
                 });
             names = of_group.collect();
         }
-        if let Some(units) = &self.units {
-            names = with_units(&names, units);
-        }
-        for (name, unit) in names.iter_mut().zip(&self.units_behind) {
-            if let Some(unit) = unit.filter(|_| !states_a_unit(name)) {
-                *name += &format!(" [{unit}]");
-            }
-        }
-        names
+        let below = self.units.iter().flatten().map(String::as_str);
+        let behind = self.units_behind.iter().map(|unit| unit.unwrap_or(""));
+        with_units(&with_units(&names, below), behind)
     }
 }
 
 /// Blanks the ends of lines within the names of columns that a spreadsheet quotes.
 pub(super) fn join_quoted_names(start: &mut [u8]) {
-    let mark = if start.starts_with(BYTE_ORDER_MARK) {
-        3
-    } else {
-        0
+    let mark = match start.starts_with(BYTE_ORDER_MARK) {
+        true => BYTE_ORDER_MARK.len(),
+        false => 0,
     };
     if start.get(mark) != Some(&b'"') {
         return;
@@ -268,10 +263,9 @@ fn bare(cell: &str) -> &str {
     cell.trim_matches(|c: char| "[]()-\"".contains(c))
 }
 
-/// Names of columns with the units of the row below: `speed [kn]`.
-fn with_units(names: &[String], units: &[String]) -> Vec<String> {
-    let units = units.iter().map(|unit| bare(unit));
-    let units = units.chain(std::iter::repeat(""));
+/// Names of columns with the units of the row below or behind their numbers, where they state none: `speed [kn]`.
+fn with_units<'a>(names: &[String], units: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let units = units.map(bare).chain(std::iter::repeat(""));
     names
         .iter()
         .zip(units)
