@@ -2,16 +2,16 @@
 //!
 //! Each is simulated by itself, with steps of 2 ms. Of each kind: how many are accepted, how often the steady yaw rate at the
 //! manoeuvre's rudder is told and inside its interval, how often there is a gain that overshoots a course change of 40 deg by more than a
-//! quarter or swings for ever on the vehicle itself, and what was said of sound parts.
+//! quarter or swings for ever on the vehicle itself, how often that overshoot is inside the one that is promised, and what was said of sound parts.
 
 use std::collections::BTreeMap;
 
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
-use seatrial::GainAllowance;
 use seatrial::identify::{IdentifySettings, ValidationData, identify};
 use seatrial::propagation::interval_95;
+use seatrial::{COURSE_CHANGE_RAD, CourseChange, GainAllowance};
 use seatrial::{Identification, Record, Sample, Window};
 use seatrial_core::YawModel;
 
@@ -101,7 +101,6 @@ impl Hull {
 
     /// Overshoot of a course change of 40 deg and how far it swings in the end, shares of it, under a gain and a largest rudder.
     fn step(&self, gain: f64, largest_rad: f64, interval_s: f64, length_s: f64) -> [f64; 2] {
-        const CHANGE_RAD: f64 = 0.698;
         // What is left of it is trim, not the gain.
         let hull = Self {
             offset_rad_s2: 0.0,
@@ -114,17 +113,21 @@ impl Hull {
             (length_s / interval_s) as usize,
         );
         for k in 0..steps {
-            let command = (gain * (CHANGE_RAD - x.heading_rad)).clamp(-largest_rad, largest_rad);
+            let command =
+                (gain * (COURSE_CHANGE_RAD - x.heading_rad)).clamp(-largest_rad, largest_rad);
             for _ in 0..parts {
                 hull.advance(&mut x, command, 0.0);
             }
-            most = most.max(x.heading_rad - CHANGE_RAD);
+            most = most.max(x.heading_rad - COURSE_CHANGE_RAD);
             if 4 * k > 3 * steps {
                 lowest = lowest.min(x.heading_rad);
                 highest = highest.max(x.heading_rad);
             }
         }
-        [most / CHANGE_RAD, (highest - lowest) / CHANGE_RAD]
+        [
+            most / COURSE_CHANGE_RAD,
+            (highest - lowest) / COURSE_CHANGE_RAD,
+        ]
     }
 }
 
@@ -240,6 +243,8 @@ const KINDS: [Kind; 11] = [
 
 const AMPLITUDE_RAD: f64 = 0.26;
 const INTERVAL_S: f64 = 0.05;
+/// The smallest overshoot that the promise tells from none, 1 deg.
+const LEAST_OVERSHOOT_RAD: f64 = 0.01745;
 /// Deviation of ln K beyond which `turn` refuses.
 const MOST_OPEN: f64 = 0.3;
 
@@ -308,6 +313,8 @@ struct Tally {
     accepted: usize,
     inside: usize,
     overshooting: usize,
+    /// Of those promised, how many overshoot as promised.
+    promised: [usize; 2],
     errors: Vec<f64>,
     said: BTreeMap<String, usize>,
 }
@@ -323,7 +330,7 @@ fn main() {
     };
     let only = std::env::var("HULL").unwrap_or_default();
     println!(
-        "kind: accepted, steady rate inside of those told, overshooting (of {count}); median error of the rate"
+        "kind: accepted, steady rate inside of those told, overshooting (of {count}), overshoot inside of those promised; median error of the rate"
     );
     for (name, draw) in KINDS.iter().filter(|(name, _)| name.contains(&only)) {
         let mut tally = Tally::default();
@@ -339,11 +346,13 @@ fn main() {
             .copied()
             .unwrap_or(f64::NAN);
         println!(
-            "{name}: {}, {} of {}, {}; {:.1} %  {:?}",
+            "{name}: {}, {} of {}, {}, {} of {}; {:.1} %  {:?}",
             tally.accepted,
             tally.inside,
             tally.errors.len(),
             tally.overshooting,
+            tally.promised[1],
+            tally.promised[0],
             100.0 * median,
             tally.said
         );
@@ -385,7 +394,7 @@ impl Tally {
         let steady = steady_95(&found);
         if verbose {
             println!(
-                "R2 {:.3?} beyond {:.3?} {} {:?} {:?} truth {truth:.4} found {steady:.4?} over {over:.2} swing {swing:.2} {:?}",
+                "R2 {:.3?} beyond {:.3?} {} {:?} {:?} truth {truth:.4} found {steady:.4?} over {over:.2} of {:.2?} swing {swing:.2} {:?}",
                 found.validation.and_then(|v| v.r2_heading_offset_refit),
                 found
                     .higher_order
@@ -394,6 +403,8 @@ impl Tally {
                 if is_accepted { "use" } else { "no" },
                 found.model().theta().map(|x| (1e3 * x).round() / 1e3),
                 found.higher_order.as_ref().map(|h| h.structure),
+                CourseChange::of(&found, Some(AMPLITUDE_RAD))
+                    .map(|promise| promise.overshoot_95_rad.map(|rad| rad / COURSE_CHANGE_RAD)),
                 found
                     .verdict
                     .reasons
@@ -407,6 +418,14 @@ impl Tally {
         }
         self.accepted += 1;
         self.overshooting += usize::from(over > 0.25 || swing > 0.1);
+        if let Some(promise) = CourseChange::of(&found, Some(AMPLITUDE_RAD)) {
+            let [low, high] = promise.overshoot_95_rad;
+            let over_rad = over * COURSE_CHANGE_RAD;
+            // An overshoot of less than a degree is none, and is said so.
+            let is_inside = (low..=high.max(LEAST_OVERSHOOT_RAD)).contains(&over_rad);
+            self.promised[0] += 1;
+            self.promised[1] += usize::from(is_inside);
+        }
         if let Some((rate, [low, high])) = steady {
             self.inside += usize::from((low..=high).contains(&truth));
             self.errors.push((rate / truth - 1.0).abs());

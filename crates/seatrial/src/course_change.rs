@@ -9,11 +9,10 @@
 //! | psi, psi_d | | heading and the heading that is asked for, rad |
 //! | K_p, -delta0 | [`GainAllowance::design`] | rudder per rad, and rad or a share of full rudder |
 //!
-//! The gain stays, the boat is drawn: [a22, b2, C0] from their covariance, wider on the side of less damping where the 95 % interval
-//! is, and the delay of the loop over one sample. The boat that explains the record beyond first order is one of the draws. The interval holds 95 % of them.
+//! The gain stays, the boat is drawn: [ln a22, ln b2, C0] from their covariance, wider on the side of less damping where the 95 % interval
+//! is, and the delay of the loop over one sample. The boats of the hypotheses beyond first order are among the draws. The interval holds 95 % of them.
 //! The sea is not in it: waves move the heading besides. One course change costs some 120 steps of the model a draw, 2 ms in all.
 
-use nalgebra::{Matrix3, Vector3};
 use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::model::{Discretisation, YawState};
 use seatrial_core::{HeadingGain, YawModel};
@@ -23,7 +22,7 @@ use crate::draw::Draw;
 use crate::gain_allowance::{DAMPING_RATIO, GainAllowance};
 use crate::identification::Identification;
 use crate::likelihood::filter::heading_step;
-use crate::propagation::NORMAL_95;
+use crate::propagation::drawn;
 
 /// The course change of boatbuilders, 40 deg.
 pub const COURSE_CHANGE_RAD: f64 = 40.0 / 180.0 * std::f64::consts::PI;
@@ -65,11 +64,16 @@ impl CourseChange {
         };
         let boats = Boats {
             model: refined.model,
-            covariance: Matrix3::from(refined.covariance),
-            less_damped_per_s: refined.interval_95.a22_per_s[1] - refined.model.a22_per_s,
+            covariance: refined.covariance,
+            least_damped_per_s: refined.interval_95.a22_per_s[1],
         };
         let [mut low, mut high] = boats.overshoot_95_rad(&test)?;
-        if let (Some(boat), Some(interval_s)) = (found.simulated(), test.timing.sample_interval_s) {
+        if let Some(vehicle) = found.gain_vehicle() {
+            let [least, most] = vehicle.overshoot_rad;
+            (low, high) = (low.min(least), high.max(most));
+        } else if let (Some(boat), Some(interval_s)) =
+            (found.simulated(), test.timing.sample_interval_s)
+        {
             let [share, ..] = heading_step(
                 &boat.vehicle(),
                 test.gain.proportional_gain,
@@ -103,7 +107,10 @@ impl CourseChange {
         // A hair beyond a whole degree is one.
         let [low, high] = self.overshoot_95_rad.map(f64::to_degrees);
         let [low, high] = [(low + 0.05).floor().max(0.0), (high - 0.05).ceil().max(1.0)];
+        let change = self.change_rad.to_degrees();
         match low < high {
+            // Beyond this it is the trim that is not known.
+            true if high > change => format!("{:.0} to more than {change:.0}", low.min(change)),
             true => format!("{low:.0} to {high:.0}"),
             false => format!("{high:.0}"),
         }
@@ -173,36 +180,26 @@ impl Test {
 /// The boats that a record does not tell apart.
 struct Boats {
     model: YawModel<f64>,
-    covariance: Matrix3<f64>,
-    /// From a22 to the less damped end of its 95 % interval, 1/s.
-    less_damped_per_s: f64,
+    covariance: [[f64; 3]; 3],
+    /// The less damped end of the 95 % interval of a22, 1/s.
+    least_damped_per_s: f64,
 }
 
 impl Boats {
     fn overshoot_95_rad(&self, test: &Test) -> Option<[f64; 2]> {
-        // A parameter that is known exactly leaves no factor of Cholesky.
-        let least = Matrix3::from_diagonal(&self.covariance.diagonal().map(|v| 1e-12 * v + 1e-30));
-        let factor = (self.covariance + least).cholesky()?.l();
-        let deviation = self.covariance[(0, 0)].sqrt();
-        let wider = match deviation > 0.0 {
-            true => (self.less_damped_per_s / (NORMAL_95 * deviation)).max(1.0),
-            false => 1.0,
-        };
         let interval_s = test.timing.sample_interval_s.unwrap_or(0.0);
-        let mut draw = Draw::new(1);
+        let boats = drawn(
+            &self.model,
+            &self.covariance,
+            self.least_damped_per_s,
+            DRAWS,
+        )?;
+        let mut draw = Draw::new(2);
         let mut overshoots = Vec::with_capacity(DRAWS);
-        for k in 0..DRAWS {
-            let mut by = factor * Vector3::from_fn(|_, _| draw.normal());
-            if by[0] > 0.0 {
-                by[0] *= wider;
-            }
-            let boat = Vector3::from(self.model.theta()) + by;
+        for (k, boat) in boats.iter().enumerate() {
             let late_s = (draw.uniform() - 0.5) * interval_s;
             let side = if k % 2 == 0 { 1.0 } else { -1.0 };
-            if boat[0] < 0.0 && boat[1] * self.model.b2_per_s2 > 0.0 {
-                let boat = YawModel::from_theta(boat.into());
-                overshoots.push(test.overshoot_rad(&boat, late_s, side));
-            }
+            overshoots.push(test.overshoot_rad(boat, late_s, side));
         }
         overshoots.sort_by(f64::total_cmp);
         let cut = overshoots.len() / 40;
@@ -243,8 +240,8 @@ mod tests {
         }
         let boats = Boats {
             model,
-            covariance: Matrix3::zeros(),
-            less_damped_per_s: 0.0,
+            covariance: [[0.0; 3]; 3],
+            least_damped_per_s: model.a22_per_s,
         };
         let [low, high] = boats.overshoot_95_rad(&test).unwrap();
         assert!(high - low < 1e-9, "{low} {high}");
@@ -287,6 +284,7 @@ mod tests {
         let of = |degrees: [f64; 2]| CourseChange::with(degrees.map(f64::to_radians));
         assert_eq!(of([2.3, 3.6]).range_text(), "2 to 4");
         assert_eq!(of([0.0, 0.4]).range_text(), "0 to 1");
+        assert_eq!(of([0.0, 228.0]).range_text(), "0 to more than 40");
         let all = CourseChange::of_all([of([2.3, 3.6]), of([0.4, 1.2])]).unwrap();
         assert_eq!(
             all.sentence(),

@@ -35,25 +35,30 @@ impl GainAllowance {
         let may_be_unstable = identification.verdict.has(&ReasonCode::Unstable);
         Self {
             damping_per_s: refined.map_or(0.0, |refined| {
-                let interval = refined.interval_95.a22_per_s;
-                Self::damping_of(refined.model.a22_per_s, Some(interval), may_be_unstable)
+                let least_damped = identification.least_damped_per_s();
+                Self::damping_of(refined.model.a22_per_s, least_damped, may_be_unstable)
             }),
             timing: identification.loop_timing.unwrap_or_default(),
         }
     }
 
-    /// The damping to allow for, 1/s, by a22 and its 95 % interval, 1/s, and a verdict: none where the interval is not known; all
-    /// of it, and so no gain, where the verdict says that the vehicle may be [unstable](ReasonCode::Unstable).
-    pub fn damping_of(a22_per_s: f64, interval: Option<[f64; 2]>, may_be_unstable: bool) -> f64 {
+    /// The damping to allow for, 1/s, by a22 and that of the [least damped](Identification::least_damped_per_s) vehicle, 1/s, and a verdict:
+    /// none where that is not known; all of it, and so no gain, where the verdict says that the vehicle may be
+    /// [unstable](ReasonCode::Unstable).
+    pub fn damping_of(
+        a22_per_s: f64,
+        least_damped_per_s: Option<f64>,
+        may_be_unstable: bool,
+    ) -> f64 {
         match may_be_unstable {
             true => a22_per_s.abs(),
-            false => interval.map_or(0.0, |ends| Self::damping_per_s(a22_per_s, ends)),
+            false => least_damped_per_s.map_or(0.0, |end| Self::damping_per_s(a22_per_s, end)),
         }
     }
 
-    /// From a22 to the end of its 95 % interval nearer to 0, 1/s. All of a22, and so no gain, where that end leaves next to
+    /// From a22 to that of the least damped vehicle, 1/s. All of a22, and so no gain, where that leaves next to
     /// [nothing](Self::LEAST_DAMPING) of it: the vehicle may be undamped.
-    pub fn damping_per_s(a22_per_s: f64, [_, least_damped_per_s]: [f64; 2]) -> f64 {
+    pub fn damping_per_s(a22_per_s: f64, least_damped_per_s: f64) -> f64 {
         match -least_damped_per_s >= Self::LEAST_DAMPING * -a22_per_s {
             true => (least_damped_per_s - a22_per_s).max(0.0),
             false => a22_per_s.abs(),
@@ -118,21 +123,74 @@ pub fn longest(allowances: impl IntoIterator<Item = GainAllowance>) -> LoopTimin
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::identification::{WIDEST_A22, WIDEST_B2};
+    use crate::propagation::drawn;
+    use seatrial_core::heading_loop::HeadingLoop;
 
     #[test]
     fn exact_an_interval_that_leaves_no_damping_gives_no_gain() {
-        assert_eq!(GainAllowance::damping_per_s(-1.0, [-1.25, -0.75]), 0.25);
-        assert_eq!(GainAllowance::damping_per_s(-1.0, [-1.25, -0.0625]), 0.9375);
+        assert_eq!(GainAllowance::damping_per_s(-1.0, -0.75), 0.25);
+        assert_eq!(GainAllowance::damping_per_s(-1.0, -0.0625), 0.9375);
         let model = YawModel::from_theta([-1.0, 1.08, 0.012]);
         for least_damped_per_s in [0.25, 0.0, -0.0001, f64::NAN] {
-            let interval = Some([-2.25, least_damped_per_s]);
             let allowance = GainAllowance {
-                damping_per_s: GainAllowance::damping_of(-1.0, interval, false),
+                damping_per_s: GainAllowance::damping_per_s(-1.0, least_damped_per_s),
                 timing: LoopTiming::default(),
             };
             let gain = allowance.design(&model, DAMPING_RATIO);
             assert_eq!(gain, Err(NoGain::CourseUnstable), "{least_damped_per_s}");
         }
+    }
+
+    /// A gain for the less damped end of any interval that is accepted keeps 6 dB and 25 deg in each
+    /// of 10,000 vehicles drawn, where the loop waits for at most 1.5 time constants.
+    #[test]
+    fn prop_a_gain_is_stable_in_every_vehicle_drawn() {
+        let mut draw = crate::draw::Draw::new(3);
+        let mut between = |low: f64, high: f64| low + (high - low) * draw.uniform();
+        for _ in 0..200 {
+            let time_s = between(0.3, 100.0);
+            let model = YawModel::from_theta([-1.0 / time_s, between(0.1, 2.0) / time_s, 0.0]);
+            let timing = LoopTiming {
+                delay_s: between(0.0, 1.5) * time_s,
+                sample_interval_s: Some(between(0.01, 0.5) * time_s),
+            };
+            let [of_a22, of_b2] = [between(0.0, WIDEST_A22), between(0.0, WIDEST_B2)];
+            let deviation = [-of_a22 * model.a22_per_s, of_b2 * model.b2_per_s2].map(|w| w / 1.96);
+            let shared = between(-0.95, 0.95) * deviation[0] * deviation[1];
+            let mut covariance = [[0.0; 3]; 3];
+            covariance[0] = [deviation[0].powi(2), shared, 0.0];
+            covariance[1] = [shared, deviation[1].powi(2), 0.0];
+            let least_damped_per_s = (1.0 - of_a22) * model.a22_per_s;
+            let allowance = GainAllowance {
+                damping_per_s: GainAllowance::damping_per_s(model.a22_per_s, least_damped_per_s),
+                timing,
+            };
+            let gain = allowance.design(&model, DAMPING_RATIO).unwrap();
+            let vehicles = drawn(&model, &covariance, least_damped_per_s, 10_000).unwrap();
+            for vehicle in least_stable(vehicles) {
+                let closed = HeadingLoop::new(&vehicle, gain.proportional_gain).unwrap();
+                let margins = closed.margins(timing).unwrap();
+                let phase = margins.phase_margin_rad.unwrap();
+                assert!(
+                    margins.gain_margin.unwrap() >= 2.0,
+                    "{vehicle:?} {timing:?}"
+                );
+                assert!(phase.to_degrees() >= 25.0, "{vehicle:?} {timing:?}");
+            }
+        }
+    }
+
+    /// Those than which no other is both less damped and answers more to the rudder: the margins of all others are larger.
+    fn least_stable(mut vehicles: Vec<YawModel<f64>>) -> Vec<YawModel<f64>> {
+        vehicles.sort_by(|one, other| other.a22_per_s.total_cmp(&one.a22_per_s));
+        let mut strongest = 0.0_f64;
+        vehicles.retain(|vehicle| {
+            let counts = vehicle.b2_per_s2 > strongest;
+            strongest = strongest.max(vehicle.b2_per_s2);
+            counts
+        });
+        vehicles
     }
 
     /// The gain is smaller for each thing that it allows for, and (57) for none.

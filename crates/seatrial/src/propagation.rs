@@ -1,6 +1,9 @@
 //! The uncertainty of a model carried through to what is computed from it.
 
+use nalgebra::{Matrix3, Vector3};
 use seatrial_core::YawModel;
+
+use crate::draw::Draw;
 
 /// Two-sided 95 % point of the normal distribution: the half width of a 95 % interval in standard deviations.
 pub const NORMAL_95: f64 = 1.959_963_984_540_054;
@@ -52,6 +55,41 @@ pub fn covariance_of_intervals(intervals: [[f64; 2]; 3]) -> [[f64; 3]; 3] {
         covariance[i][i] = standard_deviation * standard_deviation;
     }
     covariance
+}
+
+/// Models that data do not tell apart: ln a22, ln b2 and C0 are drawn from a normal distribution, which is wider on the side of less damping
+/// where the 95 % interval is: its end is `least_damped_per_s`, 1/s. Damping keeps its sign: a vehicle that is not course-stable is another
+/// hypothesis. `None` where the covariance is none, or the interval leaves no damping.
+pub fn drawn(
+    model: &YawModel<f64>,
+    covariance: &[[f64; 3]; 3],
+    least_damped_per_s: f64,
+    count: usize,
+) -> Option<Vec<YawModel<f64>>> {
+    let [a22, b2, c0] = model.theta();
+    let relative = Matrix3::from_diagonal(&Vector3::new(1.0 / a22, 1.0 / b2, 1.0));
+    let covariance = relative * Matrix3::from(*covariance) * relative;
+    let less_damped = -libm::log(least_damped_per_s / a22);
+    if !less_damped.is_finite() {
+        return None;
+    }
+    // A parameter that is known exactly leaves no factor of Cholesky.
+    let least = Matrix3::from_diagonal(&covariance.diagonal().map(|v| 1e-12 * v + 1e-30));
+    let factor = (covariance + least).cholesky()?.l();
+    let deviation = covariance[(0, 0)].sqrt();
+    let wider = match deviation > 0.0 {
+        true => (less_damped / (NORMAL_95 * deviation)).max(1.0),
+        false => 1.0,
+    };
+    let mut draw = Draw::new(1);
+    let one = |_| {
+        let mut by = factor * Vector3::from_fn(|_, _| draw.normal());
+        if by[0] < 0.0 {
+            by[0] *= wider;
+        }
+        YawModel::from_theta([a22 * libm::exp(by[0]), b2 * libm::exp(by[1]), c0 + by[2]])
+    };
+    Some((0..count).map(one).collect())
 }
 
 #[cfg(test)]

@@ -83,6 +83,12 @@ struct StoredOnline {
 struct StoredHigherOrder {
     model: StoredLag,
     steady_log_gain: Option<[f64; 2]>,
+    gain_vehicle: Option<StoredGainVehicle>,
+}
+
+#[derive(Deserialize)]
+struct StoredGainVehicle {
+    a22_per_s: f64,
 }
 
 #[derive(Deserialize)]
@@ -379,6 +385,8 @@ impl StoredIdentification {
         let stated = Stated {
             theta: self.model()?.theta(),
             intervals: refined.map_or_else(Default::default, StoredRefined::intervals),
+            gain_a22_per_s: (self.higher_order.as_ref())
+                .and_then(|found| Some(found.gain_vehicle.as_ref()?.a22_per_s)),
             covariance: refined.and_then(StoredRefined::covariance),
             nomoto: self.nomoto,
             delta0_rad: match refined {
@@ -429,6 +437,7 @@ impl StoredIdentification {
         let model = self.model()?;
         let seen_at_m_s = || self.valid_range.as_ref()?.usual_speed_m_s();
         let [damping, ..] = stated.intervals;
+        let least_damped_per_s = stated.gain_a22_per_s.or(damping.map(|[_, end]| end));
         Ok(ModelPoint {
             point: SchedulePoint {
                 thrust,
@@ -439,7 +448,7 @@ impl StoredIdentification {
             allowance: GainAllowance {
                 damping_per_s: GainAllowance::damping_of(
                     model.a22_per_s,
-                    damping,
+                    least_damped_per_s,
                     self.may_be_unstable(),
                 ),
                 timing: self.loop_timing.unwrap_or_default(),

@@ -22,6 +22,8 @@ pub(super) struct Stated {
     pub intervals: [Option<[f64; 2]>; 3],
     /// Covariance of [a22, b2, C0].
     pub covariance: Option<[[f64; 3]; 3]>,
+    /// a22 of the vehicle that the gain is made for, 1/s.
+    pub gain_a22_per_s: Option<f64>,
     /// Nomoto form of the model.
     pub nomoto: Option<Nomoto<f64>>,
     /// C0/b2, rad.
@@ -43,6 +45,7 @@ impl Stated {
     /// nothing, and a covariance that is none an interval without width.
     pub fn wrong(&self) -> Option<String> {
         self.wrong_interval()
+            .or_else(|| self.wrong_gain_vehicle())
             .or_else(|| self.wrong_covariance())
             .or_else(|| self.wrong_form())
             .or_else(|| self.wrong_range())
@@ -68,6 +71,17 @@ impl Stated {
             }
         }
         None
+    }
+
+    fn wrong_gain_vehicle(&self) -> Option<String> {
+        let stated = self.gain_a22_per_s?;
+        let [a22, ..] = self.theta;
+        let is_less_damped = a22 <= stated && stated <= 0.0;
+        (!is_less_damped).then(|| {
+            format!(
+                "the gain is made for a vehicle with a22_per_s {stated}: expected one between {a22} and 0"
+            )
+        })
     }
 
     fn wrong_covariance(&self) -> Option<String> {

@@ -94,6 +94,20 @@ impl Identification {
         found.map(|found| &found.model).or_else(|| self.lagging())
     }
 
+    /// The vehicle that the heading gain is made for, where the hypotheses decided it.
+    pub fn gain_vehicle(&self) -> Option<GainVehicle> {
+        self.higher_order.as_ref()?.gain_vehicle
+    }
+
+    /// a22 of the least damped vehicle that a heading gain allows for, 1/s: what the hypotheses decided, else the end of the 95 % interval.
+    /// `None` where there is no interval.
+    pub fn least_damped_per_s(&self) -> Option<f64> {
+        let end = || Some(self.refined.as_ref()?.interval_95.a22_per_s[1]);
+        self.gain_vehicle()
+            .map(|vehicle| vehicle.a22_per_s)
+            .or_else(end)
+    }
+
     /// Mean and variance of ln |K|, K in 1/s, of the hypotheses' steady turns, where the model is not made of them.
     pub fn steady_log_gain(&self) -> Option<[f64; 2]> {
         let is_beyond = *self.method() == EstimateMethod::WeighedHypotheses;
@@ -145,8 +159,20 @@ pub struct HigherOrder {
     /// Hypotheses that were weighed, the heaviest first; empty where a lag explained all that first order does not.
     #[serde(default)]
     pub hypotheses: Vec<Weighed>,
+    /// The vehicle that the heading gain is made for, where the hypotheses decide it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain_vehicle: Option<GainVehicle>,
     /// Its simulation of validation data.
     pub validation: Option<Validation>,
+}
+
+/// The first-order vehicle that the heading gain is made for, so that it holds on the vehicles of every hypothesis that weighs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GainVehicle {
+    /// Its a22, 1/s; b2 and C0 are those of the model.
+    pub a22_per_s: f64,
+    /// Least and most overshoot of a course change of 40 deg on those vehicles, rad.
+    pub overshoot_rad: [f64; 2],
 }
 
 /// The model if the rudder lagged behind what the log says.

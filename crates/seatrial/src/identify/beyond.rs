@@ -5,9 +5,8 @@ use seatrial_core::YawModel;
 
 use super::intervals::{normal_intervals, widened};
 use super::robust::estimate::MODEL_ERROR;
-use crate::gain_allowance::{DAMPING_RATIO, GainAllowance, sampled};
 use crate::identification::{EstimateMethod, HigherOrder, Refined, WIDEST_A22, WIDEST_B2};
-use crate::likelihood::filter::{Noise, heading_step};
+use crate::likelihood::filter::Noise;
 use crate::likelihood::hypothesis::Vehicle;
 use crate::likelihood::steering_model::{first_order_at, steady_gain};
 use crate::likelihood::{Candidate, Contest, Disturbance, SteeringModel};
@@ -35,6 +34,7 @@ pub fn beyond_first_order(
         lag_interval_s: None,
         steady_log_gain: steady_log_gain(contest, rudder_amplitude_rad),
         hypotheses: contest.weighed(),
+        gain_vehicle: None,
         validation: None,
     };
     let refined = Refined {
@@ -101,100 +101,6 @@ pub fn is_telling(refined: &Refined) -> bool {
         && refined.interval_95.a22_per_s[1] < 0.0
         && narrow(0, WIDEST[0])
         && narrow(1, WIDEST[1])
-}
-
-/// Overshoot, and error and swing that stay, of a heading step that no vehicle of the record may exceed under the gain of its model.
-const MOST_OVERSHOOT: f64 = 0.2;
-const MOST_LEFT: f64 = 0.1;
-
-/// The course change whose overshoot is looked at: 40 deg, the boatbuilders' measure.
-const COURSE_CHANGE_RAD: f64 = 0.698;
-
-/// Gains that are tried: from the one for the nearest first-order vehicle down, each this share of the one before.
-const NEXT_GAIN: f64 = 0.85;
-const GAINS: usize = 20;
-
-/// By how much less may hold under the gain that is taken than under the one under which most do.
-const NEARLY: f64 = 0.05;
-
-/// The largest proportional gain, not beyond the one for the nearest first-order vehicle, that holds on nearly as many vehicles as any
-/// does, and the share of the weight of these vehicles. `None` where that vehicle has no gain.
-pub fn most_gain(
-    contest: &Contest,
-    nearest: &Refined,
-    interval_s: f64,
-    amplitude_rad: f64,
-) -> Option<[f64; 2]> {
-    const LEAST_WEIGHT: f64 = 0.1;
-    let vehicles: Vec<_> = (contest.candidates.iter())
-        .filter(|c| c.weight >= LEAST_WEIGHT)
-        .flat_map(|c| {
-            let vehicles = c.vehicles();
-            let share = c.weight / vehicles.len() as f64;
-            vehicles.into_iter().map(move |vehicle| (share, vehicle))
-        })
-        .collect();
-    let total: f64 = vehicles.iter().map(|(share, _)| share).sum();
-    let holding = |gain: f64| {
-        let holds = |vehicle: &Vehicle| {
-            let [over, left, swing] =
-                heading_step(vehicle, gain, COURSE_CHANGE_RAD, amplitude_rad, interval_s);
-            // In its play the rudder does not act.
-            let of_play = 0.5 * vehicle.play_rad / (gain * COURSE_CHANGE_RAD).abs();
-            over < MOST_OVERSHOOT
-                && swing < MOST_LEFT
-                && left < MOST_LEFT.max(1.5 * of_play).min(0.5)
-        };
-        let weights = vehicles.iter().filter(|(_, vehicle)| holds(vehicle));
-        weights.map(|(share, _)| share).sum::<f64>() / total
-    };
-    let largest = designed(nearest, 0.0, interval_s)?;
-    let mut gains: Vec<[f64; 2]> = Vec::new();
-    // Nothing holds on more than all.
-    while gains.len() < GAINS && gains.last().is_none_or(|[_, weight]| *weight < 1.0) {
-        let gain = largest * NEXT_GAIN.powi(gains.len() as i32);
-        gains.push([gain, holding(gain)]);
-    }
-    let most = gains.iter().map(|[_, weight]| *weight).fold(0.0, f64::max);
-    gains
-        .into_iter()
-        .find(|[_, weight]| *weight > most - NEARLY)
-}
-
-/// The estimate with an interval of a22 whose less damped end asks for no larger gain.
-pub fn holding(refined: &Refined, most_gain: f64, interval_s: f64) -> Refined {
-    let asks_for_more = |damping_per_s: f64| {
-        designed(refined, damping_per_s, interval_s)
-            .is_some_and(|gain| gain.abs() > most_gain.abs())
-    };
-    let [mut low, mut high] = [0.0, refined.model.a22_per_s.abs()];
-    if refined.model.a22_per_s >= 0.0 || !asks_for_more(low) {
-        return refined.clone();
-    }
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        match asks_for_more(middle) {
-            true => low = middle,
-            false => high = middle,
-        }
-    }
-    let mut holding = refined.clone();
-    let [_, least_damped] = &mut holding.interval_95.a22_per_s;
-    *least_damped = least_damped.max(refined.model.a22_per_s + high);
-    holding
-}
-
-/// Of an interval, to single precision.
-const HALVINGS: u32 = 24;
-
-/// The gain for a vehicle less damped than the estimate by so much, 1/s. `None` where there is none.
-fn designed(refined: &Refined, damping_per_s: f64, interval_s: f64) -> Option<f64> {
-    let allowance = GainAllowance {
-        damping_per_s,
-        timing: sampled(interval_s, 0.0),
-    };
-    let gain = allowance.design(&refined.model, DAMPING_RATIO);
-    Some(gain.ok()?.proportional_gain)
 }
 
 /// A hull is believed where its log evidence leads that of a sea by more than chance does in simulated seas, and by less where the first-order

@@ -101,7 +101,7 @@ impl<'a> Checked<'a> {
             .as_ref()
             .and_then(|apart| apart.estimate.as_ref());
         let held_out = data.map_or_else(Vec::new, |data| data.record.usable(data.window));
-        Ok(Self {
+        let mut checked = Self {
             mishaps: Mishaps::of(
                 [prepared.accepted, &held_out],
                 chosen.model,
@@ -123,7 +123,24 @@ impl<'a> Checked<'a> {
                 .and_then(|data| Manoeuvre::find(data.record.window(data.window)))
                 .map(|manoeuvre| manoeuvre.amplitude_rad),
             independent,
-        })
+        };
+        checked.make_gain();
+        Ok(checked)
+    }
+
+    /// Finds the vehicle that the heading gain is made for, where the hypotheses decide it.
+    fn make_gain(&mut self) {
+        let found = (self.refined().zip(self.explained.vehicles()))
+            .and_then(|(refined, vehicles)| vehicles.gain_vehicle(&refined));
+        if let Some(higher_order) = &mut self.higher_order {
+            higher_order.gain_vehicle = found;
+        }
+    }
+
+    /// Does no heading gain hold on the vehicles of the hypotheses?
+    pub fn has_no_gain(&self) -> bool {
+        let found = self.higher_order.as_ref().and_then(|h| h.gain_vehicle);
+        self.explained.vehicles().is_some() && found.is_none()
     }
 
     /// Is the vehicle known to be turned by a sea as well as by its rudder? Its heading then wanders from any simulation.

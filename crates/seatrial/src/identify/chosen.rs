@@ -3,7 +3,6 @@
 use nalgebra::{Matrix3, Vector3};
 use seatrial_core::YawModel;
 
-use super::beyond::holding;
 use super::explained::Explained;
 use super::intervals;
 use super::joined::{self, Joined};
@@ -73,13 +72,6 @@ impl Chosen {
         let (refined, joined) = match joined::join(prepared.training, &alone, others) {
             Some((together, joined)) => (together, Some(joined)),
             None => (alone, None),
-        };
-        let refined = match explained {
-            Explained::HigherOrder {
-                most_gain: Some(most_gain),
-                ..
-            } => holding(&refined, *most_gain, prepared.interval_s.unwrap_or(0.0)),
-            _ => refined,
         };
         Self {
             model: refined.model,

@@ -1,8 +1,9 @@
 //! Second link of the chain: which kind of vehicle explains the record.
 
 use super::OrderSearch;
-use super::beyond::{beyond_first_order, is_a_sea, is_telling, most_gain};
+use super::beyond::{beyond_first_order, is_a_sea, is_telling};
 use super::excited_segment::most_excited;
+use super::heading_gain::Vehicles;
 use super::misfit::{disturbance_share, is_large_share};
 use super::prepared::Prepared;
 use super::residual_tests::ResidualTests;
@@ -50,8 +51,8 @@ pub enum Explained {
         nearest: bool,
         /// The first-order estimate by itself, which validation data are compared with.
         alone: Option<Box<Refined>>,
-        /// The largest heading gain that holds on every hypothesis that weighs, as far as is known; `None` where no gain does.
-        most_gain: Option<f64>,
+        /// The vehicles that explain the record alike, which the heading gain must hold on, where the contest names some.
+        vehicles: Option<Vehicles>,
         /// Play of the rudder, rad, where the record asks for it.
         play_rad: Option<f64>,
     },
@@ -80,9 +81,6 @@ pub struct FirstOrderFit {
     /// Play of the rudder from stop to stop, rad, where the record asks for it.
     pub play_rad: Option<f64>,
 }
-
-/// Share of the vehicles that explain a record alike on which the heading gain must hold.
-const LEAST_HOLDING: f64 = 0.8;
 
 impl Explained {
     /// Estimates from the whole record and asks what a first-order vehicle leaves unexplained.
@@ -119,7 +117,7 @@ impl Explained {
                 share,
                 nearest: true,
                 alone: None,
-                most_gain: Some(f64::INFINITY),
+                vehicles: None,
                 play_rad: None,
             };
         }
@@ -181,10 +179,7 @@ impl Explained {
         let interval_s = prepared.interval_s.unwrap_or(0.0);
         let share = found.robust.share;
         let is_telling = is_telling(&refined);
-        let first_order = if is_telling { &refined } else { &found.refined };
-        let most_gain = most_gain(&contest, first_order, interval_s, amplitude_rad)
-            .filter(|[_, holding]| *holding >= LEAST_HOLDING)
-            .map(|[gain, _]| gain);
+        let vehicles = Some(Vehicles::of(&contest, interval_s, amplitude_rad));
         let is_play = found.robust.play_rad.is_some() || contest.asks_for_play();
         Ok(Self::HigherOrder {
             play_rad: beyond.model.play_rad.filter(|_| is_play),
@@ -193,7 +188,7 @@ impl Explained {
             share,
             beyond: Some(Box::new(beyond)),
             nearest: !is_telling,
-            most_gain,
+            vehicles,
         })
     }
 
@@ -272,6 +267,14 @@ impl Explained {
                 ..
             } => vec![refined, alone],
             _ => vec![refined],
+        }
+    }
+
+    /// The vehicles that the heading gain must hold on, where there are others than the first-order one.
+    pub fn vehicles(&self) -> Option<&Vehicles> {
+        match self {
+            Self::HigherOrder { vehicles, .. } => vehicles.as_ref(),
+            _ => None,
         }
     }
 

@@ -28,6 +28,7 @@ mod examined;
 mod excited_segment;
 pub(crate) mod explained;
 mod gyro_heading;
+mod heading_gain;
 pub(crate) mod intervals;
 pub mod joined;
 mod late_yaw_rate;

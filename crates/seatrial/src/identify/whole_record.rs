@@ -121,6 +121,7 @@ impl WholeRecord {
             lag_interval_s: Some(lag.interval_s),
             steady_log_gain: None,
             hypotheses: Vec::new(),
+            gain_vehicle: None,
             validation: None,
         })
     }

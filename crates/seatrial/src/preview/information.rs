@@ -26,7 +26,7 @@ pub struct Expected {
     pub steady_turning_radius_m: [Option<Predicted>; 2],
 }
 
-/// A quantity of the model believed in and how well it will be known.
+/// A quantity of the model believed in and how well it will be uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Predicted {
     /// The quantity.
@@ -45,10 +45,7 @@ impl Expected {
         let theta = model.theta();
         let least_damped_per_s = model.a22_per_s + half_width_95[0];
         let allowance = GainAllowance {
-            damping_per_s: GainAllowance::damping_per_s(
-                model.a22_per_s,
-                [model.a22_per_s, least_damped_per_s],
-            ),
+            damping_per_s: GainAllowance::damping_per_s(model.a22_per_s, least_damped_per_s),
             timing: sampled(median_interval_s(samples)?, 0.0),
         };
         let predicted = |quantity: &dyn Fn(&YawModel<f64>) -> Option<f64>| {

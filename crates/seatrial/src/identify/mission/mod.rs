@@ -255,6 +255,7 @@ impl Estimate {
             model,
             steady_log_gain: None,
             hypotheses: Vec::new(),
+            gain_vehicle: None,
             validation: None,
         })
     }

@@ -6,7 +6,7 @@ use super::record::coarse_step_rad;
 use super::{HIGHER_ORDER, MOST_TIMES, Share, Weighing, holds_all_the_same, predicts_closely};
 use crate::figures::{degrees, percent, r2_text, three_figures};
 use crate::identification::{
-    HigherOrder, LagEffect, Reason, ReasonCode, Refined, WIDEST_A22, WIDEST_B2,
+    HigherOrder, LagEffect, Reason, ReasonCode, Refined, Validation, WIDEST_A22, WIDEST_B2,
 };
 use crate::identify::checked::{Checked, LEAST_R2_IN_A_SEA};
 use crate::identify::chosen::ModelSource;
@@ -58,12 +58,11 @@ impl Weighing {
     /// Notes that no heading gain suits all vehicles that explain the record. Vehicles that predict validation data worse than the first-order
     /// model that was chosen have no say where it predicts these closely.
     fn no_gain(&mut self, checked: &Checked) {
-        if let Explained::HigherOrder {
-            share,
-            most_gain: None,
-            ..
-        } = *checked.explained
-            && (checked.chosen.simulated().is_some() || !holds_all_the_same(checked, share))
+        if let Explained::HigherOrder { share, .. } = *checked.explained
+            && checked.has_no_gain()
+            && (checked.chosen.simulated().is_some()
+                || predicts_better(checked)
+                || !holds_all_the_same(checked, share))
         {
             self.note(
                 ReasonCode::Unstable,
@@ -374,22 +373,26 @@ fn beyond_first_order(checked: &Checked, share: f64) -> String {
             || "sway or a slow servo".into(),
             |higher| higher_order(higher, checked.log.is_heading_unchecked())
         ),
-        match (&checked.chosen.source, checked.explained) {
-            (ModelSource::BehindLag(_), _) =>
+        match checked.chosen.source {
+            ModelSource::BehindLag(_) =>
                 "a22, b2 and C0 are those behind the lag, which gains must allow for as a delay",
-            (
-                ModelSource::Beyond(_),
-                Explained::HigherOrder {
-                    most_gain: None, ..
-                },
-            ) =>
+            ModelSource::Beyond(_) if checked.has_no_gain() =>
                 "a22, b2 and C0 are those of the first-order vehicle with the same steady turn at the rudder of the record",
-            (ModelSource::Beyond(_), _) =>
-                "a22, b2 and C0 are those of the first-order vehicle with the same steady turn at the rudder of the record; the interval of a22 is so wide that the heading gain computed from it also suits the vehicle itself",
+            ModelSource::Beyond(_) =>
+                "a22, b2 and C0 are those of the first-order vehicle with the same steady turn at the rudder of the record; the heading gain also suits the vehicle itself",
             _ =>
                 "the model is the first-order one whose simulation is nearest, and holds for rudder and headings like those of the record",
         }
     )
+}
+
+/// Does the model beyond first order predict the heading of validation data better than the chosen one?
+fn predicts_better(checked: &Checked) -> bool {
+    let beyond = checked.higher_order.as_ref().and_then(|h| h.validation);
+    let r2 = |validation: Option<Validation>| validation?.r2_heading_offset_refit;
+    r2(beyond)
+        .zip(r2(checked.validation))
+        .is_some_and(|(beyond, chosen)| beyond > chosen)
 }
 
 /// What the higher order is, in words.

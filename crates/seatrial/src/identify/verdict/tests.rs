@@ -6,6 +6,7 @@ use crate::identify::checked::Independent;
 use crate::identify::chosen::{Chosen, ModelSource};
 use crate::identify::compass::{CompassError, Jump};
 use crate::identify::explained::{Explained, FirstOrderFit};
+use crate::identify::heading_gain::Vehicles;
 use crate::identify::log_statistics::LogStatistics;
 use crate::identify::mishap::{Jam, Mishaps};
 use crate::identify::pace::Pace;
@@ -136,7 +137,7 @@ impl Chain {
             beyond: None,
             nearest: true,
             alone: None,
-            most_gain: Some(f64::INFINITY),
+            vehicles: None,
             play_rad: None,
         };
         self
@@ -328,8 +329,8 @@ fn exact_no_gain_is_noted_where_the_vehicles_without_one_predict_as_well() {
     let noted = |heading| {
         let mut chain = Chain::of(refined(0.05)).with_misfit(0.1);
         chain.validation = Some(validation(0.7, heading, 0.96));
-        if let Explained::HigherOrder { most_gain, .. } = &mut chain.explained {
-            *most_gain = None;
+        if let Explained::HigherOrder { vehicles, .. } = &mut chain.explained {
+            *vehicles = Some(Vehicles::new(Vec::new(), 0.05, 0.26));
         }
         chain.judge().has(&ReasonCode::Unstable)
     };
