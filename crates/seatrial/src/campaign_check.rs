@@ -30,7 +30,7 @@
 //! it is more than `LEAST_STEP` standard deviations. Valid for three speeds or more. Of 20 rehearsals whose moment of inertia rises by a
 //! quarter behind the second of five speeds, 20 were noted; of 60 sound ones of three vehicles, none.
 
-use crate::identification::{Reason, ReasonCode, Refined};
+use crate::identification::{EstimateMethod, Reason, ReasonCode, Refined};
 use crate::identify::robust::symmetric::invert;
 use crate::propagation::NORMAL_95;
 
@@ -243,11 +243,22 @@ fn of_neighbours(
         "the rudder's effect",
         |refined| Magnitude::widened(refined.model.b2_per_s2, refined.interval_95.b2_per_s2),
     );
-    let damping = parted(ReasonCode::DampingChanged, "the yaw damping", |refined| {
-        Magnitude::widened(refined.model.a22_per_s, refined.interval_95.a22_per_s)
-    });
+    let damping = are_alike(slower.refined, faster.refined)
+        .then(|| {
+            parted(ReasonCode::DampingChanged, "the yaw damping", |refined| {
+                Magnitude::widened(refined.model.a22_per_s, refined.interval_95.a22_per_s)
+            })
+        })
+        .flatten();
     let found = [authority, damping, speed].into_iter().flatten().collect();
     fin_and_propeller(found, &places)
+}
+
+/// Is the damping of both the same thing? A first-order vehicle with the steady turn and the slowness of one with sway has another damping than
+/// the one whose simulation is nearest.
+fn are_alike(one: &Refined, other: &Refined) -> bool {
+    let [one, other] = [one, other].map(|r| r.method == EstimateMethod::WeighedHypotheses);
+    one == other
 }
 
 /// A rudder that does less and a propeller that does less are one event, with one thing to do.
@@ -309,7 +320,7 @@ mod tests {
     use seatrial_core::YawModel;
 
     use super::*;
-    use crate::identification::{EstimateMethod, Intervals};
+    use crate::identification::Intervals;
 
     /// A model known to 3 %.
     fn refined(a22_per_s: f64, b2_per_s2: f64) -> Refined {
@@ -399,6 +410,24 @@ mod tests {
         assert_eq!(codes(&broken), [ReasonCode::AuthorityChanged]);
         let swapped = [(0.7, 1.2, 0.95, -0.21), (0.6, 1.07, 0.91, -0.58)];
         assert_eq!(codes(&swapped), [ReasonCode::AuthorityChanged]);
+    }
+
+    /// Only dampings of one kind of model are held against each other.
+    #[test]
+    fn exact_a_damping_beyond_first_order_is_not_held_against_one_of_first_order() {
+        let mut models = [refined(-1.15, 0.54), refined(-0.46, 0.60)];
+        let codes = |models: &[Refined; 2]| {
+            let result = |at: usize| SpeedResult {
+                thrust: Some([0.6, 0.7][at]),
+                surge_speed_m_s: Some([1.07, 1.36][at]),
+                refined: &models[at],
+            };
+            let found = contradictions(&[result(0), result(1)]).into_iter();
+            found.map(|reason| reason.code).collect::<Vec<_>>()
+        };
+        assert_eq!(codes(&models), [ReasonCode::DampingChanged]);
+        models[1].method = EstimateMethod::WeighedHypotheses;
+        assert_eq!(codes(&models), []);
     }
 
     /// A log may not tell the thrust.

@@ -288,6 +288,9 @@ impl Explained {
     }
 }
 
+/// A model is much better that leaves less than this of what the other one leaves of validation data, in mean square.
+pub const MUCH_BETTER: f64 = 0.3;
+
 /// Does this model leave less than a third of what the other one leaves of the heading of validation data, in mean square, and no more of the
 /// yaw rate? A sea wanders into the heading, less into the yaw rate.
 fn predicts_much_better(
@@ -295,7 +298,6 @@ fn predicts_much_better(
     other: &SteeringModel,
     data: Option<ValidationData>,
 ) -> bool {
-    const MUCH: f64 = 0.3;
     let left = |model| {
         let data = data?;
         let found = steering_validation::validate(model, data.record, data.window).ok()?;
@@ -305,5 +307,5 @@ fn predicts_much_better(
     else {
         return false;
     };
-    heading < MUCH * other_heading && rate <= other_rate
+    heading < MUCH_BETTER * other_heading && rate <= other_rate
 }

@@ -10,7 +10,7 @@ use crate::identification::{
 };
 use crate::identify::checked::{Checked, LEAST_R2_IN_A_SEA};
 use crate::identify::chosen::ModelSource;
-use crate::identify::explained::Explained;
+use crate::identify::explained::{Explained, MUCH_BETTER};
 use crate::identify::residual_tests::ResidualTests;
 use crate::record::rudder_text;
 
@@ -61,7 +61,7 @@ impl Weighing {
         if let Explained::HigherOrder { share, .. } = *checked.explained
             && checked.has_no_gain()
             && (checked.chosen.simulated().is_some()
-                || predicts_better(checked)
+                || predicts_much_better(checked)
                 || !holds_all_the_same(checked, share))
         {
             self.note(
@@ -386,13 +386,13 @@ fn beyond_first_order(checked: &Checked, share: f64) -> String {
     )
 }
 
-/// Does the model beyond first order predict the heading of validation data better than the chosen one?
-fn predicts_better(checked: &Checked) -> bool {
+/// Does the model beyond first order leave much less of the heading of validation data than the chosen one?
+fn predicts_much_better(checked: &Checked) -> bool {
     let beyond = checked.higher_order.as_ref().and_then(|h| h.validation);
-    let r2 = |validation: Option<Validation>| validation?.r2_heading_offset_refit;
-    r2(beyond)
-        .zip(r2(checked.validation))
-        .is_some_and(|(beyond, chosen)| beyond > chosen)
+    let left = |validation: Option<Validation>| Some(1.0 - validation?.r2_heading_offset_refit?);
+    left(beyond)
+        .zip(left(checked.validation))
+        .is_some_and(|(beyond, chosen)| beyond < MUCH_BETTER * chosen)
 }
 
 /// What the higher order is, in words.
