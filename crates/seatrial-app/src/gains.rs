@@ -13,9 +13,9 @@
 //! # Ok::<(), seatrial_app::Error>(())
 //! ```
 
-use seatrial::GainAllowance;
 use seatrial::export::{OperatingPoint, Schedule};
 use seatrial::gain_allowance::{DAMPING_RATIO, least_damped_schedule, longest};
+use seatrial::{CourseChange, GainAllowance};
 use seatrial_core::RudderUnit;
 use seatrial_core::heading_loop::{LoopTiming, Poles};
 use seatrial_core::schedule::{Beyond, ScheduleError, ScheduleKey};
@@ -74,6 +74,9 @@ pub struct HeadingGains {
     /// Why the models are not to be used, where the source says so.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rejected: Vec<String>,
+    /// What a course change will do with these gains, where the source knows it and they are its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub first_answer: Option<CourseChange>,
     /// What the loop waits for: the longest of the points.
     pub timing: LoopTiming<f64>,
     /// Gains of each model.
@@ -181,6 +184,13 @@ impl Wanted {
         models
     }
 
+    /// Are the gains those that the source of accepted models judged?
+    fn is_of(&self, models: &Models) -> bool {
+        let is_usual = self.damping_ratio == DAMPING_RATIO;
+        let is_timed = self.delay_s.is_some() || self.interval_s.is_some();
+        models.rejected.is_empty() && is_usual && !is_timed
+    }
+
     /// Gains, feed-forward and margins of each model. A model that allows no gain says so in
     /// [`refused`](PointGains::refused).
     ///
@@ -203,6 +213,7 @@ impl Wanted {
                 .as_ref()
                 .is_some_and(|trial| trial.is_rehearsal),
             rejected: models.rejected.clone(),
+            first_answer: models.promised.filter(|_| self.is_of(models)),
             timing,
             points: points.map(|p| point_gains(p, self.damping_ratio)).collect(),
             at: self.as_printed(models).interpolated(models)?,

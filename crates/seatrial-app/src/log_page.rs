@@ -92,12 +92,18 @@ pub fn speed_rows(found: &IdentifiedLog) -> Vec<LogModel<'_>> {
             })
             .collect(),
         None => vec![LogModel::new(
-            [None, None],
+            [None, usual_speed_m_s(found)],
             found.identification(),
             found.verdict(),
             rudder_limit,
         )],
     }
+}
+
+/// The speed of the one model of a log, m/s, where it was logged.
+fn usual_speed_m_s(found: &IdentifiedLog) -> Option<f64> {
+    let range = found.identification()?.valid_range?;
+    range.usual_surge_speed_m_s
 }
 
 /// The command that identifies a log.

@@ -35,6 +35,9 @@ pub struct TurningLimits {
     pub trial: Option<String>,
     /// Radius of the measured U-turn over the model's steady radius at its speed.
     pub u_turn_ratio: Option<f64>,
+    /// Why the models are not to be used, where the source says so.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub rejected: Vec<String>,
     /// Where the rudder limit or the speed is beyond what a model was seen with.
     pub beyond_range: Vec<String>,
     /// Limits of each model.
@@ -133,14 +136,18 @@ impl TurningLimits {
             heading_change_rad,
             trial: models.trial.as_ref().map(TrialOrigin::text),
             u_turn_ratio,
+            rejected: models.rejected.clone(),
             beyond_range: models.beyond_range(),
             points: models.points.iter().map(limits).collect(),
             over_speed: over_speed(models, up_to_speed_m_s)?,
         })
     }
 
-    /// Is there a side to which a model does not turn?
+    /// Is there a side to which a model does not turn, or are the models not to be used?
     pub fn is_refused(&self) -> bool {
+        if !self.rejected.is_empty() {
+            return true;
+        }
         let mut sides = self.points.iter().flat_map(|point| &point.sides);
         sides.any(|side| side.refused.is_some())
     }

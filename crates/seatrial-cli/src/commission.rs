@@ -4,6 +4,7 @@ mod own;
 
 use std::path::PathBuf;
 
+use seatrial::commission::Range;
 use seatrial::figures::three_figures;
 use seatrial_app::commission::{
     Commissioned, Ending, GainsVehicle, Order, Proposal, Request, check_step, conduct, models_for,
@@ -248,14 +249,15 @@ fn show(preflight: &Preflight, proposal: &Proposal, changes: &[Change]) {
         ("old", &proposal.old_foreseen),
         ("new", &proposal.new_foreseen),
     ] {
+        let settling = &foreseen.settling_s;
+        let settles = match foreseen.settled > 0.0 {
+            true => format!("settled after {} s", range_text(settling, 1.0, 1)),
+            false => format!("not settled after {:.1} s", settling.high),
+        };
         say(format!(
-            "foreseen with the {name} gains: overshoot {:.0} to {:.0} %, settled after {:.1} to {:.1} s, rudder {:.0} to {:.0} %/s",
-            100.0 * foreseen.overshoot.low,
-            100.0 * foreseen.overshoot.high,
-            foreseen.settling_s.low,
-            foreseen.settling_s.high,
-            100.0 * foreseen.activity_per_s.low,
-            100.0 * foreseen.activity_per_s.high
+            "foreseen with the {name} gains: overshoot {} %, {settles}, rudder {} %/s",
+            range_text(&foreseen.overshoot, 100.0, 0),
+            range_text(&foreseen.activity_per_s, 100.0, 0),
         ));
     }
     let water = proposal.model.surge_speed_m_s.zip(proposal.distance_m());
@@ -266,6 +268,15 @@ fn show(preflight: &Preflight, proposal: &Proposal, changes: &[Change]) {
             format!(" at {speed:.2} m/s: {distance:.0} m of water ahead")
         })
     ));
+}
+
+/// `2 to 4`, or `3` where both ends are printed alike.
+fn range_text(range: &Range, scale: f64, decimals: usize) -> String {
+    let [low, high] = [range.low, range.high].map(|end| format!("{:.decimals$}", scale * end));
+    match low == high {
+        true => low,
+        false => format!("{low} to {high}"),
+    }
 }
 
 fn exit(found: &Commissioned) -> Exit {
@@ -280,6 +291,17 @@ fn exit(found: &Commissioned) -> Exit {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn exact_a_range_of_one_value_is_printed_once() {
+        let range = |low, high| Range {
+            middle: low,
+            low,
+            high,
+        };
+        assert_eq!(range_text(&range(0.02, 0.04), 100.0, 0), "2 to 4");
+        assert_eq!(range_text(&range(20.61, 20.64), 1.0, 1), "20.6");
+    }
 
     #[test]
     fn exact_what_is_proposed_stands_in_a_table_that_fits() {

@@ -77,6 +77,9 @@ fn methods(args: &Args, log: &Path, output: &Output) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
+/// Columns that a narrow screen does without, first those that fewest people miss.
+const DISPENSABLE: [&str; 5] = ["iterations", "time", "C0", "R^2 rate", "R^2 refitted"];
+
 fn page(logs: &Logs, document: &ComparisonDocument) -> String {
     let comparison = &document.comparison;
     let width = width();
@@ -95,7 +98,7 @@ fn page(logs: &Logs, document: &ComparisonDocument) -> String {
     for method in &comparison.methods {
         table.row(row(method));
     }
-    text += &table.fitted(width, &["iterations", "time", "C0"]);
+    text += &table.fitted(width, &DISPENSABLE);
     for method in &comparison.methods {
         if let Some(failure) = &method.failure {
             text += &labelled("", &format!("{}: {failure}", method.method.words()), width);

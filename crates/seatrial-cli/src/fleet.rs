@@ -1,6 +1,5 @@
 //! `seatrial fleet`: many logs at once.
 
-use std::fmt::Write as _;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
@@ -135,12 +134,21 @@ fn failure(error: JournalError) -> Failure {
     }
 }
 
+/// What goes on from a table of verdicts.
+const NEXT: &str = "`seatrial identify LOG` explains the verdict on one log and says what to do";
+
 fn text(document: &Document) -> String {
     let summary = &document.summary;
-    let mut text = format!(
-        "Logs      {}, {} of which could not be read\nFound     {} manoeuvres, {} of which are accepted\n",
-        summary.logs, summary.errors, summary.manoeuvres, summary.accepted
+    let width = width();
+    let read = format!(
+        "{}, {} of which could not be read",
+        summary.logs, summary.errors
     );
+    let found = format!(
+        "{} manoeuvres, {} of which are accepted",
+        summary.manoeuvres, summary.accepted
+    );
+    let mut text = labelled("Logs      ", &read, width) + &labelled("Found     ", &found, width);
     for (title, counts) in [
         ("Verdicts", &summary.verdicts),
         ("Errors", &summary.error_codes),
@@ -156,26 +164,22 @@ fn text(document: &Document) -> String {
             .map(|(code, number)| format!("{} {number}", words(code)))
             .collect();
         if !counts.is_empty() {
-            text += &labelled(&format!("{title:<9} "), &counts.join(", "), width());
+            text += &labelled(&format!("{title:<9} "), &counts.join(", "), width);
         }
     }
     if summary.done_before > 0 {
-        let _ = writeln!(
-            text,
-            "Kept      {} logs as they were read before",
-            summary.done_before
-        );
+        let kept = format!("{} logs as they were read before", summary.done_before);
+        text += &labelled("Kept      ", &kept, width);
     }
     let rate = match document.manoeuvres_per_minute {
         0.0 => "no new manoeuvre".to_owned(),
         rate => format!("{rate:.0} manoeuvres a minute"),
     };
     let (wall_s, workers) = (document.wall_s, document.workers);
-    let _ = writeln!(text, "Rate      {rate}, {wall_s:.1} s on {workers} threads");
-    text + &format!(
-        "Written   {}\nNext      seatrial identify LOG says of one of them why, and what to do\n",
-        document.out
-    )
+    let rate = format!("{rate}, {wall_s:.1} s on {workers} threads");
+    text += &labelled("Rate      ", &rate, width);
+    text += &labelled("Written   ", &document.out, width);
+    text + &labelled("Next      ", NEXT, width)
 }
 
 /// Says how far the job is.

@@ -12,7 +12,7 @@ use seatrial_app::models::{Estimate, SCHEDULE_FILE_HELP};
 use seatrial_core::RudderUnit;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 
-use crate::model_source::{SourceArgs, trial_line, warn};
+use crate::model_source::{SourceArgs, rejected_text, trial_line, warn};
 use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::screen::{width, wrapped};
 use crate::table::{Table, estimate_text};
@@ -132,7 +132,7 @@ impl Args {
 const PAPERS_GAIN: &str = "paper's K_p";
 
 /// Columns that a narrow screen does without, first those that fewest people miss.
-const DISPENSABLE: [&str; 11] = [
+const DISPENSABLE: [&str; 10] = [
     PAPERS_GAIN,
     "frequency",
     "damping",
@@ -140,19 +140,10 @@ const DISPENSABLE: [&str; 11] = [
     "Nomoto K",
     "Nomoto T",
     "gain margin",
-    "overshoot",
     "b2",
     "a22",
     "phase margin",
 ];
-
-/// Why the gains below are not to be used.
-fn rejected_text(document: &HeadingGains) -> String {
-    match document.rejected.first() {
-        Some(cause) => format!("DO NOT USE: {cause}\n"),
-        None => String::new(),
-    }
-}
 
 fn text(document: &HeadingGains, written: Option<&Path>, width: usize) -> String {
     let (rudder_scale, rudder) = document.rudder_unit.for_people();
@@ -163,16 +154,16 @@ fn text(document: &HeadingGains, written: Option<&Path>, width: usize) -> String
     let mut table = Table::new(&[
         ("thrust", "%"),
         ("speed", "m/s"),
+        ("K_p", per_angle),
+        ("overshoot", "% of a step"),
+        ("feed-forward", rudder),
         ("a22", "1/s"),
         ("b2", "1/s^2"),
         ("Nomoto T", "s"),
         ("Nomoto K", "1/s"),
-        ("K_p", per_angle),
         (PAPERS_GAIN, per_angle),
-        ("feed-forward", rudder),
         ("damping", ""),
         ("frequency", "rad/s"),
-        ("overshoot", "%"),
         ("gain margin", "factor"),
         ("phase margin", "deg"),
         ("delay margin", "s"),
@@ -181,16 +172,18 @@ fn text(document: &HeadingGains, written: Option<&Path>, width: usize) -> String
         x.map_or("-".into(), |x| format!("{:.decimals$}", x * scale))
     };
     for point in &document.points {
+        let overshoot = point.closed_loop.as_ref().and_then(|of| of.overshoot);
         let mut cells = vec![
             optional(point.thrust, 100.0, 0),
             optional(point.surge_speed_m_s, 1.0, 2),
+            estimate(&point.proportional_gain, 3, 1.0),
+            estimate(&overshoot, 1, 100.0),
+            estimate(&point.feed_forward_rudder_rad, 2, rudder_scale),
             format!("{:.3}", point.model.a22_per_s),
             format!("{:.3}", point.model.b2_per_s2),
             estimate(&point.nomoto_t_s, 2, 1.0),
             estimate(&point.nomoto_k_per_s, 2, 1.0),
-            estimate(&point.proportional_gain, 3, 1.0),
             estimate(&point.gain_of_57, 3, 1.0),
-            estimate(&point.feed_forward_rudder_rad, 2, rudder_scale),
         ];
         cells.extend(loop_cells(&point.closed_loop));
         table.row(cells);
@@ -217,9 +210,12 @@ fn text(document: &HeadingGains, written: Option<&Path>, width: usize) -> String
         ));
     }
     let text = format!(
-        "{}Heading gains of {}, damping ratio {:.4}, rudder limit {:.1} {rudder}\n{}\
+        "{}{}Heading gains of {}, damping ratio {:.4}, rudder limit {:.1} {rudder}\n{}\
          K_p and margins with {:.3} s delay, {}\n\n{}\n{}",
-        rejected_text(document),
+        rejected_text(&document.rejected),
+        document
+            .first_answer
+            .map_or(String::new(), |promised| promised.sentence() + "\n"),
         document.source,
         document.damping_ratio,
         document.rudder_limit_rad * rudder_scale,
@@ -244,12 +240,11 @@ fn estimate(estimate: &Option<Estimate>, decimals: usize, scale: f64) -> String 
 
 fn loop_cells(closed_loop: &Option<LoopFigures>) -> Vec<String> {
     let Some(figures) = closed_loop else {
-        return vec!["-".into(); 6];
+        return vec!["-".into(); 5];
     };
     vec![
         estimate(&figures.damping_ratio, 3, 1.0),
         estimate(&figures.natural_frequency_rad_s, 2, 1.0),
-        estimate(&figures.overshoot, 1, 100.0),
         figures
             .gain_margin
             .map_or("infinite".into(), |margin| estimate_text(&margin, 1, 1.0)),

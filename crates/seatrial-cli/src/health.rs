@@ -161,6 +161,12 @@ impl Args {
     }
 }
 
+/// What the table of two trials shows.
+const CHANGE_BETWEEN_TRIALS: &str = "Change from the reference to now, with 95 % bounds. Chance: how often a vehicle that has not changed shows as much.";
+
+/// What the table of missions shows.
+const CHANGE_IN_WINDOWS: &str = "Change from the reference in each window, with 95 % bounds. Chance: how often the recent windows together show as much of a vehicle that has not changed.";
+
 fn comparison_page(
     reference: &ComparedModels,
     now: &ComparedModels,
@@ -202,11 +208,9 @@ fn comparison_page(
         row.extend([probability(together.p_value), probability(together.level)]);
         table.row(row);
     }
-    let _ = writeln!(
-        text,
-        "\nChange from the reference to now, with 95 % bounds; chance: of so much without\nany change\n{}",
-        table.fitted(width, &["alarm below", "offset"])
-    );
+    text += "\n";
+    text += &labelled("", CHANGE_BETWEEN_TRIALS, width);
+    text += &table.fitted(width, &["alarm below", "offset"]);
     for left_out in &change.left_out {
         text += &labelled("left out: ", left_out, width);
     }
@@ -258,11 +262,9 @@ fn watch_page(reference: &ComparedModels, logs: &[String], report: &WatchReport)
     }
     let first = report.windows.len().saturating_sub(MOST_ROWS);
     let table = window_table(report, first);
-    let _ = writeln!(
-        text,
-        "\nChange from the reference in each window, with 95 % bounds; chance: of so much\nin the recent windows together without any change\n{}",
-        table.fitted(width, &["alarm below", "m/s", "offset"])
-    );
+    text += "\n";
+    text += &labelled("", CHANGE_IN_WINDOWS, width);
+    text += &table.fitted(width, &["alarm below", "m/s", "offset"]);
     if first > 0 {
         let _ = writeln!(text, "{first} windows before these: see --json");
     }
@@ -357,7 +359,7 @@ fn probability(p: f64) -> String {
 
 fn rate_text(settings: &HealthSettings) -> String {
     let mut text = format!(
-        "An unchanged vehicle would be called changed in at most {} % of such answers",
+        "At most {} % of such answers call an unchanged vehicle changed",
         100.0 * settings.false_alarm_rate()
     );
     if settings.tolerated_change() > 0.0 {

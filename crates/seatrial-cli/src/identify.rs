@@ -20,8 +20,8 @@ use crate::axis::AxisOption;
 use crate::log::{LogArgs, Reporter};
 use crate::model_text::{model_text, source_text, training_text, validation_text, verdict_text};
 use crate::output::{Exit, Failure, Output, OutputPath};
-use crate::screen::{command, labelled, sentence, width};
-use crate::speed_table::{offset_text, promise_text, speed_table};
+use crate::screen::{command, labelled, sentence, width, wrapped};
+use crate::speed_table::{promise_text, speed_table};
 use crate::speeds;
 use crate::windows::WindowArgs;
 
@@ -129,7 +129,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     };
     let schedule = args.schedule.as_deref().filter(|_| saved.is_ok());
     output.print(&found.document(), || match args.verbose {
-        true => verbose_text(&found),
+        true => wrapped(&verbose_text(&found), width()),
         false => text(&found, &call(), schedule, width()),
     })?;
     saved?;
@@ -163,12 +163,7 @@ pub fn text(found: &IdentifiedLog, call: &str, schedule: Option<&Path>, width: u
     let mut text = labelled("", &verdict.outcome().name().to_uppercase(), width);
     let rows = speed_rows(found);
     text += &promise_text(&rows, width);
-    text += &speed_table(&rows, width).unwrap_or_default();
-    if let [only] = rows.as_slice()
-        && let Some(offset) = offset_text(only, log.rudder_unit())
-    {
-        text += &labelled("", &offset, width);
-    }
+    text += &speed_table(&rows, log.rudder_unit(), width).unwrap_or_default();
     if let Some(law) = found.law_text() {
         text += &labelled("Law    ", &law, width);
     }
@@ -265,7 +260,7 @@ impl EstimatorArgs {
 fn page(logs: &Logs, identification: &Identification) -> String {
     let mut text = verdict_text(&identification.verdict);
     text += &model_text(identification, logs.log.rudder_unit());
-    text += &validation_text(identification.validation);
+    text += &validation_text(identification);
     text += "\n";
     text += &source_text("Log", &logs.log);
     if let Some(other) = &logs.validation_log {

@@ -1,5 +1,7 @@
 //! `seatrial logbook`: the results database.
 
+mod list;
+
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -11,7 +13,7 @@ use seatrial::identification::Verdict;
 use seatrial::speeds::{Difference, ThrustDifference};
 use seatrial_app::models::{campaign_named, campaign_numbered};
 use seatrial_app::next;
-use seatrial_core::{Axis, Outcome};
+use seatrial_core::{Axis, Outcome, RudderUnit};
 use seatrial_logbook::{CampaignEntry, Error, Logbook, State, Verification};
 use seatrial_logs::{DAMAGE_MARK, TrackFormat};
 use serde::Serialize;
@@ -101,7 +103,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         damage::warn_of_missing(&logbook);
     }
     match &args.action {
-        LogbookAction::List => list(&logbook, output),
+        LogbookAction::List => list::list(&logbook, output),
         LogbookAction::Show { campaign } => show(&logbook, *campaign, output),
         LogbookAction::Diff { a, b } => diff(&logbook, a, b, output),
         LogbookAction::Export(asked) => export(&logbook, asked, output),
@@ -117,47 +119,6 @@ impl From<Error> for Failure {
             Self::input(error)
         }
     }
-}
-
-#[derive(Serialize)]
-struct List {
-    schema: &'static str,
-    campaigns: Vec<CampaignEntry>,
-}
-
-fn list(logbook: &Logbook, output: &Output) -> Result<Exit, Failure> {
-    let list = List {
-        schema: "seatrial.logbook_list.v1",
-        campaigns: logbook.campaigns()?,
-    };
-    output.print(&list, || {
-        if list.campaigns.is_empty() {
-            return "no campaign yet".into();
-        }
-        let mut text = String::from(
-            "campaign  started (UTC)         accepted  state          vehicle, configuration\n",
-        );
-        let mut damaged: Vec<String> = Vec::new();
-        for entry in &list.campaigns {
-            damaged.extend(entry.damage.as_ref().map(damage::text));
-            let _ = writeln!(
-                text,
-                "{:>8}  {}  {:>3} of {:<2} {:<14} {}, {}{}",
-                entry.id.0,
-                entry.started,
-                entry.runs_accepted,
-                entry.runs,
-                state_name(entry.state),
-                entry.vehicle,
-                entry.configuration,
-                axis_text(entry),
-            );
-        }
-        // What concerns the whole file is told once.
-        damaged.dedup();
-        text + &damaged.concat()
-    })?;
-    Ok(Exit::Done)
 }
 
 #[derive(Serialize)]
@@ -191,7 +152,7 @@ fn show(logbook: &Logbook, number: Option<i64>, output: &Output) -> Result<Exit,
         let rows: Vec<SpeedRow> = runs.map(|run| run_row(&campaign, run, &verdict)).collect();
         let mut text = labelled("", &verdict.outcome().name().to_uppercase(), width);
         text += &promise_text(&rows, width);
-        text += &speed_table(&rows, width).unwrap_or_default();
+        text += &speed_table(&rows, RudderUnit::Rad, width).unwrap_or_default();
         text += &every_cause(&verdict, width);
         text += &labelled("About  ", &heading(&entry), width);
         text + &command("Next   ", &next, width)

@@ -127,6 +127,14 @@ pub fn warn(models: &Models) {
     }
 }
 
+/// Why what is made of models is not to be used, where they are not.
+pub fn rejected_text(rejected: &[String]) -> String {
+    let causes = rejected.iter().take(1);
+    causes
+        .map(|cause| format!("DO NOT USE: {cause}\n"))
+        .collect()
+}
+
 /// The trial of a source on a line of its own, where it is of one.
 pub fn trial_line(trial: Option<&str>) -> String {
     trial.map_or(String::new(), |trial| format!("{trial}\n"))

@@ -81,12 +81,16 @@ pub fn model_text(identification: &Identification, unit: RudderUnit) -> String {
 }
 
 /// R^2 on validation data.
-pub fn validation_text(validation: Option<Validation>) -> String {
-    let Some(validation) = validation else {
+pub fn validation_text(identification: &Identification) -> String {
+    let Some(validation) = identification.validation else {
         return "Validation  none\n".into();
     };
+    let by = match identification.is_validated_within() {
+        true => ", predicted by a model of the rest of the training",
+        false => "",
+    };
     format!(
-        "Validation  {}, {} samples: R^2 {}\n",
+        "Validation  {}, {} samples{by}: R^2 {}\n",
         span_text(validation.window),
         validation.samples,
         r2_sentence(&validation)
@@ -108,16 +112,19 @@ pub fn span_text(window: Window) -> String {
     format!("{:.2} s to {:.2} s", window.from_s, window.to_s)
 }
 
+/// Digits of a checksum that tell logs apart; the document has all.
+const SHOWN_OF_SHA256: usize = 12;
+
 /// Where the samples came from and what was assumed on the way.
 pub fn source_text(title: &str, log: &OpenedLog) -> String {
     let servo = log.servo.map_or_else(String::new, |servo| {
         format!(", rudder behind the command by {servo}")
     });
+    let sha256 = log.sha256.get(..SHOWN_OF_SHA256).unwrap_or(&log.sha256);
     format!(
-        "{title:<11} {}, {} samples read{servo}, sha256 {}\n",
+        "{title:<11} {}, {} samples read{servo}, sha256 {sha256}...\n",
         log.path.display(),
         log.counts.samples,
-        log.sha256
     )
 }
 

@@ -2,7 +2,6 @@
 
 use std::io::IsTerminal;
 
-use seatrial::identification::Outcome;
 use terminal_size::{Width, terminal_size_of};
 
 /// Columns of a terminal that does not tell, and of output that is none.
@@ -36,20 +35,40 @@ fn shows_colours() -> bool {
     true
 }
 
-/// A text whose first line begins with an outcome in capitals: this in green, yellow or red.
+const GREEN: &str = "32";
+const YELLOW: &str = "33";
+const RED: &str = "31";
+
+/// Verdicts in capitals and their colours. Of those that begin alike the longest comes first.
+const VERDICTS: [(&str, &str); 19] = [
+    ("USE WITH CARE", YELLOW),
+    ("USE", GREEN),
+    ("NOT VALIDATED", YELLOW),
+    ("DO NOT USE", RED),
+    ("THE METHODS AGREE", GREEN),
+    ("THE METHODS DIFFER", YELLOW),
+    ("NO METHOD FOUND A MODEL", RED),
+    ("NO CHANGE FOUND", GREEN),
+    ("CHANGED", RED),
+    ("RE-TRIAL DUE", RED),
+    ("CANNOT TELL", YELLOW),
+    ("KEPT", GREEN),
+    ("PUT BACK", YELLOW),
+    ("REFUSED", RED),
+    ("ABORTED", RED),
+    ("READY", GREEN),
+    ("NOT READY", RED),
+    ("SAME", GREEN),
+    ("DIFFERENT", RED),
+];
+
+/// A text whose first line begins with a verdict in capitals: this in green, yellow or red.
 pub fn coloured(text: &str) -> String {
-    let colours = [
-        (Outcome::UseWithCare, "33"),
-        (Outcome::Use, "32"),
-        (Outcome::NotValidated, "33"),
-        (Outcome::DoNotUse, "31"),
-    ];
-    for (outcome, colour) in colours {
-        let word = outcome.name().to_uppercase();
-        if let Some(rest) = text.strip_prefix(&word)
-            && rest.starts_with(['\n', ':'])
+    for (verdict, colour) in VERDICTS {
+        if let Some(rest) = text.strip_prefix(verdict)
+            && (rest.is_empty() || rest.starts_with(['\n', ':', ',', ' ']))
         {
-            return format!("\x1b[1;{colour}m{word}\x1b[0m{rest}");
+            return format!("\x1b[1;{colour}m{verdict}\x1b[0m{rest}");
         }
     }
     text.to_owned()
@@ -72,15 +91,31 @@ pub fn labelled(label: &str, text: &str, width: usize) -> String {
     broken(label, text, width, "")
 }
 
-/// A text whose lines that hold more columns than the screen has go on in the next line.
+/// A text whose lines that hold more columns than the screen has go on in the next line, below what stands behind their label.
 pub fn wrapped(text: &str, width: usize) -> String {
     let is_long = |line: &str| line.chars().count() > width;
     text.lines()
         .map(|line| match is_long(line) {
-            true => labelled("", line, width),
+            true => {
+                let (label, rest) = line.split_at(label_end(line));
+                labelled(label, rest, width)
+            }
             false => format!("{line}\n"),
         })
         .collect()
+}
+
+/// Columns of the widest label.
+const WIDEST_LABEL: usize = 16;
+
+/// Where the text of a line begins: behind the spaces before it, and behind a label that two spaces end.
+fn label_end(line: &str) -> usize {
+    let begins = line.len() - line.trim_start().len();
+    let gap = line[begins..].find("  ").map(|at| begins + at);
+    let behind = |at: usize| line.len() - line[at..].trim_start().len();
+    gap.map(behind)
+        .filter(|end| *end <= WIDEST_LABEL)
+        .unwrap_or(begins)
 }
 
 /// A command under a label. The shell goes on over the ends of its lines.
@@ -117,18 +152,34 @@ mod tests {
     use super::*;
 
     #[test]
-    fn exact_only_an_outcome_at_the_beginning_is_coloured() {
-        assert_eq!(coloured("USE\nspeed"), "\x1b[1;32mUSE\x1b[0m\nspeed");
-        assert_eq!(
-            coloured("USE WITH CARE\n"),
-            "\x1b[1;33mUSE WITH CARE\x1b[0m\n"
-        );
-        assert_eq!(
-            coloured("DO NOT USE: the runs part\n"),
-            "\x1b[1;31mDO NOT USE\x1b[0m: the runs part\n"
-        );
+    fn exact_a_verdict_at_the_beginning_is_coloured() {
+        for (text, shown) in [
+            ("USE\nspeed", "\x1b[1;32mUSE\x1b[0m\nspeed"),
+            ("USE WITH CARE\n", "\x1b[1;33mUSE WITH CARE\x1b[0m\n"),
+            (
+                "DO NOT USE: the runs part\n",
+                "\x1b[1;31mDO NOT USE\x1b[0m: the runs part\n",
+            ),
+            (
+                "KEPT the new gains: proven",
+                "\x1b[1;32mKEPT\x1b[0m the new gains: proven",
+            ),
+        ] {
+            assert_eq!(coloured(text), shown);
+        }
         for plain in ["USEFUL\n", "speed\nUSE\n", ""] {
             assert_eq!(coloured(plain), plain);
+        }
+        // Every outcome has a colour.
+        use seatrial::identification::Outcome;
+        for outcome in [
+            Outcome::Use,
+            Outcome::UseWithCare,
+            Outcome::NotValidated,
+            Outcome::DoNotUse,
+        ] {
+            let text = outcome.name().to_uppercase();
+            assert_ne!(coloured(&text), text);
         }
     }
 
@@ -147,5 +198,9 @@ mod tests {
             "The rudder did not move."
         );
         assert_eq!(sentence("Done."), "Done.");
+        assert_eq!(
+            wrapped("Log  one two three\n  four five six", 12),
+            "Log  one two\n     three\n  four five\n  six\n"
+        );
     }
 }

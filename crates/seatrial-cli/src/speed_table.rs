@@ -48,13 +48,17 @@ const B2: Column = column("b2", "1/s^2", |row| bounds(row, |i| i.b2_per_s2));
 const M: Column = column("m", "1/s^2", |row| {
     Some(bounds_text(model(row)?.restoring?.interval_95_per_s2))
 });
-const A22_CENTRE: Column = column("a22", "1/s", |row| {
-    let interval = intervals(row).map(|i| i.a22_per_s);
-    Some(within(model(row)?.model().a22_per_s, interval))
+const A22_ESTIMATE: Column = column("a22", "1/s", |row| {
+    let value = model(row)?.model().a22_per_s;
+    Some(estimate(value, intervals(row).map(|i| i.a22_per_s)))
 });
-const B2_CENTRE: Column = column("b2", "1/s^2", |row| {
-    let interval = intervals(row).map(|i| i.b2_per_s2);
-    Some(within(model(row)?.model().b2_per_s2, interval))
+const B2_ESTIMATE: Column = column("b2", "1/s^2", |row| {
+    let value = model(row)?.model().b2_per_s2;
+    Some(estimate(value, intervals(row).map(|i| i.b2_per_s2)))
+});
+const M_ESTIMATE: Column = column("m", "1/s^2", |row| {
+    let m = model(row)?.restoring?;
+    Some(estimate(m.refined_per_s2, Some(m.interval_95_per_s2)))
 });
 const C0: Column = column("C0", "deg/s^2", |row| {
     let interval = intervals(row).map(|i| i.c0_rad_per_s2);
@@ -69,12 +73,25 @@ const OVERSHOOT: Column = column("overshoot", "deg", |row| {
 const GAIN: Column = column("K_p", "", |row| Some(three_figures(row.gain()?)));
 const VERDICT: Column = column("verdict", "", |row| Some(row.outcome.name().to_owned()));
 
+/// Columns that of a single model stand in a line of their own.
+const IN_OFFSET_LINE: [&str; 2] = [C0.name, R2.name];
+
 /// Tables from the widest to the narrowest: the parameters of the model go first, its gain and its verdict never.
 const LAYOUTS: [&[Column]; 6] = [
     &[
-        THRUST, SPEED, T, K, OVERSHOOT, GAIN, A22_CENTRE, A22, M, B2_CENTRE, B2, C0, R2, VERDICT,
+        THRUST,
+        SPEED,
+        T,
+        K,
+        OVERSHOOT,
+        GAIN,
+        A22_ESTIMATE,
+        B2_ESTIMATE,
+        C0,
+        R2,
+        VERDICT,
     ],
-    &[THRUST, SPEED, T, K, OVERSHOOT, GAIN, A22, M, B2, VERDICT],
+    &[THRUST, SPEED, T, K, OVERSHOOT, GAIN, A22, B2, VERDICT],
     &[THRUST, SPEED, T, K, OVERSHOOT, GAIN, VERDICT],
     &[THRUST, SPEED, T, K, GAIN, VERDICT],
     &[THRUST, T, K, GAIN, VERDICT],
@@ -84,7 +101,14 @@ const LAYOUTS: [&[Column]; 6] = [
 /// Of pitch, which has no gain.
 const PITCH_LAYOUTS: [&[Column]; 3] = [
     &[
-        THRUST, SPEED, A22_CENTRE, A22, M, B2_CENTRE, B2, C0, R2, VERDICT,
+        THRUST,
+        SPEED,
+        A22_ESTIMATE,
+        M_ESTIMATE,
+        B2_ESTIMATE,
+        C0,
+        R2,
+        VERDICT,
     ],
     &[THRUST, SPEED, A22, M, B2, VERDICT],
     &[SPEED, A22, M, B2, VERDICT],
@@ -98,8 +122,9 @@ pub fn promise_text(rows: &[SpeedRow], width: usize) -> String {
         .collect()
 }
 
-/// The widest table that fits, and below it which parameters are left out. `None` where no row has anything but its verdict.
-pub fn speed_table(rows: &[SpeedRow], width: usize) -> Option<String> {
+/// The widest table that fits, and below it which columns are left out, or of a single model its offset and R^2. `None` where no row has
+/// anything but its verdict. `unit` is that of the rudder.
+pub fn speed_table(rows: &[SpeedRow], unit: RudderUnit, width: usize) -> Option<String> {
     let is_pitch = |row: &SpeedRow| row.identification.is_some_and(|i| i.restoring.is_some());
     let layouts: &[&[Column]] = match rows.iter().any(is_pitch) {
         true => &PITCH_LAYOUTS,
@@ -110,10 +135,11 @@ pub fn speed_table(rows: &[SpeedRow], width: usize) -> Option<String> {
         let fits = |table: &Table| table.width() <= width;
         let at = tables().position(|table| fits(&table));
         let at = at.unwrap_or(layouts.len() - 1);
-        let left_out: Vec<&str> = [A22, B2]
+        let left_out: Vec<&str> = layouts[0]
             .iter()
             .filter(|column| layouts[at].iter().all(|shown| shown.name != column.name))
             .filter(|column| rows.iter().any(|row| (column.cell)(row).is_some()))
+            .filter(|column| rows.len() > 1 || !IN_OFFSET_LINE.contains(&column.name))
             .map(|column| column.name)
             .collect();
         let note = match left_out.is_empty() {
@@ -127,13 +153,21 @@ pub fn speed_table(rows: &[SpeedRow], width: usize) -> Option<String> {
                 width,
             ),
         };
-        table(layouts[at], rows).to_string() + &note
+        let offset = match rows {
+            [only] => offset_text(only, unit),
+            _ => None,
+        };
+        let offset = offset.map_or(String::new(), |offset| labelled("", &offset, width));
+        table(layouts[at], rows).to_string() + &note + &offset
     })
 }
 
 /// A table of these columns, without those that no row has.
 fn table(columns: &[Column], rows: &[SpeedRow]) -> Table {
-    let is_shown = |column: &&Column| rows.iter().any(|row| (column.cell)(row).is_some());
+    let is_shown = |column: &&Column| {
+        (rows.len() > 1 || !IN_OFFSET_LINE.contains(&column.name))
+            && rows.iter().any(|row| (column.cell)(row).is_some())
+    };
     let columns: Vec<&Column> = columns.iter().filter(is_shown).collect();
     let heads: Vec<(&str, &str)> = columns.iter().map(|c| (c.name, c.unit)).collect();
     let mut table = Table::new(&heads);
@@ -158,6 +192,15 @@ fn bounds(row: &SpeedRow, of: fn(&Intervals) -> [f64; 2]) -> Option<String> {
     Some(bounds_text(of(&intervals(row)?)))
 }
 
+/// A value, then its bounds where they are known.
+fn estimate(value: f64, interval: Option<[f64; 2]>) -> String {
+    let value = within(value, interval);
+    match interval {
+        Some(interval) => format!("{value} ({})", bounds_text(interval)),
+        None => value,
+    }
+}
+
 fn is_shown(row: &SpeedRow) -> bool {
     row.thrust.is_some() || row.surge_speed_m_s.is_some() || model(row).is_some()
 }
@@ -167,8 +210,8 @@ fn in_degrees(value_rad: f64, interval_rad: Option<[f64; 2]>) -> String {
     within(value_rad.to_degrees(), interval)
 }
 
-/// What the table leaves out of one model: the offset, the neutral rudder and R^2, in one line.
-pub fn offset_text(row: &SpeedRow, unit: RudderUnit) -> Option<String> {
+/// What stands below the table of one model: the offset, the neutral rudder and R^2, in one line.
+fn offset_text(row: &SpeedRow, unit: RudderUnit) -> Option<String> {
     let identification = model(row)?;
     let model = identification.model();
     let interval = intervals(row);

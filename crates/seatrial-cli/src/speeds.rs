@@ -21,7 +21,7 @@ fn paragraph(model: &SpeedModel, unit: RudderUnit) -> String {
     if let Some(identification) = &model.identification {
         text += &model_text(identification, unit);
         text += &joined_text(model.joined.as_ref());
-        text += &validation_text(identification.validation);
+        text += &validation_text(identification);
         text += &training_text(identification);
     }
     let _ = writeln!(text, "Windows     {}\n", model.windows.because);

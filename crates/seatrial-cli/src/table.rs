@@ -27,41 +27,95 @@ impl Table {
         self.to_string().lines().map(line).max().unwrap_or(0)
     }
 
-    /// The table as text that fits a screen: columns of these names are left out, in this order, until it does,
-    /// and then the intervals. A line below says so.
+    /// The table as text that fits a screen: columns of these names, or of these names and units, are left out, in this order, until it
+    /// does, then the intervals, those of the last column first. A line below says so. Where that is not enough each row becomes a paragraph.
     pub fn fitted(mut self, width: usize, dispensable: &[&str]) -> String {
-        let mut left_out = Vec::new();
+        self.leave_out_empty();
+        let mut left_out: Vec<String> = Vec::new();
         for name in dispensable {
-            if self.width() <= width {
-                break;
-            }
-            while let Some(at) = self.rows[0].iter().position(|heading| heading == name) {
-                self.rows.iter_mut().for_each(|row| {
-                    row.remove(at);
-                });
-                left_out.push(*name);
+            if self.width() > width && self.leave_out(name) {
+                left_out.push((*name).to_owned());
             }
         }
-        left_out.dedup();
-        if self.width() > width && self.drop_intervals() {
-            left_out.push("95 % intervals");
+        let mut without = Vec::new();
+        for column in (0..self.rows[0].len()).rev() {
+            if self.width() > width && self.drop_intervals(column) {
+                without.insert(0, self.rows[0][column].clone());
+            }
         }
-        match left_out.is_empty() {
+        if let Some((last, others)) = without.split_last() {
+            let others = others.join(", ");
+            let and = if others.is_empty() { "" } else { " and " };
+            left_out.push(format!("95 % intervals of {others}{and}{last}"));
+        }
+        let rows = match self.width() <= width {
             true => self.to_string(),
+            false => self.paragraphs(width),
+        };
+        match left_out.is_empty() {
+            true => rows,
             false => {
                 let note = format!(
                     "On a wider screen, or with --json: {}.",
                     left_out.join(", ")
                 );
-                format!("{self}{}", labelled("", &note, width))
+                format!("{rows}{}", labelled("", &note, width))
             }
         }
     }
 
-    /// Leaves the bounds behind the values out. Were there any?
-    fn drop_intervals(&mut self) -> bool {
+    /// Leaves the columns out that no row has.
+    fn leave_out_empty(&mut self) {
+        let [heads, _, rows @ ..] = &self.rows[..] else {
+            return;
+        };
+        let is_empty = |column: &usize| rows.iter().all(|row| row[*column] == "-");
+        let empty: Vec<usize> = (0..heads.len()).filter(is_empty).collect();
+        if rows.is_empty() {
+            return;
+        }
+        for column in empty.into_iter().rev() {
+            self.rows
+                .iter_mut()
+                .for_each(|row| drop(row.remove(column)));
+        }
+    }
+
+    /// Leaves the columns of this name, or of this name and unit, out. Were there any?
+    fn leave_out(&mut self, name: &str) -> bool {
+        let [heads, units, ..] = &self.rows[..] else {
+            return false;
+        };
+        let is_meant = |(head, unit): (&String, &String)| {
+            head == name || name.strip_prefix(head.as_str()) == Some(&format!(" {unit}"))
+        };
+        let stays: Vec<bool> = heads.iter().zip(units).map(|of| !is_meant(of)).collect();
+        for row in &mut self.rows {
+            let mut stays = stays.iter();
+            row.retain(|_| stays.next() == Some(&true));
+        }
+        stays.contains(&false)
+    }
+
+    /// Each row in a paragraph of its own, every cell with its heading.
+    fn paragraphs(&self, width: usize) -> String {
+        let [heads, units, rows @ ..] = &self.rows[..] else {
+            return String::new();
+        };
+        let cells = |row: &Vec<String>| {
+            let named = heads.iter().zip(units).zip(row);
+            let cells = named.map(|((head, unit), cell)| format!("{head} {cell} {unit}"));
+            let cells: Vec<String> = cells.map(|cell| cell.trim().to_owned()).collect();
+            labelled("- ", &cells.join(", "), width)
+        };
+        rows.iter().map(cells).collect()
+    }
+
+    /// Leaves the bounds behind the values of a column out. Were there any?
+    fn drop_intervals(&mut self, column: usize) -> bool {
         let mut dropped = false;
-        for cell in self.rows.iter_mut().skip(2).flatten() {
+        for row in self.rows.iter_mut().skip(2) {
+            let cell = &mut row[column];
             let bounds = cell.find(" (").filter(|at| cell[*at..].contains(" to "));
             if let Some(at) = bounds {
                 cell.truncate(at);
@@ -125,26 +179,60 @@ mod tests {
     #[test]
     fn exact_a_table_leaves_out_what_does_not_fit() {
         let table = || {
-            let mut table = Table::new(&[("speed", "m/s"), ("T", "s"), ("K", "1/s")]);
-            table.row(vec!["1.07".into(), "0.9".into(), "1.0".into()]);
+            let mut table = Table::new(&[
+                ("speed", "m/s"),
+                ("R^2", "rate"),
+                ("R^2", "heading"),
+                ("K", "1/s"),
+            ]);
+            table.row(vec![
+                "1.07".into(),
+                "0.9".into(),
+                "0.8".into(),
+                "1.0".into(),
+            ]);
             table
         };
-        assert_eq!(table().fitted(80, &["T"]), table().to_string());
-        let narrow = table().fitted(12, &["T", "K"]);
-        assert!(narrow.starts_with("speed    K\n"), "{narrow}");
-        assert!(
-            narrow.ends_with("On a wider\nscreen, or\nwith --json:\nT.\n"),
-            "{narrow}"
-        );
+        assert_eq!(table().fitted(80, &["R^2 rate"]), table().to_string());
+        let narrow = table().fitted(20, &["R^2 rate", "K"]);
+        assert!(narrow.starts_with("speed      R^2    K\n"), "{narrow}");
+        assert!(narrow.ends_with("R^2\nrate.\n"), "{narrow}");
     }
 
     #[test]
     fn exact_a_narrow_table_keeps_its_values_and_leaves_out_their_intervals() {
-        let mut table = Table::new(&[("speed", "m/s"), ("K_p", "")]);
-        table.row(vec!["1.07".into(), "0.595 (0.544 to 0.646)".into()]);
-        let narrow = table.fitted(20, &[]);
-        assert!(narrow.contains("\n 1.07  0.595\n"), "{narrow}");
-        assert!(narrow.contains("intervals."), "{narrow}");
+        let table = || {
+            let mut table = Table::new(&[("speed", "m/s"), ("K_p", ""), ("overshoot", "%")]);
+            let cells = ["1.07", "0.595 (0.544 to 0.646)", "2 (1 to 3)"];
+            table.row(cells.map(str::to_owned).into());
+            table
+        };
+        let narrow = table().fitted(40, &[]);
+        assert!(
+            narrow.contains("\n 1.07  0.595 (0.544 to 0.646)          2\n"),
+            "{narrow}"
+        );
+        assert!(narrow.contains("intervals of overshoot."), "{narrow}");
+        let narrower = table().fitted(22, &[]);
+        assert!(narrower.contains("\n 1.07  0.595"), "{narrower}");
+        assert!(narrower.contains("K_p and"), "{narrower}");
+    }
+
+    #[test]
+    fn exact_a_column_that_no_row_has_is_left_out() {
+        let mut table = Table::new(&[("speed", "m/s"), ("circle", "m")]);
+        table.row(vec!["1.07".into(), "-".into()]);
+        assert_eq!(table.fitted(80, &[]), "speed\n  m/s\n 1.07\n");
+    }
+
+    #[test]
+    fn exact_rows_that_fit_no_screen_become_paragraphs() {
+        let mut table = Table::new(&[("log", ""), ("damping", "%")]);
+        table.row(vec!["a_log_with_a_long_name.csv".into(), "+2".into()]);
+        assert_eq!(
+            table.fitted(30, &[]),
+            "- log\n  a_log_with_a_long_name.csv,\n  damping +2 %\n"
+        );
     }
 
     #[test]

@@ -5,7 +5,7 @@ use seatrial_app::turning::{MeasuredUTurn, OverSpeed, PointLimits, SideLimits, T
 use seatrial_core::Side;
 use seatrial_core::authority::AuthorityForm;
 
-use crate::model_source::{SourceArgs, trial_line, warn};
+use crate::model_source::{SourceArgs, rejected_text, trial_line, warn};
 use crate::output::{Exit, Failure, Output};
 use crate::screen::{width, wrapped};
 use crate::table::{Table, estimate_text};
@@ -73,7 +73,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         args.measured_u_turn,
     )?;
     output.print(&document, || text(&document, width()))?;
-    Ok(if document.is_refused() || !models.rejected.is_empty() {
+    Ok(if document.is_refused() {
         Exit::Rejected
     } else {
         Exit::Done
@@ -131,10 +131,12 @@ fn text(document: &TurningLimits, width: usize) -> String {
     if document.points.iter().any(|p| p.surge_speed_m_s.is_none()) {
         notes.push("No radius without a speed, and the log had none or not nearly one: give it with --speed.".into());
     }
-    notes.extend(document.over_speed.iter().map(over_speed_text));
+    notes.extend(tightest_text(&document.points));
+    notes.extend(document.over_speed.iter().filter_map(over_speed_text));
     notes.dedup();
     let text = format!(
-        "Turning limits of {}, rudder limit {:.1} {rudder}, heading change {:.0} deg\n{}\n{}\n{}",
+        "{}Turning limits of {}, rudder limit {:.1} {rudder}, heading change {:.0} deg\n{}\n{}\n{}",
+        rejected_text(&document.rejected),
         document.source,
         document.rudder_limit_rad * rudder_scale,
         document.heading_change_rad.to_degrees(),
@@ -179,32 +181,41 @@ fn side_name(side: Side) -> &'static str {
     }
 }
 
-/// The speed of the tightest turn, in a sentence; how it was fitted is in the document.
-fn over_speed_text(over_speed: &OverSpeed) -> String {
-    let [from, to] = over_speed.searched_m_s;
+/// Which of several identified speeds turns tightest, and how tightly.
+fn tightest_text(points: &[PointLimits]) -> Option<String> {
+    let known = |point: &PointLimits| {
+        let [starboard, port] = [0, 1].map(|side| point.sides[side].u_turn_mean_radius_m);
+        let [starboard, port] = [starboard?.value, port?.value];
+        Some((point.surge_speed_m_s?, starboard, port))
+    };
+    let speeds: Vec<(f64, f64, f64)> = points.iter().filter_map(known).collect();
+    let least = speeds
+        .iter()
+        .min_by(|a, b| (a.1 + a.2).total_cmp(&(b.1 + b.2)));
+    let (speed, starboard, port) = least.filter(|_| speeds.len() > 1)?;
+    Some(format!(
+        "The tightest U-turn of these speeds is at {speed:.2} m/s: mean radius {starboard:.1} m to starboard, {port:.1} m to port."
+    ))
+}
+
+/// The speed of the tightest turn by a law of b2 over speed, in a sentence; how it was fitted is in the document. `None` where the law has it
+/// at an end of the speeds.
+fn over_speed_text(over_speed: &OverSpeed) -> Option<String> {
+    let law = match over_speed.fit.form {
+        AuthorityForm::ThroughZero => "the speed squared",
+        AuthorityForm::WithConstant => "the speed squared and has a part that does not grow",
+    };
     match (&over_speed.minimum, &over_speed.refused) {
-        (Some(minimum), _) => format!(
-            "The least U-turn mean radius is {:.2} m, at {:.2} m/s{}, {}.",
-            minimum.u_turn_mean_radius_m,
+        (Some(minimum), _) => Some(format!(
+            "If the rudder's effect grows with {law}, the tightest U-turn is at {:.2} m/s{}: mean radius {:.1} m.",
             minimum.surge_speed_m_s,
-            if minimum.extrapolated {
-                " (EXTRAPOLATED beyond the identified speeds)"
-            } else {
-                ""
+            match minimum.extrapolated {
+                true => " (EXTRAPOLATED beyond the identified speeds)",
+                false => "",
             },
-            match over_speed.fit.form {
-                AuthorityForm::ThroughZero =>
-                    "where the rudder's effect grows with the speed squared",
-                AuthorityForm::WithConstant => {
-                    "where the rudder's effect grows with the speed squared and has a part that does not"
-                }
-            }
-        ),
-        (None, Some(reason)) => format!("No speed of the tightest turn: {reason}."),
-        (None, None) => {
-            format!(
-                "The tightest U-turn is at {from:.2} or at {to:.2} m/s: the table shows which of the two."
-            )
-        }
+            minimum.u_turn_mean_radius_m,
+        )),
+        (None, Some(reason)) => Some(format!("No speed of the tightest turn: {reason}.")),
+        (None, None) => None,
     }
 }

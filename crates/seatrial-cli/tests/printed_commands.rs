@@ -35,6 +35,24 @@ fn pages_of(folder: &Path) -> Vec<PathBuf> {
     paths.flat_map(of).collect()
 }
 
+/// Words of the README and the docs together, as `wc -w` counts them: two hours of reading.
+const MOST_WORDS: usize = 25_000;
+
+#[test]
+fn regress_readme_and_docs_are_read_in_two_hours() {
+    let readme = root().join("README.md");
+    let pages = pages_of(&root().join("docs")).into_iter().chain([readme]);
+    let words: usize = pages
+        .map(|page| {
+            std::fs::read_to_string(page)
+                .unwrap()
+                .split_whitespace()
+                .count()
+        })
+        .sum();
+    assert!((1..=MOST_WORDS).contains(&words), "{words} words");
+}
+
 /// The fenced blocks of a page that are not of another language.
 fn blocks(page: &str) -> Vec<String> {
     let mut blocks = Vec::new();

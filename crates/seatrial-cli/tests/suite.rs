@@ -37,6 +37,7 @@ mod reported_cases;
 mod ros2;
 mod ros2_file;
 mod rudder_lag;
+mod screens;
 mod security_page;
 mod ship_manoeuvres;
 mod signal;

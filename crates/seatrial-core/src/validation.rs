@@ -184,12 +184,7 @@ impl<T: Real> Validation<T> {
 
     /// R^2 of the samples so far.
     pub fn goodness_of_fit(&self) -> GoodnessOfFit<T> {
-        let initial = [
-            self.heading.lead_in_mean().unwrap_or(T::ZERO),
-            self.yaw_rate
-                .lead_in_mean_above_its_noise()
-                .unwrap_or(T::ZERO),
-        ];
+        let initial = self.initial();
         let of = |signal: &Comparison<T>| {
             (
                 signal.r2(initial, T::ZERO),
@@ -212,6 +207,28 @@ impl<T: Real> Validation<T> {
             )
         };
         self.fit_of(of)
+    }
+
+    /// psi_0, rad, from the first measured heading, r_0, rad/s, and dC, rad/s^2, of the simulated heading that is compared: from the lead-in,
+    /// or `from_any_start`; dC is 0 without `offset_again`.
+    pub fn heading_start(&self, from_any_start: bool, offset_again: bool) -> [T; 3] {
+        if from_any_start {
+            return self.heading.least_squares([true, true, offset_again]);
+        }
+        let [heading, rate] = self.initial();
+        let offset = self.heading.refit_offset([heading, rate]);
+        let offset = offset.filter(|_| offset_again).unwrap_or(T::ZERO);
+        [heading, rate, offset]
+    }
+
+    /// psi_0 and r_0 of the lead-in.
+    #[inline]
+    fn initial(&self) -> [T; 2] {
+        let rate = self.yaw_rate.lead_in_mean_above_its_noise();
+        [
+            self.heading.lead_in_mean().unwrap_or(T::ZERO),
+            rate.unwrap_or(T::ZERO),
+        ]
     }
 
     /// R^2 of both signals, each without and with the offset estimated again.
@@ -446,6 +463,43 @@ mod tests {
                 sample
             })
             .collect()
+    }
+
+    #[test]
+    fn exact_the_simulation_from_the_start_that_is_found_has_the_r2_that_is_stated() {
+        let samples = run(3.0, |_| 0.05);
+        // It begins in the turn of the doublet, and the model is not the truth.
+        let samples = &samples[90..];
+        let model = YawModel::from_theta([-0.8, 1.2, 0.03]);
+        let mut validation = Validation::new(model, 0.5);
+        samples.iter().for_each(|sample| validation.compare(sample));
+        for (from_any_start, fit) in [
+            (false, validation.goodness_of_fit()),
+            (true, validation.goodness_of_fit_from_any_start()),
+        ] {
+            for (again, stated) in [(false, fit.r2_heading), (true, fit.r2_heading_offset_refit)] {
+                let [heading, rate, offset] = validation.heading_start(from_any_start, again);
+                let mut state = YawState {
+                    heading_rad: heading,
+                    yaw_rate_rad_s: rate,
+                };
+                let model = YawModel::from_theta([-0.8, 1.2, 0.03 + offset]);
+                let (mut error, mut turned, mut squares, mut sum) = (0.0, 0.0, 0.0, 0.0);
+                for (k, sample) in samples.iter().enumerate() {
+                    if let Some(last) = k.checked_sub(1).map(|last| &samples[last]) {
+                        state = model.advance(state, last.rudder_rad, 0.05);
+                        turned += Real::wrapped(sample.heading_rad - last.heading_rad);
+                    }
+                    error += (state.heading_rad - turned).powi(2);
+                    squares += turned * turned;
+                    sum += turned;
+                }
+                let variation = squares - sum * sum / samples.len() as f64;
+                let r2 = 1.0 - error / variation;
+                // Sums of 240 products, rounded.
+                assert!((r2 - stated.unwrap()).abs() < 1e-9, "{r2} {stated:?}");
+            }
+        }
     }
 
     #[test]

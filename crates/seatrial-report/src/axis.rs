@@ -13,7 +13,7 @@ pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     values.into_iter().fold(nothing, widened)
 }
 
-/// About `count` round values inside the axis, steps of 1, 2 or 5 times a power of ten.
+/// About `count` round values inside the axis, steps of 1, 2 or 5 times a power of ten; two at least, or nobody could tell its scale.
 pub(super) fn linear_ticks([low, high]: [f64; 2], count: f64) -> Vec<(f64, String)> {
     let rough = (high - low) / count;
     let power = libm::pow(10_f64, libm::log10(rough).floor());
@@ -23,11 +23,15 @@ pub(super) fn linear_ticks([low, high]: [f64; 2], count: f64) -> Vec<(f64, Strin
         .find(|step| *step >= 0.7 * rough)
         .unwrap_or(10.0 * power);
     let first = (low / step).ceil();
-    (0..32)
+    let ticks: Vec<(f64, String)> = (0..32)
         .map(|k| (first + f64::from(k)) * step + 0.0)
         .take_while(|value| *value <= high + 1e-9 * step)
         .map(|value| (value, tick_text(value, step)))
-        .collect()
+        .collect();
+    match ticks.len() < 2 && rough.is_finite() && rough > 0.0 {
+        true => linear_ticks([low, high], 2.0 * count),
+        false => ticks,
+    }
 }
 
 /// The text of a tick with just the decimals that its step needs; a power of ten beside it where
@@ -142,6 +146,7 @@ mod tests {
         assert_eq!(texts([0.0, 10.0], 5.0), ["0", "2", "4", "6", "8", "10"]);
         assert_eq!(texts([-0.011, 0.012], 3.0), ["−0.01", "0.00", "0.01"]);
         assert_eq!(texts([99.5, 100.6], 2.0), ["99.5", "100.0", "100.5"]);
+        assert_eq!(texts([-4.9, 4.6], 2.0), ["−4", "−2", "0", "2", "4"]);
         assert_eq!(texts([-2e-6, 1e-5], 2.0), ["0", "5·10⁻⁶", "10·10⁻⁶"]);
     }
 

@@ -1,7 +1,7 @@
 //! Measured against simulated heading.
 
 use seatrial_core::model::YawState;
-use seatrial_core::{Axis, PitchModel, PitchState, Sample, YawModel};
+use seatrial_core::{Axis, Sample};
 
 use super::Figure;
 use super::axis::extent;
@@ -11,75 +11,8 @@ use super::number::{self, decimals};
 use super::source::Source;
 use seatrial::campaign::Stage;
 use seatrial::identification::Identification;
-use seatrial::identify::validation::quiet_lead_in_s;
+use seatrial::identify::validation::{simulated, simulated_by};
 use seatrial::record::{Record, Window};
-
-/// A model of yaw, or with a restoring moment m, 1/s^2, of pitch.
-#[derive(Clone, Copy)]
-struct Motion {
-    model: YawModel<f64>,
-    restoring_per_s2: Option<f64>,
-}
-
-impl Motion {
-    /// The model of an identification that goes to the controller.
-    fn of(identification: &Identification) -> Self {
-        Self {
-            model: identification.model(),
-            restoring_per_s2: identification.restoring.map(|m| m.refined_per_s2),
-        }
-    }
-
-    /// The model that was estimated sample by sample.
-    fn live(identification: &Identification) -> Self {
-        Self {
-            model: identification.online.model,
-            restoring_per_s2: identification.restoring.map(|m| m.online_per_s2),
-        }
-    }
-
-    fn advance(&self, state: YawState<f64>, rudder_rad: f64, interval_s: f64) -> YawState<f64> {
-        let Some(m) = self.restoring_per_s2 else {
-            return self.model.advance(state, rudder_rad, interval_s);
-        };
-        let start = PitchState {
-            pitch_rad: state.heading_rad,
-            pitch_rate_rad_s: state.yaw_rate_rad_s,
-        };
-        let after = PitchModel::righted(&self.model, m).advance(start, rudder_rad, interval_s);
-        YawState {
-            heading_rad: after.pitch_rad,
-            yaw_rate_rad_s: after.pitch_rate_rad_s,
-        }
-    }
-}
-
-/// A simulation of usable samples with the measured rudder, from the mean of the lead-in: the
-/// initial conditions of [`Validation`](seatrial_core::validation::Validation).
-fn simulated(samples: &[Sample<f64>], motion: &Motion) -> Vec<YawState<f64>> {
-    let Some(first) = samples.first() else {
-        return Vec::new();
-    };
-    let lead_in_s = quiet_lead_in_s(samples);
-    let lead_in = samples
-        .iter()
-        .take_while(|s| s.time_s - first.time_s < lead_in_s);
-    let lead_in = &samples[..lead_in.count().clamp(1, samples.len())];
-    let count = lead_in.len() as f64;
-    let headings = lead_in.iter().map(|s| s.heading_rad);
-    let rates = lead_in.iter().filter_map(|s| s.yaw_rate_rad_s);
-    let rates: Vec<f64> = rates.filter(|rate| rate.is_finite()).collect();
-    let mut state = YawState {
-        heading_rad: headings.sum::<f64>() / count,
-        yaw_rate_rad_s: rates.iter().sum::<f64>() / rates.len().max(1) as f64,
-    };
-    let mut states = vec![state];
-    for pair in samples.windows(2) {
-        state = motion.advance(state, pair[0].rudder_rad, pair[1].time_s - pair[0].time_s);
-        states.push(state);
-    }
-    states
-}
 
 /// Measured and simulated heading of one sample, rad, unwrapped.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,10 +25,35 @@ pub struct Overlaid {
     pub simulated_rad: f64,
 }
 
-/// The simulation of a model over the measured heading of a record's window, as the report draws it.
+/// Does the R^2 on which the verdict rests take the offset from the validation data?
+fn is_offset_again(found: &Identification) -> bool {
+    let validation = found.validation;
+    validation.is_some_and(|validation| validation.is_judged_with_offset_again())
+}
+
+/// A simulation of all samples, or part by part where R^2 is that of a model that runs free so far only.
+fn as_scored(
+    found: &Identification,
+    samples: &[Sample<f64>],
+    simulated: impl Fn(&[Sample<f64>]) -> Vec<YawState<f64>>,
+) -> Vec<YawState<f64>> {
+    match found.validation.and_then(|validation| validation.horizon_s) {
+        None => simulated(samples),
+        Some(horizon_s) => {
+            let begins_s = samples.first().map_or(0.0, |first| first.time_s);
+            let part = |sample: &Sample<f64>| ((sample.time_s - begins_s) / horizon_s).floor();
+            let parts = samples.chunk_by(|a, b| part(a) == part(b));
+            parts.flat_map(simulated).collect()
+        }
+    }
+}
+
+/// The simulation whose R^2 is stated, over the measured heading of a record's window of validation data, as the report draws it.
 pub fn overlay(record: &Record, window: Window, found: &Identification) -> Vec<Overlaid> {
     let samples = usable(record.window(window));
-    let states = simulated(&samples, &Motion::of(found));
+    let states = as_scored(found, &samples, |part| {
+        simulated(found, part, is_offset_again(found))
+    });
     let pairs = samples.iter().zip(states);
     pairs
         .map(|(sample, state)| Overlaid {
@@ -126,6 +84,7 @@ struct Comparison {
     window: Window,
     samples: Vec<Sample<f64>>,
     states: Vec<YawState<f64>>,
+    offset_again: bool,
     /// Heading over the time since the stage began, degrees.
     measured: Vec<[f64; 2]>,
     /// That of the model, degrees.
@@ -134,7 +93,7 @@ struct Comparison {
 
 impl Comparison {
     /// `None` where the stage is missing or has fewer than two usable samples.
-    fn new(source: &Source, stage: Stage, motion: &Motion) -> Option<Self> {
+    fn new(source: &Source, stage: Stage, found: &Identification) -> Option<Self> {
         let record = match stage {
             Stage::Validate => source.validation,
             Stage::Settle | Stage::Train => source.record,
@@ -148,12 +107,14 @@ impl Comparison {
             return None;
         }
         let measured = series(&samples, window.from_s, |s| degrees(Some(s.heading_rad)));
-        let states = simulated(&samples, motion);
+        let offset_again = stage == Stage::Validate && is_offset_again(found);
+        let states = as_scored(found, &samples, |part| simulated(found, part, offset_again));
         let mut comparison = Self {
             stage,
             window,
             samples,
             states,
+            offset_again,
             measured,
             simulated: Vec::new(),
         };
@@ -174,14 +135,19 @@ impl Comparison {
     }
 
     /// Measured and simulated heading; with that of the live model where it is another.
-    fn heading(&self, angle: &str, live: Option<&Motion>) -> Panel {
+    fn heading(&self, angle: &str, found: &Identification) -> Panel {
         let name = match self.stage {
             Stage::Validate => "validation data",
             Stage::Settle | Stage::Train => "training",
         };
         let mut layers = vec![Layer::line("a", "measured", self.measured.clone())];
-        if let Some(live) = live {
-            let live = self.modelled(&simulated(&self.samples, live), |s| s.heading_rad);
+        if found.refined.is_some() {
+            let online_m = found.restoring.map(|m| m.online_per_s2);
+            let online = found.online.model;
+            let live = as_scored(found, &self.samples, |part| {
+                simulated_by(online, online_m, part, self.offset_again)
+            });
+            let live = self.modelled(&live, |s| s.heading_rad);
             layers.push(Layer::line("c", "live model", live));
         }
         layers.push(Layer::line("b", "model", self.simulated.clone()));
@@ -223,15 +189,26 @@ fn validation_sentence(identification: &Identification, angle: &str) -> String {
         .validation
         .and_then(|v| v.judged_r2_heading());
     match (identification.validation, r2) {
-        (Some(_), Some(r2)) => format!(
-            "On validation data the model explains {} of the {angle} (R² = {}).",
-            if r2 > 0.0 {
-                format!("{} %", decimals(100.0 * r2, 0))
-            } else {
-                "nothing".to_owned()
-            },
-            number::r2(Some(r2))
-        ),
+        (Some(_), Some(r2)) => {
+            let is_within = identification.is_validated_within();
+            let [model, data] = match is_within {
+                true => [
+                    "A model of the rest of the record",
+                    " of the validation data",
+                ],
+                false => ["On validation data the model", ""],
+            };
+            let share = match r2 > 0.0 {
+                true => format!("{} %", decimals(100.0 * r2, 0)),
+                false => "nothing".to_owned(),
+            };
+            let offset = match is_offset_again(identification) {
+                true => ", with its offset estimated again",
+                false => "",
+            };
+            let r2 = number::r2(Some(r2));
+            format!("{model} explains {share} of the {angle}{data} (R² = {r2}{offset}).")
+        }
         (Some(_), None) => {
             format!("The {angle} of the validation data did not vary: R² says nothing.")
         }
@@ -244,18 +221,15 @@ fn validation_sentence(identification: &Identification, angle: &str) -> String {
 /// Measured against simulated heading, on the training run and on validation data (Figs. 10 and 11).
 pub(super) fn figure(source: &Source) -> Option<Figure> {
     let identification = source.identification?;
-    let motion = Motion::of(identification);
-    let refined = identification.refined.as_ref();
-    let live = refined.map(|_| Motion::live(identification));
     let angle = source.axis.angle();
     let mut panels = Vec::new();
     let mut longest = 0.0_f64;
     for stage in [Stage::Train, Stage::Validate] {
-        let Some(comparison) = Comparison::new(source, stage, &motion) else {
+        let Some(comparison) = Comparison::new(source, stage, identification) else {
             continue;
         };
         longest = longest.max(comparison.window.to_s - comparison.window.from_s);
-        panels.push(comparison.heading(&source.angle(), live.as_ref()));
+        panels.push(comparison.heading(&source.angle(), identification));
         if stage == Stage::Validate {
             panels.push(comparison.difference());
             if source.axis == Axis::Yaw {
@@ -281,9 +255,16 @@ pub(super) fn figure(source: &Source) -> Option<Figure> {
     Some(Figure::new(
         &chart,
         format!(
-            "The model steered by the measured {} against what the vehicle did. {validated} The lines should lie on each other; \
+            "The model steered by the measured {} against what the vehicle did{}. {validated} The lines should lie on each other; \
              a drift late in the run is what the model cannot know: disturbance and noise.",
-            source.axis.surface()
+            source.axis.surface(),
+            identification
+                .validation
+                .and_then(|validation| validation.horizon_s)
+                .map_or(String::new(), |horizon_s| format!(
+                    ", started again every {} s",
+                    decimals(horizon_s, 0)
+                ))
         ),
     ))
 }

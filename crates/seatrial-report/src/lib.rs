@@ -225,7 +225,7 @@ fn run_section(run: &Run, axis: Axis, whole: &Verdict) -> RunSection {
     RunSection {
         anchor: format!("run-{}", run.number),
         verdict: Some((outcome.into(), outcome.name())),
-        reasons: reasons(&run.reasons_within(whole)),
+        reasons: reasons_of_run(run, whole),
         facts: run
             .identification
             .as_ref()
@@ -235,13 +235,43 @@ fn run_section(run: &Run, axis: Axis, whole: &Verdict) -> RunSection {
     }
 }
 
-/// Each reason with what was measured.
+/// Each reason of a run with what was measured. Why the whole campaign is refused stands at the top of the page.
+fn reasons_of_run(run: &Run, whole: &Verdict) -> Vec<String> {
+    if whole.accepted || !run.verdict.accepted {
+        return reasons(&run.reasons_within(whole));
+    }
+    let refused = format!(
+        "By itself: {}. The campaign is not to be used, for the cause at the top of this page.",
+        run.verdict.outcome().name()
+    );
+    let own: Vec<Reason> = run.verdict.causes().cloned().collect();
+    std::iter::once(refused).chain(reasons(&own)).collect()
+}
+
+/// Each reason with what was measured, once.
 fn reasons(reasons: &[Reason]) -> Vec<String> {
     let text = |reason: &Reason| match reason.detail.is_empty() {
         true => sentence(&reason.text),
+        false if begin_alike(&reason.text, &reason.detail) => sentence(&reason.detail),
         false => format!("{} {}", sentence(&reason.text), sentence(&reason.detail)),
     };
-    reasons.iter().map(text).collect()
+    let mut texts: Vec<String> = Vec::new();
+    for text in reasons.iter().map(text) {
+        if !texts.contains(&text) {
+            texts.push(text);
+        }
+    }
+    texts
+}
+
+/// Do two sentences say the same, by their first words? The second, which was measured, says more.
+fn begin_alike(cause: &str, measured: &str) -> bool {
+    const SAME_WORDS: usize = 4;
+    let begin = |text: &str| -> Vec<String> {
+        let words = text.split_whitespace().take(SAME_WORDS);
+        words.map(str::to_lowercase).collect()
+    };
+    begin(cause) == begin(measured)
 }
 
 fn run_figures_of(source: &Source) -> Vec<Figure> {

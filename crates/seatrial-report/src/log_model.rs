@@ -5,6 +5,7 @@ use seatrial::campaign::{Campaign, Run};
 use seatrial::gain_allowance::{DAMPING_RATIO, GainAllowance};
 use seatrial::identification::{Identification, Outcome, Verdict};
 use seatrial::speeds::{SpeedGain, falls};
+use seatrial_core::{HeadingGain, NoGain};
 
 /// A model of one speed of a log or of a trial.
 #[derive(Clone, Copy, Debug)]
@@ -56,12 +57,16 @@ impl<'a> LogModel<'a> {
 
     /// K_p of an accepted model of yaw, for a damping ratio of 0.71.
     pub fn gain(&self) -> Option<f64> {
+        let gain = self.design()?.ok()?;
+        Some(gain.proportional_gain)
+    }
+
+    /// The gain of an accepted model of yaw, or why it has none.
+    fn design(&self) -> Option<Result<HeadingGain<f64>, NoGain>> {
         let is_steered = |found: &&Identification| self.is_accepted() && found.restoring.is_none();
         let identification = self.identification.filter(is_steered)?;
-        GainAllowance::of(identification)
-            .design(&identification.model(), DAMPING_RATIO)
-            .ok()
-            .map(|gain| gain.proportional_gain)
+        let allowance = GainAllowance::of(identification);
+        Some(allowance.design(&identification.model(), DAMPING_RATIO))
     }
 
     /// `80 % thrust` or `1.63 m/s`.
@@ -74,7 +79,8 @@ impl<'a> LogModel<'a> {
     }
 }
 
-/// What the gains of all speeds promise, and which of them has fallen below the others: one sentence each, for every edge.
+/// What the gains of all speeds promise, which of them has fallen below the others, and where there is none: one sentence each, for every
+/// edge.
 pub fn promises(models: &[LogModel]) -> Vec<String> {
     let changes = models.iter().filter_map(|model| model.course_change);
     let promised = CourseChange::of_all(changes).map(|change| change.sentence());
@@ -91,5 +97,20 @@ pub fn promises(models: &[LogModel]) -> Vec<String> {
         })
         .collect();
     let fallen = falls(&gains, DAMPING_RATIO);
-    promised.into_iter().chain(fallen).collect()
+    let none = no_gain(models);
+    promised.into_iter().chain(fallen).chain(none).collect()
+}
+
+/// At which speeds an accepted model has no gain, because the vehicle may be course unstable.
+fn no_gain(models: &[LogModel]) -> Option<String> {
+    let unstable = models
+        .iter()
+        .filter(|model| matches!(model.design(), Some(Err(NoGain::CourseUnstable))));
+    let names: Vec<String> = unstable.map(LogModel::name).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "No K_p at {}: the vehicle may be course unstable. Its controller must feed back the turn rate as well.",
+            names.join(", ")
+        )
+    })
 }

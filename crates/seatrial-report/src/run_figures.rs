@@ -50,6 +50,9 @@ pub(super) fn manoeuvre(source: &Source) -> Option<Figure> {
         } else if source.is_trial {
             "The manoeuvre. The rudder kicks to both sides and the heading must follow; between the kicks the heading controller holds \
              course. Speed and depth should stay level."
+        } else if source.identification.is_some_and(Identification::is_validated_within) {
+            "What the log holds. All of the shaded part is for training; a model of its first part predicted the part for validation. The \
+             heading must follow the rudder; speed and depth should stay level."
         } else {
             "What the log holds, with the segments used for training and for validation shaded. The heading must follow the rudder; \
              speed and depth should stay level."
@@ -340,8 +343,12 @@ pub(super) fn track(source: &Source) -> Option<Figure> {
     };
     Some(Figure::new(
         &chart,
-        "The track from above, from the first to the last position, both axes to one scale. Each \
-         doublet bends it a little."
-            .to_owned(),
+        format!(
+            "The track from above, from the first to the last position, both axes to one scale.{}",
+            match source.is_trial {
+                true => " Each doublet bends it a little.",
+                false => "",
+            }
+        ),
     ))
 }

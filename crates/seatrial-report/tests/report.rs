@@ -480,3 +480,101 @@ fn exact_r2_below_zero_never_stands_beside_use() {
     let page = report::render(&campaign, &About::default(), "");
     assert!(page.contains(">0.87<") && !page.contains(">−0.00"));
 }
+
+/// A zig-zag of 35 s a period from a course of 350 deg: a hull with T = 4 s, K = 0.25 1/s, and noise of 0.5 deg in its heading.
+fn zigzag() -> Record {
+    let model = seatrial_core::YawModel::from_theta([-0.25, 0.0625, 0.001]);
+    let mut state = seatrial_core::model::YawState {
+        heading_rad: 6.1,
+        yaw_rate_rad_s: 0.0,
+    };
+    let mut seed = 1_u64;
+    let samples = (0..420).map(|k| {
+        let time_s = 0.5 * f64::from(k);
+        let side = if (k / 35) % 2 == 0 { 0.5 } else { -0.5 };
+        seed = seed
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        let noise_deg = (seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0;
+        let sample = seatrial_core::Sample {
+            time_s,
+            heading_rad: state.heading_rad + 0.5_f64.to_radians() * noise_deg,
+            rudder_rad: side,
+            surge_speed_m_s: Some(1.2 - 0.3 * (time_s / 210.0)),
+            ..seatrial_core::Sample::default()
+        };
+        state = model.advance(state, side, 0.5);
+        sample
+    });
+    samples.collect()
+}
+
+fn identified(record: &Record, validate_from_s: f64) -> seatrial::Identification {
+    let data = seatrial::identify::ValidationData {
+        record,
+        window: window(validate_from_s, 210.0),
+    };
+    let settings = seatrial::identify::IdentifySettings::default();
+    let training = window(0.0, validate_from_s);
+    seatrial::identify::identify(record, training, Some(data), &settings).unwrap()
+}
+
+fn window(from_s: f64, to_s: f64) -> seatrial::Window {
+    seatrial::Window { from_s, to_s }
+}
+
+/// The line of the model is the one whose R^2 is printed below it, where the data for validation begin in a turn, too.
+#[test]
+fn exact_the_line_of_the_model_has_the_r2_that_is_printed() {
+    let record = zigzag();
+    for validate_from_s in [98.0, 117.5] {
+        let found = identified(&record, validate_from_s);
+        let drawn = report::overlay(&record, window(validate_from_s, 210.0), &found);
+        let measured = || drawn.iter().map(|at| at.measured_rad);
+        let mean = measured().sum::<f64>() / drawn.len() as f64;
+        let variation: f64 = measured().map(|heading| (heading - mean).powi(2)).sum();
+        let missed = drawn.iter().map(|at| at.measured_rad - at.simulated_rad);
+        let r2 = 1.0 - missed.map(|error| error * error).sum::<f64>() / variation;
+        let judged = found.validation.unwrap().judged_r2_heading().unwrap();
+        // Sums of 200 products, rounded.
+        assert!((r2 - judged).abs() < 1e-6, "{r2} {judged}");
+    }
+}
+
+#[test]
+fn exact_the_page_of_a_log_says_each_thing_once() {
+    let mut found = identified(&zigzag(), 98.0);
+    found.verdict.reasons = vec![
+        Reason {
+            detail: "the log has no yaw rate to compare the heading with".into(),
+            text: "The log has no yaw rate to check the compass with.".into(),
+            ..Reason::new(ReasonCode::HeadingUnchecked, "")
+        },
+        Reason::new(ReasonCode::Ok, "twice"),
+        Reason::new(ReasonCode::Ok, "twice"),
+    ];
+    // The whole trains, and a model of its first part predicts the rest.
+    found.training = window(0.0, 210.0);
+    let record = zigzag();
+    let verdict = found.verdict.clone();
+    let range = found.valid_range.unwrap();
+    let speed = range.usual_surge_speed_m_s;
+    let model = LogModel::new([None, speed], Some(&found), &verdict, None);
+    let page = report::render_log(&Log {
+        axis: seatrial_core::Axis::Yaw,
+        name: "zigzag.csv",
+        record: &record,
+        validation: None,
+        identification: Some(&found),
+        verdict: &verdict,
+        models: &[model],
+        command: "",
+        about: &[],
+        provenance: &[],
+    });
+    assert_eq!(page.matches("The log has no yaw rate").count(), 1, "{page}");
+    assert_eq!(page.matches("Twice").count(), 1);
+    assert!(page.contains("A model of the rest of the record explains"));
+    assert!(page.contains("All of the shaded part is for training"));
+    assert!(page.contains("1.05"), "the speed of the log");
+}

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use seatrial::surge_estimate::SurgeModel;
-use seatrial::{Campaign, GainAllowance};
+use seatrial::{Campaign, CourseChange, GainAllowance};
 use seatrial_core::{RudderUnit, SchedulePoint};
 use seatrial_logbook::{CampaignEntry, Logbook};
 
@@ -107,8 +107,18 @@ impl Models {
             surge: SurgeModel::of(campaign),
             passed_over: None,
             rejected: against(campaign),
+            promised: promised(campaign),
         })
     }
+}
+
+/// What a course change will do with the gains of the accepted runs of a trial.
+pub fn promised(campaign: &Campaign) -> Option<CourseChange> {
+    let runs = campaign.accepted_runs().into_iter();
+    CourseChange::of_all(runs.filter_map(|run| {
+        let found = run.identification.as_ref()?;
+        CourseChange::of(found, Some(campaign.rudder_limit_rad))
+    }))
 }
 
 /// What the campaign says against its own models, where as a whole they are not to be used.

@@ -5,7 +5,7 @@ use std::path::Path;
 use seatrial::identification::{EstimateMethod, ReasonCode, ValidRange};
 use seatrial::propagation::covariance_of_intervals;
 use seatrial::record::Window;
-use seatrial::{FullRudder, GainAllowance};
+use seatrial::{CourseChange, FullRudder, GainAllowance};
 use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::{Nomoto, RudderUnit, SchedulePoint, YawModel};
 use serde::Deserialize;
@@ -30,6 +30,7 @@ struct StoredDocument {
     scenario: Option<String>,
     runs: Option<Vec<StoredRun>>,
     models: Option<Vec<StoredRun>>,
+    first_answer: Option<CourseChange>,
     identification: Option<StoredIdentification>,
     /// Of a log: its model, or the surest one of its speeds; of all, the verdict on the whole.
     #[serde(flatten)]
@@ -200,6 +201,7 @@ fn of_stored(
         surge: None,
         passed_over: None,
         rejected: Vec::new(),
+        promised: document.first_answer,
     };
     match runs {
         Some(runs) => {
@@ -435,7 +437,7 @@ impl StoredIdentification {
     ) -> Result<ModelPoint, NoModel> {
         let refined = self.refined.as_ref();
         let model = self.model()?;
-        let seen_at_m_s = || self.valid_range.as_ref()?.usual_speed_m_s();
+        let seen_at_m_s = || self.valid_range.as_ref()?.usual_surge_speed_m_s;
         let [damping, ..] = stated.intervals;
         let least_damped_per_s = stated.gain_a22_per_s.or(damping.map(|[_, end]| end));
         Ok(ModelPoint {

@@ -19,7 +19,7 @@ use seatrial::Campaign;
 use seatrial::identification::ValidRange;
 use seatrial::propagation::interval_95;
 use seatrial::surge_estimate::SurgeModel;
-use seatrial::{FullRudder, GainAllowance};
+use seatrial::{CourseChange, FullRudder, GainAllowance};
 use seatrial_core::schedule::ScheduleKey;
 use seatrial_core::{RudderUnit, SchedulePoint, SpeedSchedule, YawModel};
 use serde::{Deserialize, Serialize};
@@ -27,7 +27,7 @@ use serde::{Deserialize, Serialize};
 use crate::Error;
 
 #[cfg(feature = "trials")]
-pub use campaigns::{check_undamaged, of_campaign, of_entry, undamaged};
+pub use campaigns::{check_undamaged, of_campaign, of_entry, promised, undamaged};
 #[cfg(feature = "trials")]
 pub use choice::{Chosen, Purpose, campaign_named, campaign_numbered, chosen_campaign};
 #[cfg(feature = "trials")]
@@ -62,6 +62,8 @@ pub struct Models {
     pub passed_over: Option<String>,
     /// What the source itself says against its models.
     pub rejected: Vec<String>,
+    /// What a course change will do with the gains of all of them and this rudder limit, as the source found it.
+    pub promised: Option<CourseChange>,
 }
 
 /// A trial that models come from.
@@ -213,12 +215,18 @@ impl Models {
             surge: None,
             passed_over: None,
             rejected: Vec::new(),
+            promised: None,
         }
     }
 
     /// Checked, with this rudder limit where one is given, slowest first.
     pub fn limited(mut self, rudder_limit_rad: Option<f64>) -> Result<Self, Error> {
-        self.rudder_limit_rad = rudder_limit_rad.unwrap_or(self.rudder_limit_rad);
+        if let Some(limit_rad) = rudder_limit_rad
+            && limit_rad != self.rudder_limit_rad
+        {
+            self.rudder_limit_rad = limit_rad;
+            self.promised = None;
+        }
         if !(self.rudder_limit_rad > 0.0 && self.rudder_limit_rad.is_finite()) {
             return Err(Error::Setting(format!(
                 "rudder limit {} rad: expected a positive angle",

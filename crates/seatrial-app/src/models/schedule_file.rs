@@ -175,6 +175,7 @@ pub fn of_schedule_file(path: &Path) -> Result<Models, Error> {
         surge: None,
         passed_over: None,
         rejected: Vec::new(),
+        promised: None,
     })
 }
 

@@ -8,9 +8,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use seatrial::CourseChange;
 use seatrial::campaign::Campaign;
 use seatrial::identification::{Reason, Verdict};
 use seatrial::preview::{Target, parse_target};
+use seatrial_app::models::promised;
 use seatrial_app::next;
 use seatrial_app::recording::Recording;
 use seatrial_app::report::page;
@@ -123,6 +125,9 @@ struct Document {
     contradictions: Vec<Reason>,
     /// May the models be used, as a whole?
     verdict: Verdict,
+    /// The overshoot of a course change with the gains of the accepted runs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    first_answer: Option<CourseChange>,
     #[serde(flatten)]
     campaign: Campaign,
     plan: TrialPlan,
@@ -255,10 +260,12 @@ fn finish(args: &Args, plan: TrialPlan, ended: Ended, output: &Output) -> Result
         }
     }
     let exit = exit(&campaign, !unsaved.is_empty());
+    let verdict = campaign.verdict();
     let document = Document {
         schema: "seatrial.trial.v1",
         contradictions: campaign.contradictions(),
-        verdict: campaign.verdict(),
+        first_answer: promised(&campaign).filter(|_| verdict.accepted),
+        verdict,
         campaign,
         plan,
     };

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use seatrial::campaign::{Campaign, Run};
 use seatrial_app::next;
-use seatrial_core::Outcome;
+use seatrial_core::{Outcome, RudderUnit};
 use seatrial_logbook::{CampaignId, Logbook};
 
 use crate::identify::cause_text;
@@ -56,7 +56,7 @@ pub(super) fn text(
         .map(|run| run_row(campaign, run, &verdict))
         .collect();
     text += &promise_text(&rows, width);
-    text += &speed_table(&rows, width).map_or(String::new(), |table| table + "\n");
+    text += &speed_table(&rows, RudderUnit::Rad, width).map_or(String::new(), |table| table + "\n");
     let remarks = logbook.map(|logbook| next::remarks_of_trial(number, logbook));
     text += &cause_text(&verdict, &remarks.unwrap_or_default(), width);
     if campaign.is_rehearsal() {

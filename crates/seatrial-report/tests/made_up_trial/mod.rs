@@ -239,6 +239,7 @@ fn identification(
             r2_heading_offset_refit: Some(0.95),
             r2_yaw_rate: Some(0.95),
             samples: 330,
+            horizon_s: None,
         }),
         higher_order: None,
         lag_effect: None,

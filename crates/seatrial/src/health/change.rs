@@ -245,14 +245,12 @@ fn not_changed(detectable: &Detectable) -> (Finding, String) {
     if detectable.is_enough() {
         (
             Finding::Unchanged,
-            format!("no change found; nine times in ten this test finds a change {words}"),
+            format!("no change found; nine times in ten this test finds a change of {words}"),
         )
     } else {
         (
             Finding::CannotTell,
-            format!(
-                "only a change {words} would have been seen: excite with more rudder, or longer"
-            ),
+            format!("this test finds only a change of {words}: excite with more rudder, or longer"),
         )
     }
 }

@@ -408,17 +408,17 @@ impl Detectable {
         self.rudder.max(self.inertia) <= LARGEST_UNSEEN_CHANGE
     }
 
-    /// `of the rudder by 8 %, of the damping by 12 % or of both (payload) by 13 %`
+    /// `8 % in the rudder's effect, 12 % in the damping or 13 % in both (payload)`
     fn words(&self) -> String {
         let percent = |share: f64| format!("{:.0} %", (100.0 * share).ceil());
         let mut words = format!(
-            "of the rudder by {}, of the damping by {} or of both (payload) by {}",
+            "{} in the rudder's effect, {} in the damping or {} in both (payload)",
             percent(self.rudder),
             percent(self.damping),
             percent(self.inertia)
         );
         if let Some(offset) = self.offset_rad {
-            words += &format!(" or of the offset by {:.1} deg", offset.to_degrees());
+            words += &format!(" or {:.1} deg in the offset", offset.to_degrees());
         }
         words
     }

@@ -423,20 +423,20 @@ fn answer(
         (None, Some(detectable)) if detectable.is_enough() => (
             Finding::Unchanged,
             format!(
-                "no change found; nine times in ten this watch finds a change {} that lasts through these windows",
+                "no change found; nine times in ten this watch finds a change of {} that lasts through these windows",
                 detectable.words()
             ),
         ),
         (None, Some(detectable)) => (
             Finding::CannotTell,
             format!(
-                "reference and windows together are not sure enough: only a change {} would have been seen; more rudder in the next mission or trial would do",
+                "reference and windows together show only a change of {}: use more rudder in the next mission or trial",
                 detectable.words()
             ),
         ),
         (None, None) => (
             Finding::CannotTell,
-            "in no window does the rudder excite the vehicle enough; a zig-zag of a few rudder strokes in the next mission would do".into(),
+            "in no window does the rudder excite the vehicle enough; steer a zig-zag of a few rudder strokes in the next mission".into(),
         ),
     }
 }

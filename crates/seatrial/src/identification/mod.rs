@@ -115,6 +115,15 @@ impl Identification {
         found.and_then(|found| found.steady_log_gain)
     }
 
+    /// Do the validation data lie in the training window? A model of the rest of that window then predicted them.
+    pub fn is_validated_within(&self) -> bool {
+        let whole = self.training;
+        self.validation.is_some_and(|validation| {
+            let part = validation.window;
+            part != whole && part.from_s >= whole.from_s && part.to_s <= whole.to_s
+        })
+    }
+
     /// The method of [`model`](Identification::model).
     pub fn method(&self) -> &EstimateMethod {
         let refined = self.refined.as_ref();
@@ -360,15 +369,26 @@ pub struct Validation {
     pub r2_yaw_rate: Option<f64>,
     /// Samples compared.
     pub samples: usize,
+    /// How far the model runs free before it starts again from the vehicle, s; `None` where it does so over the whole window.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub horizon_s: Option<f64>,
 }
 
 impl Validation {
     /// The R^2 of heading on which a verdict rests: with the trained offset where that suffices, else with the offset
     /// estimated again where that is the larger.
     pub fn judged_r2_heading(&self) -> Option<f64> {
+        match self.is_judged_with_offset_again() {
+            true => self.r2_heading_offset_refit,
+            false => self.r2_heading,
+        }
+    }
+
+    /// Does [`judged_r2_heading`](Self::judged_r2_heading) take the offset from the validation data?
+    pub fn is_judged_with_offset_again(&self) -> bool {
         match (self.r2_heading, self.r2_heading_offset_refit) {
-            (Some(trained), Some(again)) if trained < LEAST_R2 => Some(trained.max(again)),
-            (trained, again) => trained.or(again),
+            (Some(trained), Some(again)) => trained < LEAST_R2 && trained < again,
+            (trained, again) => trained.is_none() && again.is_some(),
         }
     }
 }

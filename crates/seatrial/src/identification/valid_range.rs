@@ -21,22 +21,15 @@ pub struct ValidRange {
     pub heading_amplitude_rad: f64,
     /// Least and greatest speed, m/s, where it was logged.
     pub surge_speed_m_s: Option<[f64; 2]>,
+    /// The speed that the model is of, m/s: the median, where the record has nearly one speed.
+    #[serde(default)]
+    pub usual_surge_speed_m_s: Option<f64>,
     /// Lowest and highest angular frequency, rad/s: one period in the record, and where the response to the rudder's amplitude
     /// falls below the noise of the heading (or half the sample rate).
     pub band_rad_s: [f64; 2],
 }
 
-/// Speeds further apart than this share of their middle are no speed of one model.
-const MOST_SPREAD: f64 = 0.3;
-
 impl ValidRange {
-    /// The middle of the speeds, m/s, where they are nearly one.
-    pub fn usual_speed_m_s(&self) -> Option<f64> {
-        let [low, high] = self.surge_speed_m_s?;
-        let middle = 0.5 * (low + high);
-        (middle > 0.0 && high - low <= MOST_SPREAD * middle).then_some(middle)
-    }
-
     /// The largest rudder angle to either side, rad or share of full rudder.
     pub fn largest_rudder(&self) -> f64 {
         self.rudder.into_iter().map(f64::abs).fold(0.0, f64::max)

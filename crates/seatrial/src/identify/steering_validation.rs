@@ -1,6 +1,7 @@
 //! A steering model against data that it was not made from.
 
 use nalgebra::{DMatrix, DVector, Vector3};
+use seatrial_core::model::YawState;
 use seatrial_core::validation::GoodnessOfFit;
 use seatrial_core::{Real, Sample, YawModel};
 
@@ -38,6 +39,7 @@ pub fn validate(
         r2_heading_offset_refit: fit.r2_heading_offset_refit,
         r2_yaw_rate: fit.r2_yaw_rate,
         samples: fit.samples as usize,
+        horizon_s: None,
     })
 }
 
@@ -48,38 +50,14 @@ pub fn validate(
 /// measured, of the quiet lead-in. Where that is shorter than a time constant, the initial heading and yaw rate are fitted. A sample whose time, heading or
 /// rudder is not finite, or whose time does not increase, is left out.
 pub fn goodness_of_fit(model: &SteeringModel, samples: &[Sample<f64>]) -> GoodnessOfFit<f64> {
-    let lead_in_s = validation::quiet_lead_in_s(samples);
     let record: Record = samples.iter().copied().collect();
-    let samples = record.usable(Window::ALL);
-    let Some(first) = samples.first() else {
+    let usable = record.usable(Window::ALL);
+    if usable.is_empty() {
         return GoodnessOfFit::default();
-    };
-    let mut heading = 0.0;
-    let headings: Vec<f64> = samples
-        .iter()
-        .scan(None, |last: &mut Option<f64>, sample| {
-            let before = last.replace(sample.heading_rad);
-            heading += Real::wrapped(sample.heading_rad - before.unwrap_or(0.0));
-            Some(heading)
-        })
-        .collect();
-    let lead_in = samples
-        .partition_point(|sample| sample.time_s < first.time_s + lead_in_s)
-        .max(1);
-    let measured = measured_yaw_rates(&samples);
-    let start = SteeringState {
-        heading_rad: mean(headings.iter().take(lead_in)),
-        yaw_rate_rad_s: measured
-            .as_ref()
-            .map_or(0.0, |rates| mean(rates.iter().take(lead_in))),
-        drift_rad: 0.0,
-    };
-    let run = ValidationRun {
-        model,
-        samples: &samples,
-        start,
-        is_start_known: validation::shows_rest(lead_in_s, slowest_s(model)),
-    };
+    }
+    let headings = unwrapped_headings(&usable);
+    let run = ValidationRun::new(model, &usable, &headings, samples);
+    let measured = measured_yaw_rates(&usable);
     let rates = measured.or_else(|| run.derived_yaw_rates());
     let of = |signal: fn(&SteeringState) -> f64, measured: &[f64]| {
         (
@@ -96,8 +74,46 @@ pub fn goodness_of_fit(model: &SteeringModel, samples: &[Sample<f64>]) -> Goodne
         r2_heading_offset_refit,
         r2_yaw_rate,
         r2_yaw_rate_offset_refit,
-        samples: samples.len() as u32,
+        samples: usable.len() as u32,
     }
+}
+
+/// The simulation whose R^2 of heading [`goodness_of_fit`] gives, at each of these usable samples, without and with the offset estimated again.
+pub(super) fn simulated(
+    model: &SteeringModel,
+    samples: &[Sample<f64>],
+    offset_again: bool,
+) -> Vec<YawState<f64>> {
+    let Some(first) = samples.first() else {
+        return Vec::new();
+    };
+    let headings = unwrapped_headings(samples);
+    let run = ValidationRun::new(model, samples, &headings, samples);
+    let offset = match offset_again {
+        true => Offset::Fitted,
+        false => Offset::OfTheModel,
+    };
+    let fitted = run.fitted(|state| state.heading_rad, &headings, offset);
+    let change = fitted.map_or_else(Change::zeros, |(change, _)| change);
+    let turns_rad = first.heading_rad - headings[0];
+    let state = |state: SteeringState| YawState {
+        heading_rad: state.heading_rad + turns_rad,
+        yaw_rate_rad_s: state.yaw_rate_rad_s,
+    };
+    run.states(change).into_iter().map(state).collect()
+}
+
+/// The headings of usable samples without jumps, rad.
+fn unwrapped_headings(samples: &[Sample<f64>]) -> Vec<f64> {
+    let mut heading = 0.0;
+    samples
+        .iter()
+        .scan(None, |last: &mut Option<f64>, sample| {
+            let before = last.replace(sample.heading_rad);
+            heading += Real::wrapped(sample.heading_rad - before.unwrap_or(0.0));
+            Some(heading)
+        })
+        .collect()
 }
 
 /// The longest time constant of the linear part, s.
@@ -137,7 +153,32 @@ struct ValidationRun<'a> {
 /// Changes of the initial heading, rad, the initial yaw rate, rad/s, and the offset, rad/s^2.
 type Change = Vector3<f64>;
 
-impl ValidationRun<'_> {
+impl<'a> ValidationRun<'a> {
+    /// Over usable samples with their unwrapped headings; the quiet lead-in is that of `recorded`.
+    fn new(
+        model: &'a SteeringModel,
+        samples: &'a [Sample<f64>],
+        headings: &[f64],
+        recorded: &[Sample<f64>],
+    ) -> Self {
+        let lead_in_s = validation::quiet_lead_in_s(recorded);
+        let begins_s = samples.first().map_or(0.0, |first| first.time_s);
+        let lead_in = samples
+            .partition_point(|sample| sample.time_s < begins_s + lead_in_s)
+            .max(1);
+        let rates = measured_yaw_rates(samples);
+        Self {
+            model,
+            samples,
+            start: SteeringState {
+                heading_rad: mean(headings.iter().take(lead_in)),
+                yaw_rate_rad_s: rates.map_or(0.0, |rates| mean(rates.iter().take(lead_in))),
+                drift_rad: 0.0,
+            },
+            is_start_known: validation::shows_rest(lead_in_s, slowest_s(model)),
+        }
+    }
+
     /// Over the time constants that the vehicle has at the yaw rates of this run.
     fn derived_yaw_rates(&self) -> Option<Vec<f64>> {
         let states = self.model.simulate(self.samples, self.start);
@@ -151,7 +192,7 @@ impl ValidationRun<'_> {
         measured_yaw_rates(&derived)
     }
 
-    fn simulated(&self, signal: fn(&SteeringState) -> f64, change: Change) -> Vec<f64> {
+    fn states(&self, change: Change) -> Vec<SteeringState> {
         let model = SteeringModel {
             c0_rad_per_s2: self.model.c0_rad_per_s2 + change[2],
             ..*self.model
@@ -161,8 +202,11 @@ impl ValidationRun<'_> {
             yaw_rate_rad_s: self.start.yaw_rate_rad_s + change[1],
             ..self.start
         };
-        let states = model.simulate(self.samples, start);
-        states.iter().map(signal).collect()
+        model.simulate(self.samples, start)
+    }
+
+    fn simulated(&self, signal: fn(&SteeringState) -> f64, change: Change) -> Vec<f64> {
+        self.states(change).iter().map(signal).collect()
     }
 
     /// 1 - J/Var (35). `None` where the signal did not vary.
@@ -181,13 +225,22 @@ impl ValidationRun<'_> {
         (variation > 0.0 && r2.is_finite()).then_some(r2)
     }
 
-    /// R^2, the best over what is fitted: Newton's method on the sum of squares, with secants of the simulation.
     fn r2(
         &self,
         signal: fn(&SteeringState) -> f64,
         measured: &[f64],
         offset: Offset,
     ) -> Option<f64> {
+        Some(self.fitted(signal, measured, offset)?.1)
+    }
+
+    /// The change that is fitted and its R^2, the best: Newton's method on the sum of squares, with secants of the simulation.
+    fn fitted(
+        &self,
+        signal: fn(&SteeringState) -> f64,
+        measured: &[f64],
+        offset: Offset,
+    ) -> Option<(Change, f64)> {
         const MOST_STEPS: u32 = 8;
         let of_start = (!self.is_start_known).then_some([0, 1]);
         let of_offset = (offset == Offset::Fitted).then_some(2);
@@ -204,7 +257,7 @@ impl ValidationRun<'_> {
                 _ => break,
             }
         }
-        Some(best)
+        Some((change, best))
     }
 
     /// Secants of the simulation for derivatives; `None` where they do not determine the step.

@@ -30,11 +30,26 @@ pub fn valid_range(
             .map(|record| 0.5 * heading_range_rad(*record))
             .fold(0.0, f64::max),
         surge_speed_m_s: span(samples().filter_map(|sample| sample.surge_speed_m_s)),
+        usual_surge_speed_m_s: usual_speed_m_s(samples()),
         band_rad_s: [
             2.0 * PI / duration_s,
             drowned_from_rad_s(model, amplitude, heading_noise_rad).min(PI / interval_s),
         ],
     })
+}
+
+/// The middle nine tenths of one speed lie within this share of its median: zig-zags of real hulls slow down by 2 to 44 %, a record in which
+/// a hull gathers way or comes to a stop spreads by 98 % or more.
+const MOST_SPREAD: f64 = 0.5;
+
+/// The median of the measured speeds, m/s, where they are nearly one.
+fn usual_speed_m_s<'a>(samples: impl Iterator<Item = &'a Sample<f64>>) -> Option<f64> {
+    let speeds = samples.filter_map(|sample| sample.surge_speed_m_s);
+    let mut speeds: Vec<f64> = speeds.filter(|speed| speed.is_finite()).collect();
+    speeds.sort_by(f64::total_cmp);
+    let at = |share: f64| speeds.get((share * speeds.len() as f64) as usize).copied();
+    let [low, median, high] = [at(0.05)?, at(0.5)?, at(0.95)?];
+    (median > 0.0 && high - low <= MOST_SPREAD * median).then_some(median)
 }
 
 /// Least and greatest finite value.
@@ -92,6 +107,24 @@ mod tests {
         let exact = valid_range(&[&training], &model, 0.0).unwrap();
         assert!((exact.band_rad_s[1] - 10.0 * PI).abs() < 1e-9);
         assert!(valid_range(&[&[], &training[..1]], &model, 0.0).is_none());
+    }
+
+    #[test]
+    fn exact_a_record_of_one_speed_has_that_speed() {
+        let model = YawModel::from_theta([-3.0, 2.0, 0.0]);
+        let usual = |speed: fn(f64) -> f64| {
+            let mut samples = record(0.2, 0.1, 0.0);
+            for sample in &mut samples {
+                sample.surge_speed_m_s = Some(speed(sample.time_s));
+            }
+            let range = valid_range(&[&samples], &model, 0.02).unwrap();
+            range.usual_surge_speed_m_s
+        };
+        // A zig-zag that loses a third of its way, then one that coasts to a stop, and one without way.
+        let zigzag = usual(|time_s| 1.2 - 0.4 * (0.1 * time_s)).unwrap();
+        assert!((zigzag - 1.0).abs() < 1e-9, "{zigzag}");
+        assert_eq!(usual(|time_s| 1.2 * (1.0 - 0.1 * time_s)), None);
+        assert_eq!(usual(|_| 0.0), None);
     }
 
     #[test]

@@ -1,10 +1,12 @@
 //! A model against data that it was not made from.
 
+use seatrial_core::model::YawState;
 use seatrial_core::validation::{self, GoodnessOfFit};
-use seatrial_core::{Real, Sample, YawModel};
+use seatrial_core::{PitchModel, PitchState, Real, Sample, YawModel};
 
 use super::error::{IdentifyError, WindowUse};
-use crate::identification::Validation;
+use super::steering_validation;
+use crate::identification::{Identification, Validation};
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window};
 use crate::savitzky_golay::SavitzkyGolay;
@@ -54,6 +56,7 @@ pub fn validate(
         r2_heading_offset_refit: fit.r2_heading_offset_refit,
         r2_yaw_rate: fit.r2_yaw_rate,
         samples: fit.samples as usize,
+        horizon_s: None,
     })
 }
 
@@ -92,6 +95,76 @@ pub(super) fn fit_by_the_clearer_rate(
         derived
     } else {
         measured
+    }
+}
+
+/// The simulation whose R^2 of heading is stated: heading and yaw rate at each of these usable samples, headings unwrapped from the first
+/// one's. It starts as [`goodness_of_fit`] does, with the offset of the model or, `offset_again`, with the one that fits these samples.
+pub fn simulated(
+    found: &Identification,
+    samples: &[Sample<f64>],
+    offset_again: bool,
+) -> Vec<YawState<f64>> {
+    let restoring_per_s2 = found.restoring.map(|m| m.refined_per_s2);
+    match found.simulated() {
+        Some(model) => steering_validation::simulated(model, samples, offset_again),
+        None => simulated_by(found.model(), restoring_per_s2, samples, offset_again),
+    }
+}
+
+/// [`simulated`] by a model of first order, or of pitch with its restoring moment m, 1/s^2.
+pub fn simulated_by(
+    model: YawModel<f64>,
+    restoring_per_s2: Option<f64>,
+    samples: &[Sample<f64>],
+    offset_again: bool,
+) -> Vec<YawState<f64>> {
+    let Some(first) = samples.first() else {
+        return Vec::new();
+    };
+    let lead_in_s = quiet_lead_in_s(samples);
+    let mut validation = validation::Validation::new(model, lead_in_s).righted_by(restoring_per_s2);
+    samples.iter().for_each(|sample| validation.compare(sample));
+    // Pitch oscillates about its trim and shows no rest.
+    let is_known = restoring_per_s2.is_none() && shows_rest(lead_in_s, -1.0 / model.a22_per_s);
+    let [heading_rad, yaw_rate_rad_s, offset_rad_s2] =
+        validation.heading_start(!is_known, offset_again);
+    let model = YawModel {
+        c0_rad_per_s2: model.c0_rad_per_s2 + offset_rad_s2,
+        ..model
+    };
+    let mut state = YawState {
+        heading_rad: first.heading_rad + heading_rad,
+        yaw_rate_rad_s,
+    };
+    let mut states = vec![state];
+    for pair in samples.windows(2) {
+        let interval_s = pair[1].time_s - pair[0].time_s;
+        state = match restoring_per_s2 {
+            None => model.advance(state, pair[0].rudder_rad, interval_s),
+            Some(m) => righted(&model, m, state, pair[0].rudder_rad, interval_s),
+        };
+        states.push(state);
+    }
+    states
+}
+
+/// The state of a vehicle that m rights, 1/s^2, an interval later.
+fn righted(
+    model: &YawModel<f64>,
+    restoring_per_s2: f64,
+    state: YawState<f64>,
+    rudder_rad: f64,
+    interval_s: f64,
+) -> YawState<f64> {
+    let start = PitchState {
+        pitch_rad: state.heading_rad,
+        pitch_rate_rad_s: state.yaw_rate_rad_s,
+    };
+    let after = PitchModel::righted(model, restoring_per_s2).advance(start, rudder_rad, interval_s);
+    YawState {
+        heading_rad: after.pitch_rad,
+        yaw_rate_rad_s: after.pitch_rate_rad_s,
     }
 }
 

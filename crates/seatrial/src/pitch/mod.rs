@@ -92,6 +92,7 @@ pub fn assess(
             r2_heading_offset_refit: found.r2_heading_offset_refit,
             r2_yaw_rate: found.r2_yaw_rate,
             samples: samples.len(),
+            horizon_s: None,
         }
     });
     let mut seen = vec![inside.as_slice()];

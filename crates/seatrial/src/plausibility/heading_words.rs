@@ -3,6 +3,7 @@
 use super::doubt::Doubt;
 use crate::figures::{three_figures, with_decimals};
 use crate::identification::Reason;
+use crate::stated_units::HeadingJumps;
 
 impl Doubt {
     pub(super) fn text_of_heading(&self) -> String {
@@ -23,10 +24,8 @@ impl Doubt {
                 three_figures(*late_s)
             ),
             Self::HeadingJumped(jumps) => format!(
-                "the heading steps in one row beside the yaw rate {} times, by up to {:.1} deg at {} s, which no vehicle does: the steps were taken off, and the model is that of the rest; look at the compass, or at the satellites that it sees",
-                jumps.count,
-                jumps.largest_rad.to_degrees(),
-                with_decimals(jumps.largest_at_s, 1)
+                "the heading steps in one row beside the yaw rate {}, which no vehicle does: the steps were taken off, and the model is that of the rest; look at the compass, or at the satellites that it sees",
+                how_often(jumps)
             ),
             Self::HeadingThroughSouth { time_s } => format!(
                 "at {} s headings between two beside north are those of the numbers between 0 and 360, through south: the heading was averaged or interpolated as a number; do so with its sine and cosine, or log the heading as the compass gives it",
@@ -53,10 +52,8 @@ impl Doubt {
             },
             Self::HeadingJumped(jumps) => Reason {
                 text: format!(
-                    "The compass jumped {} times, by up to {:.1} deg at {} s, while the gyro turned on: the jumps were taken off.",
-                    jumps.count,
-                    jumps.largest_rad.to_degrees(),
-                    with_decimals(jumps.largest_at_s, 1)
+                    "The compass jumped {}, while the gyro turned on: the jumps were taken off.",
+                    how_often(jumps)
                 ),
                 action: "Look at the compass, or at the satellites that it sees.".into(),
                 ..reason
@@ -88,4 +85,17 @@ impl Doubt {
             _ => reason,
         }
     }
+}
+
+/// `once, by 2.0 deg at 41.0 s`
+fn how_often(jumps: &HeadingJumps) -> String {
+    let [times, by] = match jumps.count {
+        1 => ["once".to_owned(), "by".to_owned()],
+        count => [format!("{count} times"), "by up to".to_owned()],
+    };
+    format!(
+        "{times}, {by} {:.1} deg at {} s",
+        jumps.largest_rad.to_degrees(),
+        with_decimals(jumps.largest_at_s, 1)
+    )
 }

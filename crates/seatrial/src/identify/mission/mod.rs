@@ -32,7 +32,7 @@ use super::validation::ValidationData;
 use super::{ExaminedRecord, IdentifyError, valid_range};
 use crate::gain_allowance::sampled;
 use crate::identification::{
-    EstimateMethod, HigherOrder, Identification, Refined, Settings, Validation, Verdict,
+    EstimateMethod, HigherOrder, Identification, Refined, Settings, ValidRange, Validation, Verdict,
 };
 use crate::likelihood::{SteeringModel, Structure};
 use crate::manoeuvre::Manoeuvre;
@@ -270,7 +270,9 @@ pub(super) struct Steering {
     /// Minutes of it that were fitted, and their share of the window.
     pub minutes: f64,
     pub share: f64,
-    /// The speed at which a22 and b2 hold, m/s, where the speed of the log changes.
+    /// The median speed, m/s, at which a22 and b2 hold.
+    pub usual_speed_m_s: Option<f64>,
+    /// The same where the speed of the log changes.
     pub speed_m_s: Option<f64>,
     /// The model.
     pub refined: Refined,
@@ -305,6 +307,7 @@ impl Steering {
             log: LogStatistics::of(record, training, &manoeuvre, pass, 0),
             minutes: legs.legs.iter().map(|leg| leg.duration_s()).sum::<f64>() / 60.0,
             share: legs.share,
+            usual_speed_m_s: legs.speed_m_s,
             speed_m_s: (legs.speed_m_s).filter(|_| legs.speed_change() > LEAST_SPEED_CHANGE),
             refined: estimate.refined(),
             lagging: estimate.lagging(),
@@ -340,11 +343,17 @@ impl Steering {
                 r2_heading_offset_refit: prediction.r2_heading(),
                 r2_yaw_rate: prediction.r2_yaw_rate(),
                 samples: prediction.samples,
+                horizon_s: Some(prediction.horizon_s),
             }),
             higher_order: self.lagging,
             lag_effect: None,
             loop_timing: Some(sampled(interval_s, lag_s)),
-            valid_range: valid_range(&[&self.samples, validated], &refined.model, noise_rad),
+            valid_range: valid_range(&[&self.samples, validated], &refined.model, noise_rad).map(
+                |range| ValidRange {
+                    usual_surge_speed_m_s: self.usual_speed_m_s,
+                    ..range
+                },
+            ),
             refined: Some(refined),
             verdict,
             settings,

@@ -56,6 +56,7 @@ fn validation(heading: f64, refit: f64, rate: f64) -> Validation {
         r2_heading_offset_refit: Some(refit),
         r2_yaw_rate: Some(rate),
         samples: 330,
+        horizon_s: None,
     }
 }
 
