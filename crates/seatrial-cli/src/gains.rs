@@ -177,7 +177,7 @@ fn text(document: &HeadingGains, written: Option<&Path>, width: usize) -> String
             optional(point.thrust, 100.0, 0),
             optional(point.surge_speed_m_s, 1.0, 2),
             estimate(&point.proportional_gain, 3, 1.0),
-            estimate(&overshoot, 1, 100.0),
+            overshoot.map_or("-".into(), |overshoot| overshoot_text(&overshoot)),
             estimate(&point.feed_forward_rudder_rad, 2, rudder_scale),
             format!("{:.3}", point.model.a22_per_s),
             format!("{:.3}", point.model.b2_per_s2),
@@ -238,6 +238,16 @@ fn estimate(estimate: &Option<Estimate>, decimals: usize, scale: f64) -> String 
     estimate.map_or("-".into(), |e| estimate_text(&e, decimals, scale))
 }
 
+/// Per cent of a step to one decimal: a thousandth is none, and none is the least.
+fn overshoot_text(overshoot: &Estimate) -> String {
+    let text = |share: f64| format!("{:.1}", 100.0 * share.max(0.0));
+    let value = text(overshoot.value);
+    overshoot.interval_95.map_or(value.clone(), |bounds| {
+        let [low, high] = bounds.map(text);
+        format!("{value} ({low} to {high})")
+    })
+}
+
 fn loop_cells(closed_loop: &Option<LoopFigures>) -> Vec<String> {
     let Some(figures) = closed_loop else {
         return vec!["-".into(); 5];
@@ -276,4 +286,17 @@ fn at_text(at: &InterpolatedGain, rudder_unit: RudderUnit) -> String {
         estimate_text(&at.proportional_gain, 3, 1.0),
         at.feed_forward_rudder_rad * rudder_scale
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_an_overshoot_is_not_below_none() {
+        let text = |value, interval_95| overshoot_text(&Estimate { value, interval_95 });
+        assert_eq!(text(0.0152, Some([0.004, 0.025])), "1.5 (0.4 to 2.5)");
+        assert_eq!(text(1e-6, Some([-4e-5, 4e-3])), "0.0 (0.0 to 0.4)");
+        assert_eq!(text(0.02, None), "2.0");
+    }
 }

@@ -43,7 +43,7 @@ const LISTED_MANOEUVRES: usize = 24;
 const LEAST_ROOM: usize = 24;
 const INDENT: &str = "          ";
 
-/// Characters of a sparkline.
+/// Most characters of a sparkline.
 const SPARKLINE_WIDTH: usize = 64;
 
 /// Inspects a log.
@@ -114,27 +114,26 @@ fn write_text(text: &mut String, opened: &OpenedLog, inspection: &Inspection) ->
     text.push_str(&channels_text(opened, inspection));
     let samples = &opened.record.samples;
     writeln!(text)?;
+    let bars = SPARKLINE_WIDTH.min(width.saturating_sub(INDENT.len()));
     for quantity in [Quantity::Rudder, Quantity::Heading] {
         writeln!(
             text,
             "{:9} {}",
             quantity.name(),
-            sparkline(&series(samples, quantity))
+            sparkline(&series(samples, quantity), bars)
         )?;
     }
-    writeln!(text, "{:9} {}", "", ruler(samples, &inspection.manoeuvres))?;
+    let ruler = ruler(samples, &inspection.manoeuvres, bars);
+    writeln!(text, "{INDENT}{}", ruler.trim_end())?;
 
     writeln!(text)?;
     text.push_str(&manoeuvres_text(opened, inspection));
-    writeln!(
-        text,
-        "{}",
-        match inspection.positive_rudder_turns_up {
-            Some(true) => "positive rudder turns towards increasing heading: b2 will be positive",
-            Some(false) => "positive rudder turns towards decreasing heading: b2 will be negative",
-            None => "the strokes do not show to which side positive rudder turns",
-        }
-    )?;
+    let side = match inspection.positive_rudder_turns_up {
+        Some(true) => "positive rudder turns towards increasing heading: b2 will be positive",
+        Some(false) => "positive rudder turns towards decreasing heading: b2 will be negative",
+        None => "the strokes do not show to which side positive rudder turns",
+    };
+    text.push_str(&labelled("", side, width));
     text.push_str(&verdict_text(&inspection.verdict));
     Ok(())
 }
@@ -253,7 +252,7 @@ fn manoeuvres_text(opened: &OpenedLog, inspection: &Inspection) -> String {
     let mut text = if found.is_empty() {
         "no manoeuvre from rest\n".to_string()
     } else {
-        table.to_string()
+        table.fitted(width(), &["samples", "turned"])
     };
     if let Some(more @ 1..) = found.len().checked_sub(LISTED_MANOEUVRES) {
         let _ = writeln!(text, "and {more} more, which --json lists");
@@ -266,9 +265,9 @@ fn manoeuvres_text(opened: &OpenedLog, inspection: &Inspection) -> String {
 }
 
 /// The first letter of each manoeuvre under the sparklines, a line under steady runs.
-fn ruler(samples: &[Sample<f64>], found: &[Segment]) -> String {
+fn ruler(samples: &[Sample<f64>], found: &[Segment], bars: usize) -> String {
     samples
-        .chunks(samples.len().div_ceil(SPARKLINE_WIDTH).max(1))
+        .chunks(samples.len().div_ceil(bars).max(1))
         .map(|bin| {
             let (from_s, to_s) = (bin[0].time_s, bin[bin.len() - 1].time_s);
             let inside = |s: &&Segment| s.window.from_s <= to_s && s.window.to_s > from_s;
@@ -282,11 +281,11 @@ fn ruler(samples: &[Sample<f64>], found: &[Segment]) -> String {
         .collect()
 }
 
-/// The values over time in 64 bars.
-fn sparkline(values: &[Option<f64>]) -> String {
+/// The values over time in at most so many bars.
+fn sparkline(values: &[Option<f64>], bars: usize) -> String {
     const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     let bins: Vec<Option<f64>> = values
-        .chunks(values.len().div_ceil(SPARKLINE_WIDTH).max(1))
+        .chunks(values.len().div_ceil(bars).max(1))
         .map(|bin| {
             let count = bin.iter().flatten().count();
             (count > 0).then(|| bin.iter().flatten().sum::<f64>() / count as f64)
@@ -315,8 +314,8 @@ mod tests {
 
     #[test]
     fn exact_sparkline_shows_low_and_high() {
-        assert_eq!(sparkline(&[Some(0.0), None, Some(1.0)]), "▁ █");
-        assert_eq!(sparkline(&[Some(2.0), Some(2.0)]), "▁▁");
-        assert_eq!(sparkline(&[]), "");
+        assert_eq!(sparkline(&[Some(0.0), None, Some(1.0)], 3), "▁ █");
+        assert_eq!(sparkline(&[Some(2.0), Some(2.0)], 2), "▁▁");
+        assert_eq!(sparkline(&[], 64), "");
     }
 }

@@ -290,7 +290,7 @@ fn diff(logbook: &Logbook, a: &str, b: &str, output: &Output) -> Result<Exit, Fa
         diff.difference
             .thrusts
             .iter()
-            .for_each(|at| write_difference(&mut text, at));
+            .for_each(|at| write_difference(&mut text, at, width));
         for (thrusts, name) in [
             (&diff.difference.only_in_a, "A"),
             (&diff.difference.only_in_b, "B"),
@@ -318,7 +318,7 @@ fn diff(logbook: &Logbook, a: &str, b: &str, output: &Output) -> Result<Exit, Fa
     Ok(Exit::Done)
 }
 
-fn write_difference(text: &mut String, at: &ThrustDifference) {
+fn write_difference(text: &mut String, at: &ThrustDifference, width: usize) {
     let [a, b] = at.surge_speed_m_s.map(|speed| digits(speed, 2));
     let _ = writeln!(text, "{:.0} %, {a} and {b} m/s", at.thrust * 100.0);
     for (name, parameter) in at.parameters() {
@@ -331,13 +331,13 @@ fn write_difference(text: &mut String, at: &ThrustDifference) {
             Some(_) => "the same within the intervals".into(),
             None => "an interval is missing".into(),
         };
-        let _ = writeln!(
-            text,
-            "  {name:<7} {:>9} {:>9} {:>9}  {words}",
+        let numbers = format!(
+            "  {name:<7} {:>9} {:>9} {:>9}  ",
             digits(Some(parameter.a), 3),
             digits(Some(parameter.b), 3),
             digits(Some(parameter.difference), 3)
         );
+        *text += &labelled(&numbers, &words, width);
     }
 }
 

@@ -62,16 +62,20 @@ const VERDICTS: [(&str, &str); 19] = [
     ("DIFFERENT", RED),
 ];
 
-/// A text whose first line begins with a verdict in capitals: this in green, yellow or red.
+/// A text with its verdicts in green, yellow or red: those with which the first line begins, and those that are a line.
 pub fn coloured(text: &str) -> String {
-    for (verdict, colour) in VERDICTS {
-        if let Some(rest) = text.strip_prefix(verdict)
-            && (rest.is_empty() || rest.starts_with(['\n', ':', ',', ' ']))
-        {
-            return format!("\x1b[1;{colour}m{verdict}\x1b[0m{rest}");
-        }
-    }
-    text.to_owned()
+    let lines = text.split('\n').enumerate().map(|(number, line)| {
+        let verdict = VERDICTS.into_iter().find(|(verdict, _)| {
+            let begins = line.strip_prefix(verdict);
+            begins.is_some_and(|rest| {
+                rest.is_empty() || number == 0 && rest.starts_with([':', ',', ' '])
+            })
+        });
+        verdict.map_or(line.to_owned(), |(verdict, colour)| {
+            format!("\x1b[1;{colour}m{verdict}\x1b[0m{}", &line[verdict.len()..])
+        })
+    });
+    lines.collect::<Vec<String>>().join("\n")
 }
 
 fn columns<Height>(size: Option<(Width, Height)>) -> Option<usize> {
@@ -167,7 +171,9 @@ mod tests {
         ] {
             assert_eq!(coloured(text), shown);
         }
-        for plain in ["USEFUL\n", "speed\nUSE\n", ""] {
+        let own_line = coloured("speed\n\nDO NOT USE\nCause");
+        assert_eq!(own_line, "speed\n\n\x1b[1;31mDO NOT USE\x1b[0m\nCause");
+        for plain in ["USEFUL\n", "speed\nUSE this one\n", ""] {
             assert_eq!(coloured(plain), plain);
         }
         // Every outcome has a colour.

@@ -213,7 +213,7 @@ mod tests {
             "{narrow}"
         );
         assert!(narrow.contains("intervals of overshoot."), "{narrow}");
-        let narrower = table().fitted(22, &[]);
+        let narrower = table().fitted(24, &[]);
         assert!(narrower.contains("\n 1.07  0.595"), "{narrower}");
         assert!(narrower.contains("K_p and"), "{narrower}");
     }

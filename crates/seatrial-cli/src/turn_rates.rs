@@ -38,7 +38,7 @@ pub fn page(document: &TurnRates) -> String {
     for (index, model) in document.models.iter().enumerate() {
         table.row(row(index, model));
     }
-    text += &table.fitted(width, &["K", "T"]);
+    text += &table.fitted(width, &["K", "T", "rudder"]);
     text += "\n";
     for speed in &document.speeds {
         if let Some(together) = &speed.over_amplitude {

@@ -91,7 +91,7 @@ fn cli_health_of_campaigns_and_runs_of_a_logbook() {
         "{same}"
     );
     assert!(
-        same.contains("5 speeds") && same.contains("at most 5 %"),
+        same.contains("5 speeds") && same.contains("At most 5 %"),
         "{same}"
     );
 
@@ -302,7 +302,7 @@ fn cli_health_of_the_tanker_finds_no_change_of_steering() {
     assert_eq!(code, Some(0), "{said}");
     assert!(said.starts_with("NO CHANGE FOUND\n"), "{said}");
     // What would have been seen is said.
-    assert!(said.contains("or of the offset by 0.5 deg"), "{said}");
+    assert!(said.contains("or 0.5 deg in the offset"), "{said}");
     // On autopilot in waves, not identifiable.
     let (ship, code) = health(&real, &["hakusan_ship.csv", "hakusan_ship.csv"]);
     assert_eq!(code, Some(4));

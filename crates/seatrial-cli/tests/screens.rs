@@ -73,6 +73,8 @@ fn cli_no_screen_is_wider_than_its_terminal_and_verdicts_have_colour() {
         ("turn", ""),
         ("logbook list", ""),
         ("fleet run.csv --out f.parquet", ""),
+        ("inspect run.csv", "USE"),
+        ("logbook diff 1 2", ""),
     ];
     for columns in WIDTHS {
         for (command, verdict) in verdicts {

@@ -572,7 +572,10 @@ fn exact_the_page_of_a_log_says_each_thing_once() {
         about: &[],
         provenance: &[],
     });
-    assert_eq!(page.matches("The log has no yaw rate").count(), 1, "{page}");
+    // The cause at the top, what was measured with the figures.
+    for said in ["to check the compass with", "to compare the heading with"] {
+        assert_eq!(page.matches(said).count(), 1, "{said}");
+    }
     assert_eq!(page.matches("Twice").count(), 1);
     assert!(page.contains("A model of the rest of the record explains"));
     assert!(page.contains("All of the shaded part is for training"));

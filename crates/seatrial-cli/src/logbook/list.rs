@@ -55,7 +55,7 @@ fn text(logbook: &Logbook, campaigns: &[CampaignEntry], width: usize) -> String 
     }
     // What concerns the whole file is told once.
     damaged.dedup();
-    table.fitted(width, &["state", "started", "vehicle"]) + &damaged.concat()
+    table.fitted(width, &["started", "vehicle", "state"]) + &damaged.concat()
 }
 
 /// The verdict on a campaign, and how many of its runs it accepts.

@@ -412,14 +412,15 @@ impl Detectable {
     fn words(&self) -> String {
         let percent = |share: f64| format!("{:.0} %", (100.0 * share).ceil());
         let mut words = format!(
-            "{} in the rudder's effect, {} in the damping or {} in both (payload)",
+            "{} in the rudder's effect, {} in the damping",
             percent(self.rudder),
-            percent(self.damping),
-            percent(self.inertia)
+            percent(self.damping)
         );
-        if let Some(offset) = self.offset_rad {
-            words += &format!(" or {:.1} deg in the offset", offset.to_degrees());
-        }
+        let both = format!("{} in both (payload)", percent(self.inertia));
+        words += &match self.offset_rad {
+            Some(offset) => format!(", {both} or {:.1} deg in the offset", offset.to_degrees()),
+            None => format!(" or {both}"),
+        };
         words
     }
 }
