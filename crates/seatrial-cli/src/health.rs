@@ -195,7 +195,7 @@ fn comparison_page(
     let Some(effects) = &change.effects else {
         return text;
     };
-    let mut table = effect_table(&["at"], effects.offset_rad.is_some());
+    let mut table = effect_table(&["at"], effects.offset_rad.is_some(), &[]);
     for speed in &change.speeds {
         let mut row = vec![speed.name()];
         row.extend(effect_cells(&speed.effects));
@@ -274,7 +274,7 @@ fn watch_page(reference: &ComparedModels, logs: &[String], report: &WatchReport)
 /// The windows of a watch from this one on.
 fn window_table(report: &WatchReport, first: usize) -> Table {
     let has_offset = report.windows[0].effects.offset_rad.is_some();
-    let mut table = effect_table(&["log", "seconds", "m/s"], has_offset);
+    let mut table = effect_table(&["log", "seconds", "m/s"], has_offset, &[""]);
     for (index, window) in report.windows.iter().enumerate().skip(first) {
         let speed = window.surge_speed_m_s;
         let mut row = vec![
@@ -314,13 +314,14 @@ fn origin_text(title: &str, source: &ComparedModels) -> String {
     text
 }
 
-fn effect_table(first: &[&str], has_offset: bool) -> Table {
+fn effect_table(first: &[&str], has_offset: bool, last: &[&str]) -> Table {
     let mut columns: Vec<(&str, &str)> = first.iter().map(|name| (*name, "")).collect();
     columns.extend([("rudder", "%"), ("damping", "%")]);
     if has_offset {
         columns.push(("offset", "deg of rudder"));
     }
     columns.extend([("chance", ""), ("alarm below", "")]);
+    columns.extend(last.iter().map(|name| (*name, "")));
     Table::new(&columns)
 }
 

@@ -92,7 +92,7 @@ impl Table {
         let stays: Vec<bool> = heads.iter().zip(units).map(|of| !is_meant(of)).collect();
         for row in &mut self.rows {
             let mut stays = stays.iter();
-            row.retain(|_| stays.next() == Some(&true));
+            row.retain(|_| stays.next() != Some(&false));
         }
         stays.contains(&false)
     }
@@ -105,7 +105,8 @@ impl Table {
         let cells = |row: &Vec<String>| {
             let named = heads.iter().zip(units).zip(row);
             let cells = named.map(|((head, unit), cell)| format!("{head} {cell} {unit}"));
-            let cells: Vec<String> = cells.map(|cell| cell.trim().to_owned()).collect();
+            let mut cells: Vec<String> = cells.map(|cell| cell.trim().to_owned()).collect();
+            cells.retain(|cell| !cell.is_empty());
             labelled("- ", &cells.join(", "), width)
         };
         rows.iter().map(cells).collect()

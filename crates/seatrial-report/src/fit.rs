@@ -11,7 +11,8 @@ use super::number::{self, decimals};
 use super::source::Source;
 use seatrial::campaign::Stage;
 use seatrial::identification::Identification;
-use seatrial::identify::validation::{simulated, simulated_by};
+use seatrial::identify::simulated;
+use seatrial::identify::validation::simulated_by;
 use seatrial::record::{Record, Window};
 
 /// Measured and simulated heading of one sample, rad, unwrapped.

@@ -166,7 +166,9 @@ fn cli_a_narrow_screen_drops_the_parameters_before_the_gain() {
             80 => &["C0, R^2."],
             _ => &[],
         };
-        let notes = text.lines().filter(|line| line.contains("On a wider screen"));
+        let notes = text
+            .lines()
+            .filter(|line| line.contains("On a wider screen"));
         let notes: Vec<&str> = notes.collect();
         assert_eq!(notes.len(), left_out.len(), "{width}\n{text}");
         for (note, left_out) in notes.iter().zip(left_out) {

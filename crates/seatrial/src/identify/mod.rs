@@ -82,6 +82,7 @@ use online::Pass;
 use prepared::Prepared;
 pub use proposal::{Proposal, Single, propose, singles};
 pub use settings::IdentifySettings;
+pub use steering_validation::simulated;
 pub(crate) use training::Training;
 use training::{choose_lambda, manoeuvre_to_learn_from};
 pub use valid_range::valid_range;

@@ -5,7 +5,7 @@ use seatrial_core::model::YawState;
 use seatrial_core::validation::GoodnessOfFit;
 use seatrial_core::{Real, Sample, YawModel};
 
-use crate::identification::Validation;
+use crate::identification::{Identification, Validation};
 use crate::identify::error::{IdentifyError, WindowUse};
 use crate::identify::validation;
 use crate::likelihood::steering_model::{SteeringModel, SteeringState};
@@ -78,8 +78,22 @@ pub fn goodness_of_fit(model: &SteeringModel, samples: &[Sample<f64>]) -> Goodne
     }
 }
 
-/// The simulation whose R^2 of heading [`goodness_of_fit`] gives, at each of these usable samples, without and with the offset estimated again.
-pub(super) fn simulated(
+/// The simulation whose R^2 of heading is stated: heading and yaw rate at each of these usable samples, headings unwrapped from the first
+/// one's. It starts as [`goodness_of_fit`] does, with the offset of the model or, `offset_again`, with the one that fits these samples.
+pub fn simulated(
+    found: &Identification,
+    samples: &[Sample<f64>],
+    offset_again: bool,
+) -> Vec<YawState<f64>> {
+    let restoring_per_s2 = found.restoring.map(|m| m.refined_per_s2);
+    match found.simulated() {
+        Some(model) => simulated_by(model, samples, offset_again),
+        None => validation::simulated_by(found.model(), restoring_per_s2, samples, offset_again),
+    }
+}
+
+/// [`simulated`] by a steering model.
+fn simulated_by(
     model: &SteeringModel,
     samples: &[Sample<f64>],
     offset_again: bool,

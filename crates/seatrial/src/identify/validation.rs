@@ -5,8 +5,7 @@ use seatrial_core::validation::{self, GoodnessOfFit};
 use seatrial_core::{PitchModel, PitchState, Real, Sample, YawModel};
 
 use super::error::{IdentifyError, WindowUse};
-use super::steering_validation;
-use crate::identification::{Identification, Validation};
+use crate::identification::Validation;
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Record, Window};
 use crate::savitzky_golay::SavitzkyGolay;
@@ -98,21 +97,8 @@ pub(super) fn fit_by_the_clearer_rate(
     }
 }
 
-/// The simulation whose R^2 of heading is stated: heading and yaw rate at each of these usable samples, headings unwrapped from the first
-/// one's. It starts as [`goodness_of_fit`] does, with the offset of the model or, `offset_again`, with the one that fits these samples.
-pub fn simulated(
-    found: &Identification,
-    samples: &[Sample<f64>],
-    offset_again: bool,
-) -> Vec<YawState<f64>> {
-    let restoring_per_s2 = found.restoring.map(|m| m.refined_per_s2);
-    match found.simulated() {
-        Some(model) => steering_validation::simulated(model, samples, offset_again),
-        None => simulated_by(found.model(), restoring_per_s2, samples, offset_again),
-    }
-}
-
-/// [`simulated`] by a model of first order, or of pitch with its restoring moment m, 1/s^2.
+/// The simulation whose R^2 of heading [`goodness_of_fit`] states, at each of these usable samples, by a model of first order, or of pitch with
+/// its restoring moment m, 1/s^2. `offset_again`: with the offset that fits these samples.
 pub fn simulated_by(
     model: YawModel<f64>,
     restoring_per_s2: Option<f64>,

@@ -270,9 +270,9 @@ pub(super) struct Steering {
     /// Minutes of it that were fitted, and their share of the window.
     pub minutes: f64,
     pub share: f64,
-    /// The median speed, m/s, at which a22 and b2 hold.
+    /// The median speed of the log, m/s.
     pub usual_speed_m_s: Option<f64>,
-    /// The same where the speed of the log changes.
+    /// The speed at which a22 and b2 hold, m/s, where the speed of the log changes.
     pub speed_m_s: Option<f64>,
     /// The model.
     pub refined: Refined,
