@@ -29,6 +29,9 @@ use crate::slot::Place;
 
 /// Size of the steps where nobody says another, rad.
 const STEP_RAD: f64 = 30.0 * std::f64::consts::PI / 180.0;
+/// What is said of a commission whose old gains an operator has put back.
+const UNDONE: &str = "an undo has put the gains from before the commission back";
+
 /// What is asked for, and of whom.
 struct Asked<'a> {
     vehicle: &'a dyn GainsVehicle,
@@ -245,7 +248,7 @@ pub fn undo(shared: &Shared, order: &UndoOrder) -> Result<Undone, Refusal> {
             state.undo = None;
             state.needs_restoring = false;
             state.ended = Some(CommissionEnd::PutBack);
-            state.line = Some(line.clone());
+            state.line = Some(UNDONE.into());
         }
     });
     Ok(Undone {

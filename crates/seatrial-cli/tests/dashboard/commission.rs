@@ -162,8 +162,12 @@ fn undone(server: &Server, boat: &Boat, lease: &str) {
     assert_eq!(status, 409, "{refused}");
     let (status, done) = ask("undo", &agreed);
     assert_eq!((status, &done["complete"]), (200, &json!(true)), "{done}");
-    assert!(state(server)["undo"].is_null());
-    assert_eq!(state(server)["ended"], "put_back");
+    let said = done["line"].as_str().unwrap();
+    assert!(!said.contains("another has control"), "{said}");
+    let now = state(server);
+    assert!(now["undo"].is_null());
+    assert_eq!(now["ended"], "put_back");
+    assert!(now["line"].as_str().unwrap().contains("an undo"), "{now}");
     let (status, refused) = ask("undo/preview", &order);
     assert_eq!((status, &refused["code"]), (422, &json!("nothing_to_undo")));
 }

@@ -103,7 +103,7 @@ pub struct MeasuredSteps {
 pub enum CommissionEnd {
     /// The new gains are proven and stay.
     Kept,
-    /// The old gains are back: the new ones did worse than they may.
+    /// The old gains are back: the new ones did worse than they may, or an operator has undone the commission.
     PutBack,
     /// Nothing was written: the model does not tell what the boat did.
     Refused,
