@@ -183,8 +183,9 @@ pub struct GainsAndLimits {
 impl GainsAndLimits {
     /// With what to do in the words of the place where it is read.
     pub fn addressed_to(mut self, reader: Reader) -> Self {
-        self.warnings = advice::all(self.warnings, reader);
-        self.unusable = self.unusable.map(|why| advice::addressed(&why, reader));
+        let warnings = self.warnings.iter();
+        self.warnings = warnings.map(|one| advice::of_models(one, reader)).collect();
+        self.unusable = self.unusable.map(|why| advice::of_models(&why, reader));
         self
     }
 }

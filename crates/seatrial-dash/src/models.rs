@@ -2,7 +2,7 @@
 
 use seatrial::identification::Reader;
 use seatrial_app::Error;
-use seatrial_app::advice::all;
+use seatrial_app::advice::of_models;
 use seatrial_app::model_request::{FileOfModels, GainsAndLimits, ModelFile, ModelRequest};
 use seatrial_app::models::{Models, of_document_text, of_entry};
 use seatrial_logbook::{CampaignId, Logbook};
@@ -44,7 +44,9 @@ pub fn file(
         error => Refusal::unprocessable("no_file", error),
     })?;
     Ok(FileOfModels {
-        notes: all(made.notes, Reader::Dashboard),
+        notes: (made.notes.iter())
+            .map(|note| of_models(note, Reader::Dashboard))
+            .collect(),
         ..made
     })
 }

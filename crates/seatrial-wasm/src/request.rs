@@ -170,7 +170,9 @@ impl Request {
                             .into(),
                     )
                 })?;
-                Ok(json!({ "text": text, "notes": advice::all(file.notes, Reader::Dashboard) }))
+                let notes = file.notes.iter();
+                let notes = notes.map(|note| advice::of_models(note, Reader::Dashboard));
+                Ok(json!({ "text": text, "notes": notes.collect::<Vec<_>>() }))
             }
             Self::Simulate { trial } => simulated::trial(&trial, files),
             Self::Rehearse { trial, reading } => simulated::found(&trial, *reading),
