@@ -22,6 +22,8 @@ pub struct LogSeries {
     pub rudder: Vec<Option<f64>>,
     /// Measured yaw rate, rad/s.
     pub yaw_rate_rad_s: Vec<Option<f64>>,
+    /// Forward speed, m/s.
+    pub surge_speed_m_s: Vec<Option<f64>>,
     /// Heading simulated over the validation window with the model, rad; null outside.
     pub simulated_heading_rad: Vec<Option<f64>>,
     /// Position north of the origin, m.
@@ -65,6 +67,9 @@ pub fn series_of(record: &Record, validated: Option<(&Identification, Window)>) 
         series
             .simulated_heading_rad
             .push(simulated_rad.and_then(finite));
+        series
+            .surge_speed_m_s
+            .push(sample.surge_speed_m_s.and_then(finite));
         series.north_m.push(sample.north_m.and_then(finite));
         series.east_m.push(sample.east_m.and_then(finite));
     }

@@ -74,15 +74,21 @@ impl From<seatrial::identification::Reason> for Reason {
     }
 }
 
+impl From<identification::Outcome> for VerdictOutcome {
+    fn from(outcome: identification::Outcome) -> Self {
+        match outcome {
+            identification::Outcome::Use => Self::Use,
+            identification::Outcome::UseWithCare => Self::UseWithCare,
+            identification::Outcome::NotValidated => Self::NotValidated,
+            identification::Outcome::DoNotUse => Self::DoNotUse,
+        }
+    }
+}
+
 impl From<&identification::Verdict> for Verdict {
     fn from(verdict: &identification::Verdict) -> Self {
         Self {
-            outcome: match verdict.outcome() {
-                identification::Outcome::Use => VerdictOutcome::Use,
-                identification::Outcome::UseWithCare => VerdictOutcome::UseWithCare,
-                identification::Outcome::NotValidated => VerdictOutcome::NotValidated,
-                identification::Outcome::DoNotUse => VerdictOutcome::DoNotUse,
-            },
+            outcome: verdict.outcome().into(),
             cause: verdict.cause().cloned().map(Reason::from),
             other_causes: verdict.other_causes(),
             promises: Vec::new(),
@@ -206,8 +212,12 @@ pub fn validation_of(run: &Run) -> Option<ValidationOverlay> {
 }
 
 impl CampaignSummary {
-    /// An entry of the logbook; `running` is the campaign that this server is at.
-    pub(crate) fn of(entry: CampaignEntry, running: Option<i64>) -> Self {
+    /// An entry of the logbook; `running` is the campaign that this server is at, `whole` the verdict on this one.
+    pub(crate) fn of(
+        entry: CampaignEntry,
+        running: Option<i64>,
+        whole: Option<&identification::Verdict>,
+    ) -> Self {
         let (state, outcome) = match entry.state {
             LogbookState::Ended { outcome } => {
                 let outcome = Outcome::from(outcome);
@@ -232,6 +242,8 @@ impl CampaignSummary {
             rudder_limit_rad: entry.rudder_limit_rad,
             state,
             outcome,
+            verdict: (whole.filter(|_| running != Some(entry.id.0)))
+                .map(|whole| whole.outcome().into()),
             runs: entry.runs,
             runs_accepted: entry.runs_accepted,
             plan_sha256: entry.plan_sha256,

@@ -29,10 +29,21 @@ const FALSE_ALARM_RATE: f64 = 0.05;
 /// The heading change whose time the turning limits give, rad; no document has it.
 const HEADING_CHANGE_RAD: f64 = std::f64::consts::PI;
 
+/// Every campaign, oldest first.
+pub fn list(logbook: &Logbook, running: Option<i64>) -> Result<Vec<CampaignSummary>, Refusal> {
+    let entries = logbook.campaigns()?.into_iter();
+    let summaries = entries.map(|entry| {
+        // One that cannot be read does not hide the others.
+        let whole = logbook.campaign_of(&entry).map(|found| found.verdict());
+        CampaignSummary::of(entry, running, whole.ok().as_ref())
+    });
+    Ok(summaries.collect())
+}
+
 /// A campaign with its runs.
 pub fn detail(logbook: &Logbook, id: i64, running: Option<i64>) -> Result<CampaignDetail, Refusal> {
     let entry = logbook.entry(CampaignId(id))?;
-    let campaign = logbook.campaign(entry.id)?;
+    let campaign = logbook.campaign_of(&entry)?;
     let reviews = logbook.reviews(entry.id)?;
     let whole = campaign.verdict();
     let review_of = |run: &Run| {
@@ -42,6 +53,7 @@ pub fn detail(logbook: &Logbook, id: i64, running: Option<i64>) -> Result<Campai
     Ok(CampaignDetail {
         plan: entry.plan.clone(),
         verdict: verdict_with_promises(&campaign, &whole),
+        reasons: whole.reasons.iter().cloned().map(Reason::from).collect(),
         runs: campaign
             .runs
             .iter()
@@ -52,7 +64,7 @@ pub fn detail(logbook: &Logbook, id: i64, running: Option<i64>) -> Result<Campai
             .iter()
             .map(|run| run.number)
             .collect(),
-        campaign: CampaignSummary::of(entry, running),
+        campaign: CampaignSummary::of(entry, running, Some(&whole)),
     })
 }
 
@@ -63,14 +75,17 @@ pub fn comparison(
     running: Option<i64>,
 ) -> Result<Comparison, Refusal> {
     let (a_entry, b_entry) = (logbook.entry(CampaignId(a))?, logbook.entry(CampaignId(b))?);
-    let (a, b) = (logbook.campaign(a_entry.id)?, logbook.campaign(b_entry.id)?);
+    let (a, b) = (
+        logbook.campaign_of(&a_entry)?,
+        logbook.campaign_of(&b_entry)?,
+    );
     let difference = ModelDifference::between(&a, &b);
     let thrusts = difference.thrusts.iter();
     Ok(Comparison {
         thrusts: thrusts.map(|at| at_thrust(at, [&a, &b])).collect(),
         what_changed: what_changed(&a, &b),
-        a: CampaignSummary::of(a_entry, running),
-        b: CampaignSummary::of(b_entry, running),
+        a: CampaignSummary::of(a_entry, running, Some(&a.verdict())),
+        b: CampaignSummary::of(b_entry, running, Some(&b.verdict())),
         only_in_a: difference.only_in_a,
         only_in_b: difference.only_in_b,
     })

@@ -101,14 +101,19 @@ impl Logbook {
     /// A whole campaign with its records and traces. An unfinished run has no model and is not accepted; of one that an
     /// operator has reviewed the last review is the verdict. Of a campaign that is damaged no run is accepted.
     pub fn campaign(&self, campaign: CampaignId) -> Result<Campaign, Error> {
+        self.viewing(|| self.campaign_of(&self.entry(campaign)?))
+    }
+
+    /// [`campaign`](Self::campaign) of an entry that was checked already, which costs as much as reading it.
+    pub fn campaign_of(&self, entry: &CampaignEntry) -> Result<Campaign, Error> {
         self.viewing(|| {
-            let mut whole = self.as_found(campaign)?;
-            for (number, review) in self.reviews(campaign)? {
+            let mut whole = self.as_found(entry.id)?;
+            for (number, review) in self.reviews(entry.id)? {
                 for run in whole.runs.iter_mut().filter(|run| run.number == number) {
                     review.decide(run);
                 }
             }
-            if let Some(damage) = self.entry(campaign)?.damage {
+            if let Some(damage) = &entry.damage {
                 whole.runs.iter_mut().for_each(|run| damage.decide(run));
             }
             Ok(whole)

@@ -126,6 +126,11 @@ fn cli_live_and_history_judge_a_campaign_alike() {
         assert_eq!(live["verdict"]["outcome"], outcome, "{scenario}");
         assert_eq!(live["verdict"], kept["verdict"], "{scenario}");
         assert_eq!(live["runs"], kept["runs"], "{scenario}");
+        // The list says it, too, and the campaign every reason that its verdict counts.
+        let listed = server.get("/campaigns")[campaign - 1].clone();
+        assert_eq!(listed["verdict"], outcome, "{scenario}");
+        let others = kept["verdict"]["other_causes"].as_u64().unwrap() as usize;
+        assert!(kept["reasons"].as_array().unwrap().len() > others, "{kept}");
     }
 }
 

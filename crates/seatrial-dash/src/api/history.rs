@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Figure, Model, Outcome, Reason, RunSummary, Verdict};
+use super::{Figure, Model, Outcome, Reason, RunSummary, Verdict, VerdictOutcome};
 
 /// How far a campaign came.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
@@ -43,9 +43,11 @@ pub struct CampaignSummary {
     pub state: State,
     /// How it ended.
     pub outcome: Option<Outcome>,
+    /// May its models be used, as a whole? Null while it runs, and where it cannot be read.
+    pub verdict: Option<VerdictOutcome>,
     /// Runs begun.
     pub runs: u32,
-    /// Runs accepted.
+    /// Runs accepted, each by itself.
     pub runs_accepted: u32,
     /// SHA-256 of the plan.
     pub plan_sha256: String,
@@ -63,6 +65,8 @@ pub struct CampaignDetail {
     pub plan: String,
     /// May its models be used, as a whole?
     pub verdict: Verdict,
+    /// Why, and what else is said of it as a whole.
+    pub reasons: Vec<Reason>,
     /// Every run in order.
     pub runs: Vec<RunSummary>,
     /// Numbers of the runs that count: the last accepted one of each thrust, in order of thrust.

@@ -27,11 +27,7 @@ pub async fn campaigns(
     State(shared): State<Arc<Shared>>,
 ) -> Result<Json<Vec<CampaignSummary>>, Refusal> {
     let campaigns = blocking(shared, |shared| {
-        let running = shared.slot.campaign();
-        let entries = shared.reader()?.campaigns()?.into_iter();
-        Ok(entries
-            .map(|entry| CampaignSummary::of(entry, running))
-            .collect())
+        history::list(&shared.reader()?, shared.slot.campaign())
     });
     Ok(Json(campaigns.await?))
 }
