@@ -98,7 +98,8 @@ function ended(trial: TrialState): Said {
   const thrusts = new Set(planned(trial));
   const accepted = new Set(trial.runs.filter(isUsable).map((run) => run.thrust));
   const isWhole = accepted.size === thrusts.size;
-  const count = isWhole ? [] : [`${accepted.size} of ${thrusts.size} speeds have a usable model.`];
+  const have = accepted.size === 1 ? "has" : "have";
+  const count = isWhole ? [] : [`${accepted.size} of ${thrusts.size} speeds ${have} a usable model.`];
   const handedBack = trial.warnings.length === 0 ? ["The rudder is neutral and the vehicle is handed back."] : [];
   const of = trial.verdict ?? null;
   const judged = of === null ? [] : [`${signOf(of.outcome)} ${sentence(word(of.outcome))}`, ...causes(of)];
@@ -156,8 +157,11 @@ export function explained(model: Validated): { readonly r2: number | null; reado
   return { r2: isOffsetAgain ? again : plain, isOffsetAgain };
 }
 
+/** A text with a large first letter and a full stop. */
 export function sentence(text: string): string {
-  const begun = /^[a-z]{2}/.test(text) ? text.charAt(0).toUpperCase() + text.slice(1) : text;
+  // Names of files, vehicles and parameters stay as they are.
+  const isWord = /^[a-z]{2,}[,;:]?(\s|$)/.test(text);
+  const begun = isWord ? text.charAt(0).toUpperCase() + text.slice(1) : text;
   return /[.!?]$/.test(begun) ? begun : `${begun}.`;
 }
 

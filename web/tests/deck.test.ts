@@ -135,10 +135,30 @@ async function underWay(): Promise<Page> {
   return page;
 }
 
+/** Texts of a page that take no room on it, or hang out of what holds them. */
+const unseen = (page: Page, selector: string): Promise<string[]> =>
+  page.locator(selector).evaluateAll((all) =>
+    all.flatMap((one) => {
+      const range = document.createRange();
+      range.selectNodeContents(one);
+      const [text, box] = [range.getBoundingClientRect(), one.getBoundingClientRect()];
+      const isWhole = text.left >= box.left - 1 && text.right <= box.right + 1 && text.width > 20;
+      return isWhole ? [] : [`${one.textContent ?? ""}: ${text.width} in ${box.width}`];
+    }),
+  );
+
 async function landed(page: Page): Promise<void> {
   await until("the trial has ended", async () => !(await server.trial()).running);
   await page.locator(".loud", { hasText: "The trial ended early" }).waitFor();
   assert.equal((await server.trial()).outcome?.reason, "operator");
+  // A simulated vehicle needs nobody's agreement to move again.
+  assert.ok(await page.getByRole("button", { name: "Go on at the next speed" }).isEnabled());
+  assert.equal(await page.getByText("moves again").count(), 0);
+  // Chips keep their word on a phone.
+  await page.setViewportSize({ width: 390, height: 844 });
+  const chips = await page.locator(".speeds small").allInnerTexts();
+  assert.ok(chips.includes("not run") && chips[0]?.includes("use"), chips.join());
+  assert.deepEqual(await unseen(page, ".speeds small"), []);
   await page.goto(`${server.url}#/control`);
   await page.getByRole("button", { name: "Give control back" }).click();
   await page.getByText("Nobody has control.").waitFor();
@@ -249,6 +269,45 @@ test("a log ends in gains, limits, parameters, vehicle file and report, as in th
   }
 });
 
+test("of a log whose speed varies the mean is taken, and said", async () => {
+  seatrial("sim", "log", "--seed", "1", "--thrust", "0.8", "--out", join(scratch, "steady.csv"));
+  const rows = readFileSync(join(scratch, "steady.csv"), "utf8").trim().split("\n");
+  const at = rows[0]?.split(",").indexOf("surge_speed_m_s") ?? -1;
+  assert.ok(at > 0, rows[0]);
+  const varied = rows.slice(1).map((row, place) => {
+    const cells = row.split(",");
+    cells[at] = String(1 + 0.5 * Math.sin(place / 20));
+    return cells.join(",");
+  });
+  writeFileSync(join(scratch, "varied.csv"), [rows[0], ...varied].join("\n"));
+  const page = await opened("#/history/log", { viewport: { width: 390, height: 844 } });
+  await page.locator("input[type=file]").setInputFiles(join(scratch, "varied.csv"));
+  await page.getByRole("columnheader", { name: "speed, m/s" }).waitFor();
+  await page.getByRole("button", { name: "Identify", exact: true }).click();
+  await page.getByText("The speed of the log varies.").waitFor();
+  const turning = page.getByRole("region", { name: /^Turning with .* of rudder$/ });
+  const cells = await turning.locator("tbody tr").first().locator("td").allInnerTexts();
+  assert.match(cells[0] ?? "", /^[01]\.\d+\u00a0m\/s$/);
+  assert.match(cells.at(-1) ?? "", /\u00a0m$/);
+  assert.deepEqual(await violations(page), []);
+  await page.context().close();
+});
+
+test("a vehicle that is not simulated moves again only when that is agreed to", async () => {
+  const page = await opened("#/history/campaign/1");
+  await page.route("**/api/v1/campaigns/1", async (route) => {
+    const answer = (await (await route.fetch()).json()) as { campaign: object };
+    await route.fulfill({ json: { ...answer, campaign: { ...answer.campaign, seed: null, state: "aborted" } } });
+  });
+  await page.reload();
+  const again = page.getByRole("button", { name: "Go on at the next speed" });
+  await again.waitFor();
+  assert.ok(await again.isDisabled());
+  await page.getByLabel("I agree that the vehicle moves again").check();
+  assert.ok(await again.isEnabled());
+  await page.context().close();
+});
+
 test("the faults of a rehearsal are chosen, and the checks stand above Start", async () => {
   const page = await opened("#/control/rehearse", { viewport: { width: 390, height: 844 } });
   await takeControl(page, "Ada");
@@ -305,9 +364,24 @@ test("Live and History say the same of a campaign whose speeds contradict each o
   await kept.waitFor();
   assert.equal(await live.innerText(), await kept.innerText());
   await other.getByText("✗ Do not use.", { exact: true }).waitFor();
+  // Nothing of it can be looked at over speed or taken before its refusal is read.
+  const files = other.getByRole("region", { name: "Gains and limits" });
+  await files.getByText("No file is written before you have read this").waitFor();
+  const param = files.getByRole("button", { name: "ArduPilot Rover, .param" });
+  assert.ok(await param.isDisabled());
+  assert.equal(await other.getByRole("slider").count(), 0);
+  await files.getByLabel("I have read this").check();
+  await files.getByRole("region", { name: "Gains", exact: true }).waitFor();
+  assert.ok(await param.isEnabled());
   // The last run, in the page's words and in the table.
   const [value = "", interval = ""] = (await kept.locator("tr").last().locator("td").nth(4).innerText()).split("\n");
   assert.ok(estimate.includes(`a₂₂ = ${value} ${interval},`), `${estimate}: ${value} ${interval}`);
+  await other.goto(`${server.url}#/history`);
+  const row = other.locator("tr", { has: other.getByRole("link", { name: `No. ${campaign}`, exact: true }) });
+  await row.waitFor();
+  const cells = await row.locator("td").allInnerTexts();
+  assert.ok(cells.indexOf("✗ do not use") >= 0, cells.join());
+  assert.ok(cells.indexOf("✗ do not use") < cells.indexOf("3 of 3"), cells.join());
   await other.context().close();
   await page.getByRole("button", { name: "Give control back" }).click();
   await page.context().close();
@@ -351,27 +425,47 @@ test("what is read from the logbook is said to be read until it is there", async
   await page.context().close();
 });
 
+const commission = {
+  ...{ running: false, vehicle: "mavlink:udp:0.0.0.0:14550", campaign: 1, started: "2026-05-01T10:00:00Z" },
+  ...{ ended: "kept", line: "KEPT the new gains", undo: "seatrial vehicle restore", needs_restoring: false },
+  ...{ stages: [] as string[], old: null, new: null },
+  proposed: {
+    parameters: [
+      { name: "ATC_STR_RAT_FF", from: 0.2, to: 6.14, why: "the steering of a steady turn, by the model of the trial" },
+      { name: "ATC_STR_ANG_P", from: 2, to: 0.356, why: "so that a course change overshoots by at most 5 degrees" },
+    ],
+  },
+};
+
+/** A page that is told of a commission; the function tells it of another state of the same. */
+async function toldOf(
+  first: typeof commission,
+  width: number,
+): Promise<{ page: Page; tell(now: typeof commission): void }> {
+  let now = first;
+  let tell = (): void => undefined;
+  const page = await opened("#/live", { viewport: { width, height: 900 } });
+  await page.route("**/api/v1/commission?after=*", (route) =>
+    route.fulfill({ json: { commission: now, samples: [], next: 0 } }),
+  );
+  await page.routeWebSocket(/api\/v1\/live$/, (socket) => {
+    let sequence = 0;
+    tell = () => socket.send(JSON.stringify({ type: "commission", sequence, commission: now }));
+    socket.connectToServer().onMessage((message) => {
+      const heard = JSON.parse(String(message)) as Record<string, unknown>;
+      sequence = Number(heard["sequence"]);
+      socket.send(JSON.stringify(heard["type"] === "snapshot" ? { ...heard, commission: now } : heard));
+    });
+  });
+  await page.goto(`${server.url}#/commission`);
+  await page.reload();
+  return { page, tell: (state) => ((now = state), tell()) };
+}
+
 test("what a commission did is read whole, on a phone and on a laptop", async () => {
   const stages = Array.from({ length: 6 }, (_, at) => `step ${at + 1} to starboard with the old gains, measured twice`);
-  const commission = {
-    ...{ running: false, vehicle: "mavlink:udp:0.0.0.0:14550", campaign: 1, started: "2026-05-01T10:00:00Z" },
-    ...{ stages, old: null, new: null, ended: "put_back", line: "the old gains are back", undo: null },
-    proposed: { parameters: [] },
-    needs_restoring: false,
-  };
   for (const width of [390, 1440]) {
-    const page = await opened("#/live", { viewport: { width, height: 900 } });
-    await page.route("**/api/v1/commission?after=*", (route) =>
-      route.fulfill({ json: { commission, samples: [], next: 0 } }),
-    );
-    await page.routeWebSocket(/api\/v1\/live$/, (socket) => {
-      socket.connectToServer().onMessage((message) => {
-        const heard = JSON.parse(String(message)) as Record<string, unknown>;
-        socket.send(JSON.stringify(heard["type"] === "snapshot" ? { ...heard, commission } : heard));
-      });
-    });
-    await page.goto(`${server.url}#/commission`);
-    await page.reload();
+    const { page } = await toldOf({ ...commission, stages }, width);
     const told = page.getByRole("list", { name: "What was done" }).getByRole("listitem");
     await told.nth(stages.length - 1).waitFor();
     const shown = await told.evaluateAll((items) =>
@@ -382,6 +476,52 @@ test("what a commission did is read whole, on a phone and on a laptop", async ()
       stages.map(() => true),
       `${width}`,
     );
+    const why = page.getByRole("cell", { name: commission.proposed.parameters[0]?.why ?? "" });
+    const [reason, table] = [await why.boundingBox(), await page.locator("table", { has: why }).boundingBox()];
+    assert.ok(reason && table && reason.width > 0.9 * table.width, JSON.stringify([width, reason, table]));
     await page.context().close();
   }
+});
+
+test("a proposal is read before Start, also beside what a commission did", async () => {
+  const expected = { overshoot: [0.6, 0.7], settling_s: [30, 32], rudder_per_s: [0.1, 0.2] };
+  const proposed = {
+    ...commission.proposed,
+    ...{ proposal: "x", surge_speed_m_s: 1, step_rad: 0.5, duration_s: 60, distance_m: 60 },
+    ...{ old_expected: expected, new_expected: expected },
+  };
+  const { page } = await toldOf(commission, 390);
+  const name = commission.vehicle;
+  await page.route("**/api/v1/vehicles", (route) =>
+    route.fulfill({
+      json: { vehicles: [{ name, description: "", is_simulated: false, has_gains: true }], scenarios: [] },
+    }),
+  );
+  await page.route("**/api/v1/commission/preview", (route) =>
+    route.fulfill({ json: { ready: true, checks: [], changes: [], refused: null, proposed } }),
+  );
+  await page.reload();
+  await page.getByLabel("Use models of a rehearsal as well").check();
+  await page.getByRole("button", { name: "Look at the autopilot" }).click();
+  const read = page.getByRole("region", { name: "Parameters proposed" });
+  await read.waitFor();
+  const start = await page.getByRole("button", { name: "Start the heading steps" }).boundingBox();
+  const table = await read.boundingBox();
+  assert.ok(start && table && table.y + table.height < start.y, JSON.stringify([table, start]));
+  assert.deepEqual(await violations(page), []);
+  await page.context().close();
+});
+
+test("after an undo the page says that the old gains are in use, with what was tried", async () => {
+  const { page, tell } = await toldOf(commission, 390);
+  await page.getByText("✓ The new gains stay").waitFor();
+  const inUse = page.locator("th", { hasText: "in use now" });
+  assert.equal((await inUse.innerText()).split("\n")[0], "new");
+  tell({ ...commission, ended: "put_back", line: "an undo has put the old gains back", undo: "" });
+  const told = page.getByRole("status", { name: "What came of it" });
+  await told.getByText("The old gains are back").waitFor();
+  assert.match(await told.innerText(), /An undo has put the old gains back\./);
+  assert.equal((await inUse.innerText()).split("\n")[0], "before");
+  assert.deepEqual(await violations(page), []);
+  await page.context().close();
 });

@@ -690,6 +690,8 @@ export interface components {
             counting_runs: number[];
             /** @description The plan, TOML. */
             plan: string;
+            /** @description Why, and what else is said of it as a whole. */
+            reasons: components["schemas"]["Reason"][];
             /** @description Every run in order. */
             runs: components["schemas"]["RunSummary"][];
             /** @description May its models be used, as a whole? */
@@ -723,7 +725,7 @@ export interface components {
             runs: number;
             /**
              * Format: int32
-             * @description Runs accepted.
+             * @description Runs accepted, each by itself.
              */
             runs_accepted: number;
             /**
@@ -739,6 +741,7 @@ export interface components {
             state: components["schemas"]["State"];
             /** @description The vehicle by name. */
             vehicle: string;
+            verdict?: components["schemas"]["VerdictOutcome"] | null;
         };
         /** @description A parameter of the autopilot that is other during the trial. */
         Change: {
@@ -1322,6 +1325,8 @@ export interface components {
             rudder: (number | null)[];
             /** @description Heading simulated over the validation window with the model, rad; null outside. */
             simulated_heading_rad: (number | null)[];
+            /** @description Forward speed, m/s. */
+            surge_speed_m_s: (number | null)[];
             /** @description The log's own seconds. */
             time_s: (number | null)[];
             /** @description Measured yaw rate, rad/s. */

@@ -26,6 +26,8 @@ import { undoPanel } from "./undo.ts";
 const ASK_EVERY_MS = 250;
 const MOST_POINTS = 6000;
 const NO_CONTROL = "Take control first.";
+/** The form, whose last button stands behind the proposal. */
+const FORM = "commission-order";
 
 const ENDS: Record<NonNullable<CommissionState["ended"]>, readonly [tone: Tone, words: string]> = {
   kept: ["good", "✓ The new gains stay"],
@@ -37,19 +39,25 @@ const ENDS: Record<NonNullable<CommissionState["ended"]>, readonly [tone: Tone, 
 /** `#/commission`, `#/commission/3` with the models of campaign 3. */
 export function openCommission(live: Live): View {
   const complaints = new Complaints();
-  const shownNow = steps();
   const form = orderForm(live, complaints);
+  const undo = undoPanel(live, form.vehicle);
+  const shownNow = steps(undo.look);
   let seen = "";
-  // What was kept is so no longer.
-  const undo = undoPanel(live, form.vehicle, () => (shownNow.root.hidden = true));
-  const ordering = element("div", { class: "panels two spaced" }, form.root, form.proposal, undo.root);
+  const ordering = element(
+    "div",
+    { class: "panels commission spaced" },
+    form.root,
+    form.proposal,
+    form.begin,
+    undo.root,
+  );
   const draw = (): void => {
     form.draw();
     undo.draw();
     const { commission } = live;
     ordering.hidden = commission?.running === true;
-    // Another commission, or another end of it: the samples are asked for again.
-    const key = JSON.stringify([commission?.started, commission?.running]);
+    // Another commission, or another end of it, as by an undo: the samples are asked for again.
+    const key = JSON.stringify([commission?.started, commission?.running, commission?.ended]);
     if (key === seen) return;
     seen = key;
     if (commission !== null) shownNow.follow(commission);
@@ -71,6 +79,8 @@ interface OrderForm {
   /** The autopilot that is chosen; empty where there is none. */
   vehicle(): string;
   readonly proposal: HTMLElement;
+  /** What is agreed to and started once the proposal is read. */
+  readonly begin: HTMLElement;
   draw(): void;
   drop(): void;
 }
@@ -92,11 +102,15 @@ function orderForm(live: Live, complaints: Complaints): OrderForm {
   const noCampaign = element(
     "p",
     { class: "notice partly", hidden: true },
-    "No trial has given a usable model yet. Run one first.",
+    "No trial on a boat has given a usable model yet. Run one first, or use models of a rehearsal.",
   );
   const look = element("button", { type: "button", onclick: () => void preview() }, "Look at the autopilot");
-  const start = element("button", { class: "main", type: "submit", disabled: true }, "Start the heading steps");
-  const proposal = element("section", { class: "panel stack", "aria-label": "Gains now and proposed" });
+  const start = element(
+    "button",
+    { class: "main", type: "submit", form: FORM, disabled: true },
+    "Start the heading steps",
+  );
+  const proposal = element("section", { class: "panel stack proposal", "aria-label": "Gains now and proposed" });
   let known: CampaignSummary[] = [];
   let found: CommissionPreview | null = null;
   let busy = false;
@@ -124,7 +138,7 @@ function orderForm(live: Live, complaints: Complaints): OrderForm {
     fill(
       proposal,
       element("h2", {}, "Gains now and proposed"),
-      element("p", {}, "Looking at the autopilot. This takes up to 20 s."),
+      element("p", {}, "Looking at the autopilot. This takes up to 20\u00a0s."),
     );
     draw();
     const answer = await complaints.hear(() => previewCommission(order()));
@@ -155,7 +169,7 @@ function orderForm(live: Live, complaints: Complaints): OrderForm {
   agreed.addEventListener("change", () => draw());
   const root = element(
     "form",
-    { class: "panel stack", onsubmit: (event: Event) => void begin(event) },
+    { id: FORM, class: "panel stack order", onsubmit: (event: Event) => void begin(event) },
     element("h2", {}, "Gains into the autopilot"),
     element(
       "p",
@@ -174,6 +188,10 @@ function orderForm(live: Live, complaints: Complaints): OrderForm {
     ),
     element("label", { class: "choice" }, rehearsal, "Use models of a rehearsal as well"),
     element("div", { class: "row" }, look),
+  );
+  const beginning = element(
+    "section",
+    { class: "panel stack begin", "aria-label": "Start" },
     element("label", { class: "choice" }, agreed, "The boat may move, and its gains may be changed"),
     why,
     element("div", { class: "row" }, start, control),
@@ -192,6 +210,22 @@ function orderForm(live: Live, complaints: Complaints): OrderForm {
     control.hidden = obstacle() !== NO_CONTROL;
     start.disabled = busy || obstacle() !== "";
   };
+  /** The campaigns whose models may be chosen. */
+  const offer = (): void => {
+    const offered = known.filter((one) => rehearsal.checked || one.seed == null);
+    noCampaign.hidden = offered.length > 0;
+    fill(
+      campaign,
+      ...offered.map((one) =>
+        element(
+          "option",
+          { value: one.id },
+          `No. ${one.id}, ${one.configuration}, ${one.started.slice(0, 10)}, ${one.vehicle}`,
+        ),
+      ),
+    );
+  };
+  rehearsal.addEventListener("change", offer);
   const list = async (): Promise<void> => {
     const answer = await complaints.hear(vehicles);
     const all = await complaints.hear(campaigns);
@@ -199,20 +233,11 @@ function orderForm(live: Live, complaints: Complaints): OrderForm {
     const autopilots = answer.vehicles.filter((one) => one.has_gains);
     none.hidden = autopilots.length > 0;
     fill(vehicle, ...autopilots.map((one) => element("option", { value: one.name }, one.name)));
-    known = all.filter((one) => one.runs_accepted > 0).reverse();
-    noCampaign.hidden = known.length > 0;
-    fill(
-      campaign,
-      ...known.map((one) =>
-        element(
-          "option",
-          { value: one.id },
-          `No. ${one.id}, ${one.vehicle}, ${one.configuration}, ${one.started.slice(0, 10)}`,
-        ),
-      ),
-    );
-    const wish = Number(location.hash.split("/")[2]);
-    const wished = known.find((one) => one.id === wish) ?? known.find((one) => one.vehicle === vehicle.value);
+    known = all.filter((one) => one.runs_accepted > 0 && one.verdict !== "do_not_use").reverse();
+    const wish = known.find((one) => one.id === Number(location.hash.split("/")[2]));
+    rehearsal.checked = wish?.seed != null;
+    offer();
+    const wished = wish ?? known.find((one) => one.vehicle === vehicle.value);
     if (wished !== undefined) {
       campaign.value = String(wished.id);
       if (autopilots.some((one) => one.name === wished.vehicle)) vehicle.value = wished.vehicle;
@@ -222,7 +247,7 @@ function orderForm(live: Live, complaints: Complaints): OrderForm {
   forget();
   void list();
   const forgetUnits = onUnits(() => found !== null && drawProposal(proposal, found));
-  return { root, vehicle: () => vehicle.value, proposal, draw, drop: forgetUnits };
+  return { root, vehicle: () => vehicle.value, proposal, begin: beginning, draw, drop: forgetUnits };
 }
 
 function drawProposal(place: HTMLElement, found: CommissionPreview): void {
@@ -238,7 +263,7 @@ function drawProposal(place: HTMLElement, found: CommissionPreview): void {
     ),
     failed.length === 0 ? null : checklist(failed),
     found.refused ? element("p", { class: "notice bad" }, sentence(found.refused)) : null,
-    proposed ? gainsTable(proposed.parameters) : null,
+    proposed ? gainsTable(proposed.parameters, "now", null) : null,
     proposed ? expectations(proposed.old_expected, proposed.new_expected) : null,
     proposed
       ? element(
@@ -271,24 +296,51 @@ function drawProposal(place: HTMLElement, found: CommissionPreview): void {
   );
 }
 
-function gainsTable(parameters: CommissionState["proposed"]["parameters"]): HTMLElement {
-  const heads = ["parameter", "before", "new", "why"].map((name, at) =>
-    element("th", { scope: "col", class: at === 0 || at === 3 ? "words" : "" }, name),
-  );
-  const rows = parameters.map((one) =>
+type Gains = "before" | "new";
+
+/**
+ * Each parameter with its reason below it. `old` is what the gains before are called; `inUse` are those that the autopilot
+ * has, where that is to be said.
+ */
+function gainsTable(
+  parameters: CommissionState["proposed"]["parameters"],
+  old: "now" | "before",
+  inUse: Gains | null,
+): HTMLElement {
+  const columns: readonly Gains[] = ["before", "new"];
+  const strong = (gains: Gains): string => ((inUse ?? "new") === gains ? "strong" : "");
+  const heads = columns.map((gains) =>
     element(
-      "tr",
-      {},
-      element("th", { scope: "row", class: "words" }, one.name),
-      element("td", {}, significant(one.from)),
-      element("td", { class: "strong" }, significant(one.to)),
-      element("td", { class: "words" }, one.why),
+      "th",
+      { scope: "col" },
+      gains === "before" ? old : gains,
+      inUse === gains && element("span", { class: "interval" }, "in use now"),
     ),
   );
+  const rows = parameters.flatMap((one) => [
+    element(
+      "tr",
+      { class: "explained" },
+      element("th", { scope: "row", class: "words" }, one.name),
+      element("td", { class: strong("before") }, significant(one.from)),
+      element("td", { class: strong("new") }, significant(one.to)),
+    ),
+    element("tr", {}, element("td", { class: "words hint", colspan: 3 }, one.why)),
+  ]);
   return element(
     "div",
-    { class: "table-box", tabindex: 0, role: "region", "aria-label": "Steering parameters" },
-    element("table", {}, element("thead", {}, element("tr", {}, ...heads)), element("tbody", {}, ...rows)),
+    {
+      class: "table-box",
+      tabindex: 0,
+      role: "region",
+      "aria-label": old === "now" ? "Parameters proposed" : "Parameters before and new",
+    },
+    element(
+      "table",
+      {},
+      element("thead", {}, element("tr", {}, element("th", { scope: "col", class: "words" }, "parameter"), ...heads)),
+      element("tbody", {}, ...rows),
+    ),
   );
 }
 
@@ -356,8 +408,18 @@ function compared(title: string, heads: readonly string[], rows: readonly HTMLEl
   );
 }
 
-/** The steps as they are made, and their end. */
-function steps(): { readonly root: HTMLElement; follow(commission: CommissionState): void; drop(): void } {
+/** The gains that the autopilot has: while steps are made, and where something is left to be put back, it may be either. */
+function inUse({ ended, needs_restoring }: CommissionState): Gains | null {
+  if (ended == null || needs_restoring) return null;
+  return ended === "kept" ? "new" : "before";
+}
+
+/** The steps as they are made, and their end; `toUndo` leads to where it is undone. */
+function steps(toUndo: () => void): {
+  readonly root: HTMLElement;
+  follow(commission: CommissionState): void;
+  drop(): void;
+} {
   const heading = new Strip({
     title: "Heading",
     quantity: "angle",
@@ -448,7 +510,7 @@ function steps(): { readonly root: HTMLElement; follow(commission: CommissionSta
         element("p", { class: "loud" }, loud),
         commission.line ? element("p", {}, sentence(commission.line.replace(/ To undo: .*/, ""))) : null,
         commission.undo || isWarned
-          ? element("p", {}, "Old gains can be put back below: Put the old values back.")
+          ? element("button", { type: "button", onclick: toUndo }, "Put the old gains back …")
           : null,
       ),
     );
@@ -457,7 +519,7 @@ function steps(): { readonly root: HTMLElement; follow(commission: CommissionSta
       measured,
       measurements(commission.old ?? null, commission.new ?? null),
       element("h3", {}, "Gains before and new"),
-      gainsTable(commission.proposed.parameters),
+      gainsTable(commission.proposed.parameters, "before", inUse(commission)),
     );
     heading.describe(`Heading and the heading asked for over ${commission.stages.length} stages of the steps.`);
   };

@@ -45,7 +45,7 @@ export function openControl(live: Live): View {
   const complaints = new Complaints();
   const holder = holderPanel(live);
   const trial = trialForm(live, complaints);
-  const runs = element("section", { class: "panel wide", "aria-label": "Runs of this trial" });
+  const runs = element("section", { class: "panel wide", "aria-label": "Runs of the trial" });
   let shownRuns = "";
   let table: ReturnType<typeof runsTable> | null = null;
 
@@ -53,13 +53,15 @@ export function openControl(live: Live): View {
     holder.draw();
     trial.draw();
     const now = live.trial;
-    const key = JSON.stringify([now?.campaign, now?.runs]);
+    const key = JSON.stringify([now?.campaign, now?.running, now?.runs]);
     if (key !== shownRuns) {
       shownRuns = key;
       runs.hidden = now === null || now.runs.length === 0;
       table?.drop();
       table = now === null ? null : runsTable(now, now.runs, () => void refresh(now));
-      fill(runs, element("h2", {}, "Runs of this trial"), table?.root);
+      const which =
+        now?.running === true ? "this trial" : `the last trial: ${now?.vehicle ?? ""}, ${now?.configuration ?? ""}`;
+      fill(runs, element("h2", {}, `Runs of ${which}`), table?.root);
     }
   };
   /** A review is not in the live stream: the runs are asked for again. */
@@ -262,7 +264,7 @@ function trialForm(live: Live, complaints: Complaints): TrialForm {
     draw();
   };
   const check = async (): Promise<void> => {
-    say(checking, "Looking at the vehicle. This takes up to 20 s for an autopilot.");
+    say(checking, "Looking at the vehicle. This takes up to 20\u00a0s for an autopilot.");
     const found = await complaints.hear(() => preflight(order()));
     if (found === null) return unsettled();
     ready = found.ready;
@@ -437,19 +439,19 @@ function drawExpectation(place: HTMLElement, track: Track, found: PlanPreview): 
       "tr",
       {},
       element("th", { scope: "row" }, percent(speed.thrust)),
-      element("td", {}, shown(speed.surge_speed_m_s, "speed")),
-      element("td", {}, clock(speed.stages_s.reduce((sum, stage) => sum + stage, 0))),
-      element("td", {}, shown(speed.heading_excursion_rad, "angle", 2)),
-      element("td", {}, width(speed.expected?.a22_per_s)),
-      element("td", {}, width(speed.expected?.b2_per_s2)),
       element(
         "td",
         { class: speed.expected?.is_enough === true ? "good" : "bad" },
         speed.expected?.is_enough === true ? "✓ yes" : "✗ no",
       ),
+      element("td", {}, shown(speed.surge_speed_m_s, "speed")),
+      element("td", {}, clock(speed.stages_s.reduce((sum, stage) => sum + stage, 0))),
+      element("td", {}, shown(speed.heading_excursion_rad, "angle", 2)),
+      element("td", {}, width(speed.expected?.a22_per_s)),
+      element("td", {}, width(speed.expected?.b2_per_s2)),
     ),
   );
-  const heads = ["thrust", "speed", "time", "heading", "a₂₂", "b₂", "precise enough"].map((name) =>
+  const heads = ["thrust", "enough", "speed", "time", "heading", "a₂₂", "b₂"].map((name) =>
     element("th", { scope: "col" }, name),
   );
   const aborted = found.outcome && !found.outcome.finished ? found.outcome.text : null;
@@ -469,7 +471,11 @@ function drawExpectation(place: HTMLElement, track: Track, found: PlanPreview): 
       `${clock(found.duration_s)} min, at most ${clock(found.longest_s)} min without repeats. ${found.is_enough ? "At every speed the manoeuvre is strong enough for a usable model." : "At some speeds the manoeuvre is too weak for a usable model."}`,
     ),
     found.track_box_m ? track.figure : null,
-    element("p", { class: "hint" }, "a₂₂ and b₂: how far, at best, the 95 % interval reaches to either side"),
+    element(
+      "p",
+      { class: "hint" },
+      "enough: is the model precise enough for gains? a₂₂ and b₂: how far, at best, the 95 % interval reaches to either side",
+    ),
     element(
       "div",
       { class: "table-box", tabindex: 0, role: "region", "aria-label": "Expected intervals" },

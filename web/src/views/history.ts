@@ -26,6 +26,7 @@ import { onUnits, scale, shown, significant } from "../units.ts";
 import { causes, percent, QUANTITIES, sentence, signOf, toneOf, word } from "../words.ts";
 import { type LogReader, openLogView } from "./log.ts";
 import { modelsPanel } from "./models.ts";
+import { remarks } from "./remarks.ts";
 import { figureCell, resume, runsTable } from "./runs.ts";
 import { explorer } from "./schedule.ts";
 import { commission } from "./start.ts";
@@ -93,6 +94,12 @@ export function openHistory(_live: Live): View {
   };
 }
 
+/** The verdict on a campaign, which says more than how many of its runs were accepted. */
+function verdictCell(outcome: CampaignSummary["verdict"]): HTMLElement {
+  if (outcome == null) return element("td", { class: "words" }, "–");
+  return element("td", { class: `words ${toneOf(outcome)}` }, `${signOf(outcome)} ${word(outcome)}`);
+}
+
 /** Asks for what a place shows; until there is something to see, says that it is being read. */
 async function read<T>(place: HTMLElement, complaints: Complaints, work: () => Promise<T>): Promise<T | null> {
   const reading = element("p", { class: "notice", role: "status" }, "Reading the logbook …");
@@ -109,7 +116,10 @@ async function openList(place: HTMLElement, complaints: Complaints): Promise<voi
     fill(place, element("p", {}, "The logbook holds no campaign yet."));
     return;
   }
-  const [newest, before] = [...all].reverse();
+  // Of what is not to be used nothing is compared, unless a person chooses it.
+  const isRefused = (entry: CampaignSummary): boolean => entry.verdict === "do_not_use" || entry.verdict == null;
+  const newestFirst = [...all].reverse().sort((one, other) => Number(isRefused(one)) - Number(isRefused(other)));
+  const [newest, before] = newestFirst;
   const chosen: [number, number] = [before?.id ?? 0, newest?.id ?? 0];
   const pick = (side: 0 | 1, name: string, entry: CampaignSummary): HTMLElement => {
     const radio = element("input", {
@@ -124,7 +134,7 @@ async function openList(place: HTMLElement, complaints: Complaints): Promise<voi
   };
   const configurations = [...new Set(all.map((entry) => entry.configuration))];
   // What is chosen stands first: a phone shows it without a sideways scroll.
-  const heads = ["campaign", "A", "B", "vehicle", "began (UTC)", "state", "runs accepted"].map((name) =>
+  const heads = ["campaign", "A", "B", "verdict", "vehicle", "began (UTC)", "state", "runs accepted"].map((name) =>
     element("th", { scope: "col", class: name === "runs accepted" ? "" : "words" }, name),
   );
   const groups = configurations.map((configuration) =>
@@ -134,7 +144,7 @@ async function openList(place: HTMLElement, complaints: Complaints): Promise<voi
       element(
         "tr",
         {},
-        element("th", { scope: "rowgroup", class: "words group", colspan: 7 }, `Configuration ${configuration}`),
+        element("th", { scope: "rowgroup", class: "words group", colspan: 8 }, `Configuration ${configuration}`),
       ),
       ...all
         .filter((entry) => entry.configuration === configuration)
@@ -150,6 +160,7 @@ async function openList(place: HTMLElement, complaints: Complaints): Promise<voi
             ),
             pick(0, "A", entry),
             pick(1, "B", entry),
+            verdictCell(entry.verdict),
             element("td", { class: "words" }, entry.vehicle),
             element("td", { class: "words" }, entry.started.replace("T", " ").replace(/\.\d+|Z/g, "")),
             element(
@@ -157,7 +168,7 @@ async function openList(place: HTMLElement, complaints: Complaints): Promise<voi
               { class: "words" },
               STATES[entry.state],
               entry.outcome && !entry.outcome.finished
-                ? element("span", { class: "hint" }, ` ${entry.outcome.text}`)
+                ? element("span", { class: "hint" }, `: ${entry.outcome.text}`)
                 : null,
             ),
             element("td", {}, `${entry.runs_accepted} of ${entry.runs}`),
@@ -225,11 +236,16 @@ async function openCampaign(
       { type: "button", onclick: () => void complaints.hear(() => download(`campaigns/${id}/${path}`, as)) },
       name,
     );
-  const scheduled = explorer(id, complaints);
+  const isRefused = detail.verdict.outcome === "do_not_use";
+  // What is not to be used has no speed to be looked at.
+  const scheduled = isRefused ? null : explorer(id, complaints);
   const isRehearsal = about.seed != null;
+  const simulated = "The gains of a rehearsal are those of the simulated vehicle, not of yours.";
+  const next = isRehearsal ? element("p", { class: "notice" }, simulated) : commission(about.vehicle, id);
   const hasModel = detail.counting_runs.length > 0;
   const endedEarly = about.state === "interrupted" || about.state === "aborted";
-  drops.push(scheduled.drop, runs.drop);
+  drops.push(runs.drop);
+  if (scheduled !== null) drops.push(scheduled.drop);
   fill(
     place,
     element(
@@ -247,27 +263,22 @@ async function openCampaign(
             { class: "loud" },
             `${signOf(detail.verdict.outcome)} ${sentence(word(detail.verdict.outcome))}`,
           ),
-          ...causes(detail.verdict).map((text) => element("p", {}, text)),
+          ...causes({ ...detail.verdict, other_causes: 0 }).map((text) => element("p", {}, text)),
+          remarks(detail.verdict, detail.reasons),
         ),
         endedEarly && resume({ campaign: id, seed: about.seed }, complaints),
         runs.root,
       ),
-      scheduled.root,
+      scheduled?.root,
       hasModel
         ? element(
             "div",
             { class: "stack" },
-            isRehearsal
-              ? element(
-                  "p",
-                  { class: "notice" },
-                  "The gains of a rehearsal are those of the simulated vehicle, not of yours.",
-                )
-              : commission(about.vehicle, id),
+            !isRefused && next,
             modelsPanel(modelsOfCampaign(id), {
               stem: `campaign-${id}`,
               isLog: false,
-              isAgainst: false,
+              isAgainst: isRefused,
               stated: { rehearsal: isRehearsal },
             }),
           )

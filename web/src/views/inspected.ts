@@ -55,7 +55,7 @@ export function inspectedParts({ document, series }: Inspected): HTMLElement[] {
         channel.quantity.replaceAll("_", " "),
         channel.column,
         channel.unit,
-        channel.because ?? "it says so",
+        channel.because ?? "its name says so",
       ]),
     ),
     firstRows(series, isShare),
@@ -81,6 +81,7 @@ function firstRows(series: Series, isShare: boolean): HTMLElement {
     ["time", series.time_s, "time"],
     ["heading", series.heading_rad, "angle"],
     ["rudder", series.rudder, isShare ? "share" : "angle"],
+    ["speed", series.surge_speed_m_s, "speed"],
     ["yaw rate", series.yaw_rate_rad_s, "angular_rate"],
     ["north", series.north_m, "distance"],
     ["east", series.east_m, "distance"],
@@ -99,8 +100,15 @@ function firstRows(series: Series, isShare: boolean): HTMLElement {
   );
 }
 
-export function table(name: string, heads: readonly string[], rows: readonly (readonly string[])[]): HTMLElement {
-  const cells = rows.map((row) => element("tr", {}, ...row.map((cell) => element("td", {}, cell))));
+/** What stands in a cell; two texts are a value and its interval, which stands below it. */
+export type Cell = string | readonly [value: string, interval: string];
+
+export function table(name: string, heads: readonly string[], rows: readonly (readonly Cell[])[]): HTMLElement {
+  const cell = (of: Cell): HTMLElement => {
+    const [value, interval] = typeof of === "string" ? [of, null] : of;
+    return element("td", {}, value, interval && element("span", { class: "interval" }, interval));
+  };
+  const cells = rows.map((row) => element("tr", {}, ...row.map(cell)));
   return element(
     "div",
     { class: "table-box", tabindex: 0, role: "region", "aria-label": name },

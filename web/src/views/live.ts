@@ -180,6 +180,8 @@ export function openLive(live: Live): View {
     const threshold = live.estimates.at(-1)?.threshold ?? null;
     stepNorm.set(seconds, [live.estimates.map((estimate) => estimate.step_norm), seconds.map(() => threshold)]);
     stepNorm.describe(`Step norm ${significant(live.estimates.at(-1)?.step_norm ?? NaN)}.`);
+    // One estimate is no curve: as fast as a simulator can, few are shown.
+    for (const strip of [...estimates, stepNorm]) strip.figure.hidden = live.estimates.length < 2;
     say(sure, sureness(trial));
 
     const overlay = trial?.validation;
@@ -268,7 +270,7 @@ function drawSpeeds(list: HTMLElement, trial: TrialState | null): void {
       "li",
       { class: state },
       element("b", {}, percent(thrust)),
-      element("small", {}, sign, " ", element("span", { class: "word" }, label)),
+      element("small", {}, `${sign} ${label}`),
     );
     if (now) item.setAttribute("aria-current", "step");
     return item;
@@ -351,9 +353,9 @@ function drawGauges(place: HTMLElement, gauges: Map<string, Gauge>, trial: Trial
 }
 
 function drawLink(list: HTMLElement, live: Live): void {
-  const { health } = live;
+  const { health, trial } = live;
   const facts: [string, string][] =
-    health === null
+    health === null || trial?.running !== true
       ? [["vehicle", "no trial is running"]]
       : [
           [

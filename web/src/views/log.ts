@@ -6,18 +6,13 @@ import type { Span } from "../charts/strip.ts";
 import { element, fill } from "../element.ts";
 import { Complaints } from "../notice.ts";
 import { shown, significant, withInterval } from "../units.ts";
-import { causes, explained, percent, sentence, signOf, toneOf, word } from "../words.ts";
+import { causes, explained, percent, signOf, toneOf, word } from "../words.ts";
 import { type Inspected, inspectedParts, isShareOf } from "./inspected.ts";
+import { type Remark, remarks } from "./remarks.ts";
 import { type Models, modelsPanel } from "./models.ts";
 import { readingForm, windowsForm, type WindowsForm } from "./reading.ts";
 
 type Pair = readonly [number, number];
-
-interface Remark {
-  readonly code: string;
-  readonly text: string;
-  readonly action: string;
-}
 
 interface LogVerdict {
   readonly outcome: VerdictOutcome;
@@ -230,8 +225,19 @@ function handedOn(reader: LogReader, name: string, found: IdentifiedLog): HTMLEl
     stem: stemOf(name),
     isLog: true,
     isAgainst: document.verdict.outcome === "do_not_use",
+    meanSpeed_m_s: models.length > 0 ? null : meanSpeed(found.series, document.training),
     ...(reader.without === undefined ? {} : { without: reader.without }),
   });
+}
+
+/** The mean forward speed over a part of a record, m/s, to a thousandth; null where none was measured. */
+function meanSpeed(series: IdentifiedLog["series"], part: Identification["training"]): number | null {
+  const speeds = series.surge_speed_m_s.filter((speed, at): speed is number => {
+    const time_s = series.time_s[at] ?? null;
+    return speed !== null && time_s !== null && part !== null && time_s >= part.from_s && time_s < part.to_s;
+  });
+  const sum = speeds.reduce((total, speed) => total + speed, 0);
+  return speeds.length === 0 || sum <= 0 ? null : Math.round((1000 * sum) / speeds.length) / 1000;
 }
 
 function drawLog(
@@ -304,16 +310,6 @@ function drawLog(
       ),
     ),
   ];
-}
-
-/** What else is to be said of a model, behind a fold. */
-function remarks(verdict: IdentifiedLog["verdict"], reasons: readonly Remark[]): HTMLElement | null {
-  const shown = ["ok", "sign_reversed", verdict.cause?.code];
-  const others = reasons.filter((reason) => !shown.includes(reason.code));
-  if (others.length === 0) return null;
-  const said = others.map(({ text, action }) => element("li", {}, `${sentence(text)} ${action}`));
-  const count = others.length === 1 ? "1 more remark" : `${others.length} more remarks`;
-  return element("details", {}, element("summary", {}, count), element("ul", {}, ...said));
 }
 
 /** The model as a file. */

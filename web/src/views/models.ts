@@ -2,9 +2,9 @@
 
 import { keepBlob, Refused } from "../api/client.ts";
 import { element, fill, say } from "../element.ts";
-import { shown, withInterval } from "../units.ts";
+import { bounded, shown, significant } from "../units.ts";
 import { sentence } from "../words.ts";
-import { table } from "./inspected.ts";
+import { type Cell, table } from "./inspected.ts";
 
 type Estimate = { readonly value: number; readonly interval_95: readonly [number, number] | null } | null;
 
@@ -55,6 +55,8 @@ export interface ModelsPlan {
   readonly isLog: boolean;
   /** A verdict against the models: no number is shown until that is read. */
   readonly isAgainst: boolean;
+  /** The mean speed of the log, m/s: taken where the speed varies too much for the model to have one. */
+  readonly meanSpeed_m_s?: number | null;
   /** What is always said, as that the models are those of a rehearsal. */
   readonly stated?: Stated;
   /** What does not work here. */
@@ -90,8 +92,11 @@ const SIMULATORS: readonly FileForm[] = [
   ["guidance", "Path follower, TOML", "guidance.toml"],
 ];
 
-const text = (estimate: Estimate): string =>
-  estimate === null ? "–" : withInterval(estimate.value, estimate.interval_95 ?? undefined);
+function estimateCell(estimate: Estimate): Cell {
+  if (estimate === null || estimate.interval_95 === null) return significant(estimate?.value ?? NaN);
+  const [value, low, high] = bounded(estimate.value, ...estimate.interval_95);
+  return [value, `[${low}, ${high}]`];
+}
 
 export function modelsPanel(models: Models, plan: ModelsPlan): HTMLElement {
   const place = element(
@@ -100,6 +105,12 @@ export function modelsPanel(models: Models, plan: ModelsPlan): HTMLElement {
     element("p", { class: "hint", role: "status" }, "Computing gains and limits …"),
   );
   const told = element("p", { class: "hint", role: "status" });
+  const buttons: HTMLButtonElement[] = [];
+  /** Lets files be taken, or says in a line why none can be. */
+  const close = (why: string | null): void => {
+    for (const one of buttons) one.disabled = why !== null;
+    say(told, why ?? "");
+  };
   const accept = element("input", { type: "checkbox", onchange: () => void show() });
   const warning = element("div", { role: "alert" });
   const fields = formOf(plan.isLog, () => void show());
@@ -129,11 +140,16 @@ export function modelsPanel(models: Models, plan: ModelsPlan): HTMLElement {
   const show = async (): Promise<void> => {
     try {
       const found = await models.limits(stated());
+      const hasNoSpeed = found.gains.points.some((point) => point.surge_speed_m_s === null);
+      if (hasNoSpeed && fields.assume(plan.meanSpeed_m_s)) return show();
       warn(found.unusable);
-      fill(place, ...(plan.isAgainst && !accept.checked ? [] : limitsShown(found)));
+      const isOpen = accept.checked || (found.unusable === null && !plan.isAgainst);
+      fill(place, fields.assumed(), ...(plan.isAgainst && !isOpen ? [] : limitsShown(found)));
+      close(isOpen ? null : "No file is written before you have read this and ticked the box above.");
     } catch (error) {
       fill(place);
       refuse(error);
+      close("No file can be made of these models.");
     }
   };
   const keep = async ([name, label, suffix]: FileForm): Promise<void> => {
@@ -147,11 +163,13 @@ export function modelsPanel(models: Models, plan: ModelsPlan): HTMLElement {
       refuse(error);
     }
   };
-  const button = (form: FileForm): HTMLElement =>
-    element("button", { type: "button", onclick: () => void keep(form) }, form[1]);
+  const button = (form: FileForm): HTMLElement => {
+    const made = element("button", { type: "button", disabled: true, onclick: () => void keep(form) }, form[1]);
+    buttons.push(made);
+    return made;
+  };
   const offered = SIMULATORS.filter(([name]) => plan.without?.includes(name) !== true);
-  void show();
-  return element(
+  const root = element(
     "section",
     { class: "panel stack", "aria-label": "Gains and limits" },
     element("h2", {}, "Gains and limits"),
@@ -159,8 +177,8 @@ export function modelsPanel(models: Models, plan: ModelsPlan): HTMLElement {
     place,
     element("details", {}, element("summary", {}, "Choose damping, speed or rudder angle"), fields.root),
     element("h3", {}, "Parameters of a controller"),
-    element("div", { class: "row" }, ...CONTROLLERS.map(button)),
     told,
+    element("div", { class: "row" }, ...CONTROLLERS.map(button)),
     element("h3", {}, "Vehicle for simulators and planners"),
     element("div", { class: "row" }, button(["vehicle", "Vehicle file, TOML", "toml"])),
     element(
@@ -170,16 +188,29 @@ export function modelsPanel(models: Models, plan: ModelsPlan): HTMLElement {
       element("div", { class: "row" }, ...offered.map(button)),
     ),
   );
+  void show();
+  return root;
 }
 
-function formOf(isLog: boolean, changed: () => void): { readonly root: HTMLElement; stated(): Stated } {
+interface ModelsForm {
+  readonly root: HTMLElement;
+  stated(): Stated;
+  /** Takes a speed, m/s, where nobody has typed another. Is it taken only now? */
+  assume(speed_m_s: number | null | undefined): boolean;
+  /** What is said of a speed that was taken so. */
+  assumed(): HTMLElement | null;
+}
+
+function formOf(isLog: boolean, changed: () => void): ModelsForm {
+  const speed = element("input", { name: "surge_speed_m_s", type: "number", step: "any", min: 0 });
+  let taken: number | null = null;
   const number = (label: string, name: string): HTMLElement =>
     element("label", { class: "field" }, label, element("input", { name, type: "number", step: "any", min: 0 }));
   const root = element(
     "form",
     { class: "fields", onsubmit: (event: Event) => (event.preventDefault(), changed()), onchange: changed },
     number("Damping ratio of the loop", "damping_ratio"),
-    isLog && number("Forward speed, m/s, where the log has none", "surge_speed_m_s"),
+    isLog && element("label", { class: "field" }, "Forward speed, m/s, where the log has none", speed),
     number("Largest rudder angle, °", "rudder_limit_deg"),
     number("Rudder at full steering, °", "full_rudder_deg"),
     number("Parameters at the speed, m/s", "at_speed_m_s"),
@@ -190,6 +221,20 @@ function formOf(isLog: boolean, changed: () => void): { readonly root: HTMLEleme
       const given = [...new FormData(root)].filter(([, value]) => value !== "");
       return Object.fromEntries(given.map(([name, value]) => [name, Number(value)]));
     },
+    assume: (speed_m_s) => {
+      if (speed_m_s == null || taken !== null || speed.value !== "") return false;
+      taken = speed_m_s;
+      speed.valueAsNumber = speed_m_s;
+      return true;
+    },
+    assumed: () =>
+      taken === null || speed.valueAsNumber !== taken
+        ? null
+        : element(
+            "p",
+            { class: "hint" },
+            `The speed of the log varies. Its mean is taken, ${shown(taken, "speed")}: radii and files are for it. Another one can be typed below.`,
+          ),
   };
 }
 
@@ -206,7 +251,7 @@ function limitsShown({ warnings, gains, turning }: Limits): HTMLElement[] {
         point.refused === null
           ? [
               speed(point),
-              text(point.proportional_gain),
+              estimateCell(point.proportional_gain),
               shown(point.loop?.overshoot?.value, "share"),
               degrees(point.loop?.phase_margin_rad ?? null),
               shown(point.feed_forward_rudder_rad?.value, rudder),

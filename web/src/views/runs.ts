@@ -5,6 +5,7 @@ import { type Chart, recordCharts } from "../charts/record.ts";
 import { element, fill } from "../element.ts";
 import { Complaints } from "../notice.ts";
 import { bounded, shown, significant } from "../units.ts";
+import { remarks } from "./remarks.ts";
 import { explained, percent, reviewed, signOf, toneOf, verdict, word } from "../words.ts";
 
 /** A value over its interval. */
@@ -33,28 +34,37 @@ export interface Origin {
   readonly seed?: number | null | undefined;
 }
 
+const isSimulated = ({ seed }: Origin): boolean => typeof seed === "number";
+
 /** The pace of another trial on the same vehicle: a real one has its own. */
-export const paceAgain = ({ seed }: Origin): number | null => (typeof seed === "number" ? 1 : null);
+export const paceAgain = (origin: Origin): number | null => (isSimulated(origin) ? 1 : null);
+
+/** A button that starts another trial on the same vehicle. One that is not simulated is agreed to first. */
+function again(origin: Origin, name: string, kind: string, start: (agreed: boolean) => void): readonly HTMLElement[] {
+  const agreed = element("input", { type: "checkbox" });
+  const button = element("button", { class: kind, type: "button", onclick: () => start(agreed.checked) }, name);
+  if (isSimulated(origin)) return [button];
+  button.disabled = true;
+  agreed.addEventListener("change", () => (button.disabled = !agreed.checked));
+  return [element("label", { class: "choice" }, agreed, "I agree that the vehicle moves again"), button];
+}
 
 /** What is left of a campaign that ended early. */
 export function resume(origin: Origin, complaints: Complaints): HTMLElement {
-  const agreed = element("input", { type: "checkbox" });
-  const start = async (): Promise<void> => {
+  const start = async (agreed: boolean): Promise<void> => {
     const { campaign } = origin;
-    const started = await complaints.hear(() =>
-      goOn({ campaign, realtime_factor: paceAgain(origin), agreed: agreed.checked }),
-    );
+    const started = await complaints.hear(() => goOn({ campaign, realtime_factor: paceAgain(origin), agreed }));
     if (started !== null) location.hash = "#/live";
   };
+  const said = isSimulated(origin) ? " The vehicle is simulated: nothing moves." : "";
   return element(
     "div",
     { class: "notice partly stack" },
-    element("p", {}, "It ended early. What is left of its plan can be done as a campaign of its own."),
-    element("label", { class: "choice" }, agreed, "I agree that a real vehicle moves again"),
+    element("p", {}, `It ended early. What is left of its plan can be done as a campaign of its own.${said}`),
     element(
       "div",
       { class: "row" },
-      element("button", { class: "main", type: "button", onclick: () => void start() }, "Go on at the next speed"),
+      ...again(origin, "Go on at the next speed", "main", (agreed) => void start(agreed)),
     ),
   );
 }
@@ -136,16 +146,15 @@ class Desk {
     const record = element("div", { class: "stack" });
     const note = element("textarea", { rows: 2, maxlength: 4000, required: true });
     note.value = run.review?.note ?? "";
-    const agreed = element("input", { type: "checkbox" });
     const review = async (accepted: boolean): Promise<void> => {
       if (!form.reportValidity()) return;
       if ((await complaints.hear(() => reviewRun(campaign, run.number, accepted, note.value))) === null) return;
       this.close();
       changed();
     };
-    const again = async (): Promise<void> => {
+    const repeat = async (agreed: boolean): Promise<void> => {
       const started = await complaints.hear(() =>
-        repeatSpeed({ campaign, thrust: run.thrust, realtime_factor: paceAgain(origin), agreed: agreed.checked }),
+        repeatSpeed({ campaign, thrust: run.thrust, realtime_factor: paceAgain(origin), agreed }),
       );
       if (started !== null) location.hash = "#/live";
     };
@@ -153,7 +162,8 @@ class Desk {
       "form",
       { class: "notice stack", onsubmit: (event: Event) => event.preventDefault() },
       element("h3", {}, `Run ${run.number}, ${percent(run.thrust)} thrust`),
-      element("p", {}, verdict(run)),
+      element("p", {}, verdict({ ...run, verdict: { ...run.verdict, other_causes: 0 } })),
+      remarks(run.verdict, run.reasons),
       run.model
         ? element(
             "p",
@@ -173,10 +183,9 @@ class Desk {
           "✓ Accept this run",
         ),
         element("button", { type: "button", onclick: () => void review(false) }, "✗ Reject this run"),
-        element("button", { type: "button", onclick: () => void again() }, "Repeat this speed now"),
+        ...again(origin, "Repeat this speed now", "", (agreed) => void repeat(agreed)),
         element("button", { type: "button", onclick: () => this.close() }, "Close"),
       ),
-      element("label", { class: "choice" }, agreed, "A repeat may move a vehicle that is not simulated"),
     );
     fill(this.root, form);
     note.focus();

@@ -4,6 +4,7 @@ import { download, type TrialState } from "../api/client.ts";
 import type { Live } from "../api/live.ts";
 import { element, fill } from "../element.ts";
 import { Complaints } from "../notice.ts";
+import { isUsable } from "../words.ts";
 import { resume } from "./runs.ts";
 
 const WAYS: readonly (readonly [to: string, name: string, what: string])[] = [
@@ -51,22 +52,25 @@ function steps(trial: TrialState, complaints: Complaints): (HTMLElement | null)[
   const { campaign } = trial;
   const report = (): void =>
     void complaints.hear(() => download(`campaigns/${campaign}/report.html`, `campaign-${campaign}.html`));
-  const hasModel = trial.runs.some((run) => run.accepted);
+  const hasModel = trial.runs.some(isUsable);
+  const proven = hasModel ? commission(trial.vehicle, campaign) : null;
   return [
     element("h2", {}, "What comes next"),
     complaints.root,
     trial.outcome?.finished === true ? null : resume(trial, complaints),
-    hasModel ? commission(trial.vehicle, campaign) : null,
+    proven,
     element(
       "div",
       { class: "row" },
       element(
         "a",
-        { class: "file", href: `#/history/campaign/${campaign}` },
-        hasModel ? "Gains, limits and files" : "Runs and files",
+        { class: proven === null ? "file main" : "file", href: `#/history/campaign/${campaign}` },
+        hasModel ? "Gains, limits and files" : "Why, runs and files",
       ),
-      element("button", { type: "button", onclick: report }, "Report"),
+      element("button", { class: "file", type: "button", onclick: report }, "Report"),
       element("a", { class: "file", href: "#/control" }, "Another trial"),
+      element("a", { class: "file", href: "#/history" }, "Compare with another"),
+      element("a", { class: "file", href: "#/history/log" }, "Open a log"),
     ),
   ];
 }

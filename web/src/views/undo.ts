@@ -8,12 +8,18 @@ import { significant } from "../units.ts";
 import { sentence } from "../words.ts";
 import { table } from "./inspected.ts";
 
-/** `vehicle` is the name of the autopilot that is chosen; `undone` is called when its old values are back. */
+const WRITTEN = "The autopilot has these values; each was written and read back.";
+
+/** `vehicle` is the name of the autopilot that is chosen. */
 export function undoPanel(
   live: Live,
   vehicle: () => string,
-  undone: () => void,
-): { readonly root: HTMLElement; draw(): void } {
+): {
+  readonly root: HTMLElement;
+  draw(): void;
+  /** Looks at the old values, and brings them in sight. */
+  readonly look: () => void;
+} {
   const complaints = new Complaints();
   const place = element("div", { class: "stack", "aria-live": "polite" });
   const why = element("p", { class: "hint", role: "status" });
@@ -36,7 +42,7 @@ export function undoPanel(
   const preview = (): Promise<void> =>
     during(async () => {
       agreed.checked = false;
-      fill(place, element("p", {}, "Looking at the autopilot. This takes up to 20 s."));
+      fill(place, element("p", {}, "Looking at the autopilot. This takes up to 20\u00a0s."));
       found = await complaints.hear(() => previewUndo({ vehicle: vehicle() }));
       fill(place, ...(found === null ? [] : shownValues(found)));
     });
@@ -47,7 +53,6 @@ export function undoPanel(
       found = null;
       agreed.checked = false;
       if (done === null) return fill(place);
-      if (done.complete) undone();
       const tone = done.complete ? "good" : "bad";
       const loud = done.complete ? "✓ The old values are back" : "✗ Not everything is back";
       fill(
@@ -56,7 +61,7 @@ export function undoPanel(
           "div",
           { class: `notice ${tone}` },
           element("p", { class: "loud" }, loud),
-          element("p", {}, sentence(done.line)),
+          element("p", {}, done.complete ? WRITTEN : sentence(done.line)),
         ),
         values("Put back", ["parameter", "was", "is now"], done.parameters),
       );
@@ -74,7 +79,7 @@ export function undoPanel(
   };
   const root = element(
     "section",
-    { class: "panel stack", "aria-label": "Put the old values back" },
+    { class: "panel stack undo", "aria-label": "Put the old values back" },
     element("h2", {}, "Undo"),
     element("p", {}, "What the last commission, or a trial that was cut short, has changed on the autopilot."),
     element("div", { class: "row" }, look),
@@ -84,7 +89,11 @@ export function undoPanel(
     why,
     element("div", { class: "row" }, write),
   );
-  return { root, draw };
+  const lookHere = (): void => {
+    root.scrollIntoView();
+    void preview();
+  };
+  return { root, draw, look: lookHere };
 }
 
 type Value = UndoPreview["parameters"][number];

@@ -1,0 +1,21 @@
+//! What else is said of a model or a trial, behind a fold.
+
+import type { Verdict } from "../api/client.ts";
+import { element } from "../element.ts";
+import { sentence } from "../words.ts";
+
+export interface Remark {
+  readonly code: string;
+  readonly text: string;
+  readonly action: string;
+}
+
+/** Reasons beside the cause, which is said already. */
+export function remarks(verdict: Verdict, reasons: readonly Remark[]): HTMLElement | null {
+  const shown = ["ok", "sign_reversed", verdict.cause?.code];
+  const others = reasons.filter((reason) => !shown.includes(reason.code));
+  if (others.length === 0) return null;
+  const said = others.map(({ text, action }) => element("li", {}, `${sentence(text)} ${action}`));
+  const count = others.length === 1 ? "1 more remark" : `${others.length} more remarks`;
+  return element("details", {}, element("summary", {}, count), element("ul", {}, ...said));
+}
