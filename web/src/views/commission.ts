@@ -111,7 +111,8 @@ function orderForm(live: Live, complaints: Complaints): OrderForm {
     "Start the heading steps",
   );
   const proposal = element("section", { class: "panel stack proposal", "aria-label": "Gains now and proposed" });
-  let known: CampaignSummary[] = [];
+  /** Until they are read none are known. */
+  let known: CampaignSummary[] | null = null;
   let found: CommissionPreview | null = null;
   let busy = false;
 
@@ -205,13 +206,14 @@ function orderForm(live: Live, complaints: Complaints): OrderForm {
     return agreed.checked ? "" : "Agree that the boat moves.";
   };
   const draw = (): void => {
-    look.disabled = busy || live.commission?.running === true;
+    look.disabled = busy || known === null || live.commission?.running === true;
     if (!busy) say(why, obstacle());
     control.hidden = obstacle() !== NO_CONTROL;
     start.disabled = busy || obstacle() !== "";
   };
   /** The campaigns whose models may be chosen. */
   const offer = (): void => {
+    if (known === null) return;
     const offered = known.filter((one) => rehearsal.checked || one.seed == null);
     noCampaign.hidden = offered.length > 0;
     fill(
@@ -235,7 +237,7 @@ function orderForm(live: Live, complaints: Complaints): OrderForm {
     fill(vehicle, ...autopilots.map((one) => element("option", { value: one.name }, one.name)));
     known = all.filter((one) => one.runs_accepted > 0 && one.verdict !== "do_not_use").reverse();
     const wish = known.find((one) => one.id === Number(location.hash.split("/")[2]));
-    rehearsal.checked = wish?.seed != null;
+    if (wish?.seed != null) rehearsal.checked = true;
     offer();
     const wished = wish ?? known.find((one) => one.vehicle === vehicle.value);
     if (wished !== undefined) {

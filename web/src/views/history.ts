@@ -116,9 +116,10 @@ async function openList(place: HTMLElement, complaints: Complaints): Promise<voi
     fill(place, element("p", {}, "The logbook holds no campaign yet."));
     return;
   }
-  // Of what is not to be used nothing is compared, unless a person chooses it.
+  // What is not to be used, or was cut short, is compared only where a person chooses it.
   const isRefused = (entry: CampaignSummary): boolean => entry.verdict === "do_not_use" || entry.verdict == null;
-  const newestFirst = [...all].reverse().sort((one, other) => Number(isRefused(one)) - Number(isRefused(other)));
+  const rank = (entry: CampaignSummary): number => (isRefused(entry) ? 2 : entry.state === "finished" ? 0 : 1);
+  const newestFirst = [...all].reverse().sort((one, other) => rank(one) - rank(other));
   const [newest, before] = newestFirst;
   const chosen: [number, number] = [before?.id ?? 0, newest?.id ?? 0];
   const pick = (side: 0 | 1, name: string, entry: CampaignSummary): HTMLElement => {
