@@ -294,6 +294,9 @@ test("of a log whose speed varies the mean is taken, and said", async () => {
   const cells = await turning.locator("tbody tr").first().locator("td").allInnerTexts();
   assert.match(cells[0] ?? "", /^[01]\.\d+\u00a0m\/s$/);
   assert.match(cells.at(-1) ?? "", /\u00a0m$/);
+  // What is to be known of the file is said in the names of the page.
+  await written(page, "ArduPilot Rover, .param");
+  await page.getByText('say "Rudder at full steering" under').waitFor();
   assert.deepEqual(await violations(page), []);
   await page.context().close();
 });

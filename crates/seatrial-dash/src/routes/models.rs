@@ -105,7 +105,8 @@ const BYTES: &str = "application/octet-stream";
 const TEXT: &str = "text/plain; charset=utf-8";
 
 fn answered(file: FileOfModels, kind: &'static str, stem: &str) -> Response {
-    let notes = file.notes.join(" | ");
+    // A header is ASCII.
+    let notes = file.notes.join(" | ").replace(['“', '”'], "\"");
     let notes = notes.replace(|c: char| !(' '..='~').contains(&c), "?");
     let mut response = download(kind, &format!("{stem}.{}", file.extension), file.bytes);
     if let Ok(notes) = HeaderValue::from_str(&notes)
