@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use seatrial::identification::{EstimateMethod, ReasonCode, ValidRange};
+use seatrial::identification::{EstimateMethod, GainVehicle, ReasonCode, ValidRange};
 use seatrial::propagation::covariance_of_intervals;
 use seatrial::record::Window;
 use seatrial::{CourseChange, FullRudder, GainAllowance};
@@ -84,12 +84,7 @@ struct StoredOnline {
 struct StoredHigherOrder {
     model: StoredLag,
     steady_log_gain: Option<[f64; 2]>,
-    gain_vehicle: Option<StoredGainVehicle>,
-}
-
-#[derive(Deserialize)]
-struct StoredGainVehicle {
-    a22_per_s: f64,
+    gain_vehicle: Option<GainVehicle>,
 }
 
 #[derive(Deserialize)]
@@ -384,11 +379,13 @@ impl StoredIdentification {
         let refined = self.refined.as_ref();
         let online = self.online.as_ref();
         let timing = self.loop_timing;
+        let [of_heading, of_sea] =
+            refined.map_or([None; 2], |r| [r.heading_noise_rad, r.disturbance_rad_s2]);
+        let of_turn = self.steady_log_gain().map(|[_, variance]| variance);
         let stated = Stated {
             theta: self.model()?.theta(),
             intervals: refined.map_or_else(Default::default, StoredRefined::intervals),
-            gain_a22_per_s: (self.higher_order.as_ref())
-                .and_then(|found| Some(found.gain_vehicle.as_ref()?.a22_per_s)),
+            gain_a22_per_s: self.gain_a22_per_s(),
             covariance: refined.and_then(StoredRefined::covariance),
             nomoto: self.nomoto,
             delta0_rad: match refined {
@@ -401,24 +398,15 @@ impl StoredIdentification {
                 .training
                 .map(|training| training.to_s - training.from_s),
             amounts: vec![
-                (
-                    "heading_noise_rad",
-                    refined.and_then(|r| r.heading_noise_rad),
-                ),
-                (
-                    "disturbance_rad_s2",
-                    refined.and_then(|r| r.disturbance_rad_s2),
-                ),
-                ("delay_s", timing.map(|timing| timing.delay_s)),
+                ("heading_noise_rad", of_heading),
+                ("disturbance_rad_s2", of_sea),
+                ("delay_s", timing.map(|t| t.delay_s)),
                 (
                     "sample_interval_s",
                     timing.and_then(|t| t.sample_interval_s),
                 ),
                 ("rudder_lag_s", Some(self.rudder_lag_s())),
-                (
-                    "the variance of steady_log_gain",
-                    self.steady_log_gain().map(|[_, variance]| variance),
-                ),
+                ("the variance of steady_log_gain", of_turn),
             ],
             is_accepted,
         };
@@ -439,7 +427,7 @@ impl StoredIdentification {
         let model = self.model()?;
         let seen_at_m_s = || self.valid_range.as_ref()?.usual_surge_speed_m_s;
         let [damping, ..] = stated.intervals;
-        let least_damped_per_s = stated.gain_a22_per_s.or(damping.map(|[_, end]| end));
+        let least_damped_per_s = self.gain_a22_per_s().or(damping.map(|[_, end]| end));
         Ok(ModelPoint {
             point: SchedulePoint {
                 thrust,
@@ -462,6 +450,10 @@ impl StoredIdentification {
             rudder_lag_s: self.rudder_lag_s(),
             steady_log_gain: self.steady_log_gain(),
         })
+    }
+
+    fn gain_a22_per_s(&self) -> Option<f64> {
+        Some(self.higher_order.as_ref()?.gain_vehicle?.a22_per_s)
     }
 
     /// Does the verdict say that no gain may hold?
