@@ -79,7 +79,7 @@ pub fn goodness_of_fit(model: &SteeringModel, samples: &[Sample<f64>]) -> Goodne
 }
 
 /// The simulation whose R^2 of heading is stated: heading and yaw rate at each of these usable samples, headings unwrapped from the first
-/// one's. It starts as [`goodness_of_fit`] does, with the offset of the model or, `offset_again`, with the one that fits these samples.
+/// one's. It starts as the score does, with the offset of the model or, `offset_again`, with the one that fits these samples.
 pub fn simulated(
     found: &Identification,
     samples: &[Sample<f64>],
