@@ -279,7 +279,7 @@ test("of a log whose speed varies the mean is taken, and said", async () => {
   const varied = rows.slice(1).map((row, place) => {
     const cells = row.split(",");
     // About a second to and fro, so that both manoeuvres have one speed.
-    cells[at] = String(1.6 + 0.4 * Math.sin(place / 3));
+    cells[at] = String(1.6 + 0.6 * Math.sin(place / 3));
     return cells.join(",");
   });
   writeFileSync(join(scratch, "varied.csv"), [rows[0], ...varied].join("\n"));

@@ -261,7 +261,10 @@ test("windows are dragged over the record, and its model is kept as a file", asy
   assert.notEqual(dragged, found);
   assert.ok(Number(dragged) > Number(await from.inputValue()));
   await page.getByRole("button", { name: "Identify with these windows" }).click();
-  await page.getByText(/^run.csv: /).waitFor();
+  await page
+    .getByText(/^run.csv: /)
+    .first()
+    .waitFor();
   assert.equal(await form.locator("input[type=number]").nth(1).inputValue(), dragged);
   await page.getByRole("button", { name: "Find the manoeuvres" }).click();
   await page.getByText(/^run.csv: (✓ use|! use with care)$/).waitFor();
