@@ -243,13 +243,10 @@ fn of_neighbours(
         "the rudder's effect",
         |refined| Magnitude::widened(refined.model.b2_per_s2, refined.interval_95.b2_per_s2),
     );
-    let damping = are_alike(slower.refined, faster.refined)
-        .then(|| {
-            parted(ReasonCode::DampingChanged, "the yaw damping", |refined| {
-                Magnitude::widened(refined.model.a22_per_s, refined.interval_95.a22_per_s)
-            })
-        })
-        .flatten();
+    let damping = parted(ReasonCode::DampingChanged, "the yaw damping", |refined| {
+        Magnitude::widened(refined.model.a22_per_s, refined.interval_95.a22_per_s)
+    })
+    .filter(|_| are_alike(slower.refined, faster.refined));
     let found = [authority, damping, speed].into_iter().flatten().collect();
     fin_and_propeller(found, &places)
 }

@@ -385,7 +385,8 @@ impl StoredIdentification {
         let stated = Stated {
             theta: self.model()?.theta(),
             intervals: refined.map_or_else(Default::default, StoredRefined::intervals),
-            gain_a22_per_s: self.gain_a22_per_s(),
+            gain_a22_per_s: (self.higher_order.as_ref())
+                .and_then(|found| Some(found.gain_vehicle?.a22_per_s)),
             covariance: refined.and_then(StoredRefined::covariance),
             nomoto: self.nomoto,
             delta0_rad: match refined {
@@ -426,8 +427,6 @@ impl StoredIdentification {
         let refined = self.refined.as_ref();
         let model = self.model()?;
         let seen_at_m_s = || self.valid_range.as_ref()?.usual_surge_speed_m_s;
-        let [damping, ..] = stated.intervals;
-        let least_damped_per_s = self.gain_a22_per_s().or(damping.map(|[_, end]| end));
         Ok(ModelPoint {
             point: SchedulePoint {
                 thrust,
@@ -438,7 +437,7 @@ impl StoredIdentification {
             allowance: GainAllowance {
                 damping_per_s: GainAllowance::damping_of(
                     model.a22_per_s,
-                    least_damped_per_s,
+                    stated.least_damped_per_s(),
                     self.may_be_unstable(),
                 ),
                 timing: self.loop_timing.unwrap_or_default(),
@@ -450,10 +449,6 @@ impl StoredIdentification {
             rudder_lag_s: self.rudder_lag_s(),
             steady_log_gain: self.steady_log_gain(),
         })
-    }
-
-    fn gain_a22_per_s(&self) -> Option<f64> {
-        Some(self.higher_order.as_ref()?.gain_vehicle?.a22_per_s)
     }
 
     /// Does the verdict say that no gain may hold?

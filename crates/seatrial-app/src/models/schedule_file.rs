@@ -28,7 +28,8 @@ it is not the rudder limit):
   b2_per_s2 = 0.60
   c0_rad_per_s2 = 0.0072
 `seatrial identify LOG --schedule FILE` adds what a gain allows for: a22_interval_95_per_s, covariance of [a22, b2, C0], \
-gain_a22_per_s (the vehicle that the gain is made for), delay_s, sample_interval_s and may_be_unstable, which gives no gain. Without them a gain allows for nothing.";
+gain_a22_per_s (the vehicle that the gain is made for), delay_s, sample_interval_s and may_be_unstable, \
+which gives no gain. Without them a gain allows for nothing.";
 
 /// A schedule file.
 #[derive(Deserialize, Serialize)]
@@ -87,8 +88,9 @@ impl ScheduleFilePoint {
             c0_rad_per_s2: model.c0_rad_per_s2,
             a22_interval_95_per_s: refined.map(|refined| refined.interval_95.a22_per_s),
             covariance: refined.map(|refined| refined.covariance),
-            gain_a22_per_s: (identification.higher_order.as_ref())
-                .and_then(|found| Some(found.gain_vehicle?.a22_per_s)),
+            gain_a22_per_s: identification
+                .gain_vehicle()
+                .map(|vehicle| vehicle.a22_per_s),
             delay_s: timing.map(|timing| timing.delay_s),
             sample_interval_s: timing.and_then(|timing| timing.sample_interval_s),
             may_be_unstable: identification.verdict.has(&ReasonCode::Unstable),
@@ -114,13 +116,12 @@ impl ScheduleFilePoint {
     }
 
     fn into_model(self) -> ModelPoint {
-        let end = || self.a22_interval_95_per_s.map(|[_, end]| end);
         ModelPoint {
             covariance: self.covariance,
             allowance: GainAllowance {
                 damping_per_s: GainAllowance::damping_of(
                     self.a22_per_s,
-                    self.gain_a22_per_s.or_else(end),
+                    self.stated().least_damped_per_s(),
                     self.may_be_unstable,
                 ),
                 timing: LoopTiming {

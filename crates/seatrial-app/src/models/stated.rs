@@ -73,6 +73,12 @@ impl Stated {
         None
     }
 
+    /// a22 of the least damped vehicle that a gain allows for, 1/s: the one that the gain is made for, else the end of the interval.
+    pub fn least_damped_per_s(&self) -> Option<f64> {
+        let [interval, ..] = self.intervals;
+        self.gain_a22_per_s.or(interval.map(|[_, end]| end))
+    }
+
     fn wrong_gain_vehicle(&self) -> Option<String> {
         let stated = self.gain_a22_per_s?;
         let [a22, ..] = self.theta;

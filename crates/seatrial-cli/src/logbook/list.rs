@@ -53,14 +53,14 @@ fn text(logbook: &Logbook, campaigns: &[CampaignEntry], width: usize) -> String 
             format!("{}{}", entry.configuration, axis_text(entry)),
         ]);
     }
-    // What concerns the whole file is told once.
+    // What concerns the whole file is said once.
     damaged.dedup();
     table.fitted(width, &["started", "vehicle", "state"]) + &damaged.concat()
 }
 
 /// The verdict on a campaign, and how many of its runs it accepts.
 fn verdict_cells(logbook: &Logbook, entry: &CampaignEntry) -> Result<[String; 2], Error> {
-    let campaign = logbook.campaign(entry.id)?;
+    let campaign = logbook.campaign_of(entry)?;
     let whole = campaign.verdict();
     let runs = campaign.runs.iter();
     let accepted = runs

@@ -61,7 +61,7 @@ impl Weighing {
         if let Explained::HigherOrder { share, .. } = *checked.explained
             && checked.has_no_gain()
             && (checked.chosen.simulated().is_some()
-                || predicts_much_better(checked)
+                || leaves_much_less(checked)
                 || !holds_all_the_same(checked, share))
         {
             self.note(
@@ -387,7 +387,7 @@ fn beyond_first_order(checked: &Checked, share: f64) -> String {
 }
 
 /// Does the model beyond first order leave much less of the heading of validation data than the chosen one?
-fn predicts_much_better(checked: &Checked) -> bool {
+fn leaves_much_less(checked: &Checked) -> bool {
     let beyond = checked.higher_order.as_ref().and_then(|h| h.validation);
     let left = |validation: Option<Validation>| Some(1.0 - validation?.r2_heading_offset_refit?);
     left(beyond)
