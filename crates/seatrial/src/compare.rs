@@ -320,14 +320,12 @@ fn by_higher_order(samples: &[Sample<f64>], data: ValidationData) -> Result<Foun
     }
     let mut legs = Vec::new();
     let contest = contest_of(most_excited(samples), &mut legs).ok_or(NoModel::NoSamples)?;
-    let heaviest = contest.heaviest();
-    let (problem, fit) = (&heaviest.hypothesis.problem, heaviest.hypothesis.best());
+    let predictor = &contest.predictor().hypothesis;
     let lead = contest.lead_over_first_order();
-    if lead < LEAST_LEAD || !problem.structure.exceeds_first_order() {
+    if lead < LEAST_LEAD || !predictor.problem.structure.exceeds_first_order() {
         return Err(NoModel::FirstOrderIsEnough);
     }
-    let offset = problem.start_of(&fit.x, 0).offset_rad_s2;
-    let full = SteeringModel::new(&problem.vehicle(&fit.x), offset);
+    let full = predictor.steering_model();
     let model = YawModel::from_theta([full.a22_per_s, full.b2_per_s2, full.c0_rad_per_s2]);
     Ok(Found {
         validation: Some(validation_of(&full, data)?),

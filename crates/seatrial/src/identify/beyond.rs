@@ -9,11 +9,11 @@ use crate::identification::{EstimateMethod, HigherOrder, Refined, WIDEST_A22, WI
 use crate::likelihood::filter::Noise;
 use crate::likelihood::hypothesis::Vehicle;
 use crate::likelihood::steering_model::{first_order_at, steady_gain};
-use crate::likelihood::{Candidate, Contest, Disturbance, SteeringModel};
+use crate::likelihood::{Candidate, Contest, Disturbance};
 use crate::propagation::NORMAL_95;
 
-/// The first-order model that has the vehicle's steady turn at the record's rudder amplitude, and the heaviest hypothesis.
-/// `None` where no hypothesis has a first-order model near it.
+/// The first-order model that has the vehicle's steady turn at the record's rudder amplitude, and the hypothesis
+/// that predicts. `None` where no hypothesis has a first-order model near it.
 pub fn beyond_first_order(
     contest: &Contest,
     rudder_amplitude_rad: f64,
@@ -24,13 +24,12 @@ pub fn beyond_first_order(
         covariance[(i, i)] += (share * moments.mean[i]).powi(2);
     }
     let model = YawModel::from_theta(moments.mean.into());
-    let heaviest = contest.heaviest();
-    let (problem, fit) = (&heaviest.hypothesis.problem, heaviest.hypothesis.best());
+    let predictor = &contest.predictor().hypothesis;
+    let fit = contest.heaviest().hypothesis.best();
     let noise_rad = fit.variance_rad2.sqrt();
-    let vehicle = problem.vehicle(&fit.x);
     let found = HigherOrder {
-        structure: problem.structure,
-        model: SteeringModel::new(&vehicle, problem.start_of(&fit.x, 0).offset_rad_s2),
+        structure: predictor.problem.structure,
+        model: predictor.steering_model(),
         lag_interval_s: None,
         steady_log_gain: steady_log_gain(contest, rudder_amplitude_rad),
         hypotheses: contest.weighed(),
@@ -121,7 +120,7 @@ pub fn is_a_sea(contest: &Contest, in_doubt: bool) -> bool {
         let is_calm = c.hypothesis.disturbance != Disturbance::Sea;
         c.is_of_another_structure() && (is_calm || in_doubt && c.passes_as_a_sea())
     });
-    let sea = best(&|c| c.is_of_first_order_in_a_sea());
+    let sea = best(&|c| c.is_of_first_order_in_a_sea() && !c.predicts_badly());
     let margin = if in_doubt { MARGIN_IN_DOUBT } else { MARGIN };
     sea > other - margin
 }

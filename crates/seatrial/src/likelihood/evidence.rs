@@ -6,6 +6,7 @@ use super::filter::Noise;
 use super::fit::{Effort, Fit, Problem};
 use super::hypothesis::{Disturbance, Parameter, Scale, Structure};
 use super::leg::Leg;
+use super::steering_model::SteeringModel;
 
 /// Dampings that a first look tries, between the slowest that a record shows and the fastest that its comparisons do.
 const FIRST_DAMPINGS: usize = 11;
@@ -45,6 +46,13 @@ impl Hypothesis<'_> {
     /// The fit of the greatest evidence.
     pub fn best(&self) -> &Fit {
         &self.nodes[0].1
+    }
+
+    /// The model of the fit of the greatest evidence.
+    pub fn steering_model(&self) -> SteeringModel {
+        let fit = self.best();
+        let offset_rad_s2 = self.problem.start_of(&fit.x, 0).offset_rad_s2;
+        SteeringModel::new(&self.problem.vehicle(&fit.x), offset_rad_s2)
     }
 
     /// Log evidence of all nodes together.

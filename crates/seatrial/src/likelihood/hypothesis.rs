@@ -59,7 +59,8 @@ impl Structure {
         sway: true,
         ..Self::SHIFT
     };
-    const SWAY_QUADRATIC: Self = Self {
+    /// Sway and damping that grows with the yaw rate: the most general hull of the table.
+    pub const SWAY_QUADRATIC: Self = Self {
         quadratic: true,
         ..Self::SWAY
     };
@@ -255,6 +256,10 @@ impl Vehicle {
     }
 }
 
+/// Most play from stop to stop in deviations of the rudder: a gear that hardly moves has none. A tanker's zig-zag was once best explained by play
+/// of 1.5 times its rudder, which predicts another zig-zag with R^2 -0.6, and another hypothesis with 0.96.
+const MOST_PLAY: f64 = 1.0;
+
 /// Sizes of a record by which parameters are scaled, so that priors hold for a torpedo and a tanker alike.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
@@ -324,7 +329,9 @@ impl Scale {
                 Parameter::Shift => vehicle.shift_s = x * self.interval_s,
                 Parameter::Lag => vehicle.lag_s = positive * 0.15 / rate,
                 Parameter::RateLimit => vehicle.rate_limit_rad_s = positive * self.slew_rad_s,
-                Parameter::Play => vehicle.play_rad = positive * 0.3 * self.rudder_rad,
+                Parameter::Play => {
+                    vehicle.play_rad = (positive * 0.3).min(MOST_PLAY) * self.rudder_rad;
+                }
                 Parameter::Quadratic => {
                     vehicle.quadratic_per_rad = positive * 0.3 * rate / self.yaw_rate_rad_s;
                 }
