@@ -12,22 +12,14 @@ use crate::likelihood::steering_model::{first_order_at, steady_gain};
 use crate::likelihood::{Candidate, Contest, Disturbance};
 use crate::propagation::NORMAL_95;
 
-/// The first-order model that has the vehicle's steady turn at the record's rudder amplitude, and the hypothesis
-/// that predicts. `None` where no hypothesis has a first-order model near it.
+/// The first-order model that has the vehicle's steady turn at the record's rudder amplitude, `None` where no hypothesis has one near it, and the
+/// model that predicts.
 pub fn beyond_first_order(
     contest: &Contest,
     rudder_amplitude_rad: f64,
-) -> Option<(Refined, HigherOrder)> {
-    let moments = contest.moments(&|v, c| first_order_at(v, c, rudder_amplitude_rad))?;
-    let mut covariance = moments.covariance;
-    for (i, share) in MODEL_ERROR.iter().enumerate() {
-        covariance[(i, i)] += (share * moments.mean[i]).powi(2);
-    }
-    let model = YawModel::from_theta(moments.mean.into());
+) -> (Option<Refined>, HigherOrder) {
     let predictor = &contest.predictor().hypothesis;
-    let fit = contest.heaviest().hypothesis.best();
-    let noise_rad = fit.variance_rad2.sqrt();
-    let found = HigherOrder {
+    let beyond = HigherOrder {
         structure: predictor.problem.structure,
         model: predictor.steering_model(),
         lag_interval_s: None,
@@ -36,6 +28,19 @@ pub fn beyond_first_order(
         gain_vehicle: None,
         validation: None,
     };
+    (same_steady_turn(contest, rudder_amplitude_rad), beyond)
+}
+
+/// The first-order model that has the steady turn of the hypotheses.
+fn same_steady_turn(contest: &Contest, rudder_amplitude_rad: f64) -> Option<Refined> {
+    let moments = contest.moments(&|v, c| first_order_at(v, c, rudder_amplitude_rad))?;
+    let mut covariance = moments.covariance;
+    for (i, share) in MODEL_ERROR.iter().enumerate() {
+        covariance[(i, i)] += (share * moments.mean[i]).powi(2);
+    }
+    let model = YawModel::from_theta(moments.mean.into());
+    let fit = contest.heaviest().hypothesis.best();
+    let noise_rad = fit.variance_rad2.sqrt();
     let refined = Refined {
         method: EstimateMethod::WeighedHypotheses,
         model,
@@ -53,12 +58,7 @@ pub fn beyond_first_order(
         .iter()
         .chain(refined.covariance.as_flattened())
         .all(|x| x.is_finite());
-    is_finite.then(|| {
-        (
-            reaching_behind_play(refined, contest, rudder_amplitude_rad),
-            found,
-        )
-    })
+    is_finite.then(|| reaching_behind_play(refined, contest, rudder_amplitude_rad))
 }
 
 /// With intervals that hold the model behind the play of the gear, too: at larger angles more of the rudder reaches the blade.

@@ -162,32 +162,34 @@ impl Explained {
             false => (contest, None),
         };
         let amplitude_rad = prepared.log.rudder_amplitude_rad;
-        let hull = beyond_first_order(&contest, amplitude_rad);
-        let sea = sea.and_then(|sea| beyond_first_order(&sea, amplitude_rad));
+        let (hull, beyond) = beyond_first_order(&contest, amplitude_rad);
+        let sea = sea.and_then(|sea| {
+            let (refined, beyond) = beyond_first_order(&sea, amplitude_rad);
+            Some((refined?, beyond))
+        });
         let first_order = match &sea {
             Some((_, sea)) => sea.model,
             None => found.steering_model(),
         };
-        let is_proven = (hull.as_ref())
-            .is_some_and(|(_, hull)| predicts_much_better(&hull.model, &first_order, data));
+        let is_proven = predicts_much_better(&beyond.model, &first_order, data);
         if is_a_sea && !is_proven {
             return Self::in_a_sea(sea, found, amplitude_rad);
         }
-        let Some((refined, beyond)) = hull else {
+        if hull.is_none() && !found.is_nearest() {
             return Err(Box::new(found));
-        };
+        }
         let interval_s = prepared.interval_s.unwrap_or(0.0);
         let share = found.robust.share;
-        let is_telling = is_telling(&refined);
+        let told = hull.filter(is_telling);
         let vehicles = Some(Vehicles::of(&contest, interval_s, amplitude_rad));
         let is_play = found.robust.play_rad.is_some() || contest.asks_for_play();
         Ok(Self::HigherOrder {
             play_rad: beyond.model.play_rad.filter(|_| is_play),
             alone: Some(Box::new(found.refined.clone())),
-            refined: if is_telling { refined } else { found.refined },
+            nearest: told.is_none(),
+            refined: told.unwrap_or(found.refined),
             share,
             beyond: Some(Box::new(beyond)),
-            nearest: !is_telling,
             vehicles,
         })
     }
