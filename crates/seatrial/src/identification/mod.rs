@@ -165,6 +165,9 @@ pub struct HigherOrder {
     /// give none.
     #[serde(default)]
     pub steady_log_gain: Option<[f64; 2]>,
+    /// R^2 of the heading over the fifth of the record that the other four predict worst; `None` where none was left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub least_r2_left_out: Option<f64>,
     /// Hypotheses that were weighed, the heaviest first; empty where a lag explained all that first order does not.
     #[serde(default)]
     pub hypotheses: Vec<Weighed>,

@@ -18,10 +18,11 @@ pub fn beyond_first_order(
     contest: &Contest,
     rudder_amplitude_rad: f64,
 ) -> (Option<Refined>, HigherOrder) {
-    let predictor = &contest.predictor().hypothesis;
+    let predictor = contest.predictor();
     let beyond = HigherOrder {
-        structure: predictor.problem.structure,
-        model: predictor.steering_model(),
+        structure: predictor.hypothesis.problem.structure,
+        model: predictor.hypothesis.steering_model(),
+        least_r2_left_out: Some(predictor.least_r2),
         lag_interval_s: None,
         steady_log_gain: steady_log_gain(contest, rudder_amplitude_rad),
         hypotheses: contest.weighed(),

@@ -1,13 +1,19 @@
-//! Validates a manoeuvre on its own legs where no other data do it.
+//! Validates a manoeuvre on its own parts where no other data do it.
 //!
 //! The model that is handed over comes from the whole manoeuvre. A second one, from its first legs alone, is simulated
-//! over the remaining legs, which it has not seen. Where that one may be used, the whole is validated.
+//! over the remaining legs, which it has not seen. Where that one may be used, the whole is validated. Else each fifth of a record of more than a
+//! doublet is predicted by the hull of the other four: where none is predicted badly, the whole is validated.
 
 use super::{ExaminedRecord, IdentifySettings, OrderSearch, ValidationData, identify_with};
 use crate::figures::r2_text;
-use crate::identification::{Identification, Outcome, Reason, ReasonCode};
+use crate::identification::{
+    Identification, LEAST_R2, Outcome, Reason, ReasonCode, Validation, Verdict,
+};
 use crate::legs::{LegSplit, split_by_legs};
-use crate::record::Window;
+use crate::likelihood::BLOCKS;
+use crate::manoeuvre::Manoeuvre;
+use crate::record::{Window, duration_s};
+use seatrial_core::Sample;
 
 /// The identification of a window that nothing validated, validated by its own legs; as it was where the window holds too
 /// few legs, or where the other legs do not confirm a model of its first ones.
@@ -17,8 +23,9 @@ pub(super) fn validated_by_legs(
     window: Window,
     settings: &IdentifySettings,
 ) -> Identification {
-    let Some(split) = split_by_legs(&record.record().usable(window)) else {
-        return whole;
+    let samples = record.record().usable(window);
+    let Some(split) = split_by_legs(&samples) else {
+        return validated_by_fifths(whole, &samples);
     };
     let held_out = ValidationData {
         record: record.record(),
@@ -38,8 +45,49 @@ pub(super) fn validated_by_legs(
         Ok((first_legs, _)) if first_legs.verdict.accepted => {
             confirmed_by(&first_legs, whole, &split)
         }
-        _ => whole,
+        _ => validated_by_fifths(whole, &samples),
     }
+}
+
+/// Strokes of the rudder of more than a doublet.
+const LEAST_STROKES: usize = 3;
+
+/// The identification validated by the fifths that the engine left out, where the hull predicts each.
+fn validated_by_fifths(mut whole: Identification, samples: &[Sample<f64>]) -> Identification {
+    let left_out = whole
+        .higher_order
+        .as_ref()
+        .and_then(|h| h.least_r2_left_out);
+    let strokes = Manoeuvre::find(samples).map_or(0, |m| m.strokes.len());
+    let is_only_unvalidated = whole.verdict.outcome() == Outcome::NotValidated;
+    let Some(r2) = left_out.filter(|r2| *r2 > LEAST_R2 && strokes >= LEAST_STROKES) else {
+        return whole;
+    };
+    if is_only_unvalidated {
+        whole.validation = Some(Validation {
+            window: whole.training,
+            r2_heading: Some(r2),
+            r2_heading_offset_refit: Some(r2),
+            r2_yaw_rate: None,
+            samples: samples.len(),
+            horizon_s: Some(duration_s(samples) / BLOCKS as f64),
+        });
+        confirm(
+            &mut whole.verdict,
+            format!(
+                "each fifth of the record is predicted by a hull of the others: R^2 of heading at least {}",
+                r2_text(Some(r2))
+            ),
+        );
+    }
+    whole
+}
+
+/// Accepts what was not validated.
+fn confirm(verdict: &mut Verdict, how: String) {
+    (verdict.reasons).retain(|reason| reason.code != ReasonCode::NotValidated);
+    verdict.reasons.insert(0, Reason::new(ReasonCode::Ok, how));
+    verdict.accepted = true;
 }
 
 /// The whole manoeuvre's identification with the validation of its first legs.
@@ -58,8 +106,8 @@ fn confirmed_by(
         let r2 = first_legs
             .validation
             .and_then(|validation| validation.r2_heading_offset_refit);
-        let confirmed = Reason::new(
-            ReasonCode::Ok,
+        confirm(
+            verdict,
             format!(
                 "a model of the first {} legs predicts the other {}: R^2 of heading with the offset estimated again {}",
                 split.training_legs,
@@ -67,8 +115,6 @@ fn confirmed_by(
                 r2_text(r2)
             ),
         );
-        verdict.reasons.insert(0, confirmed);
-        verdict.accepted = true;
     }
     whole
 }

@@ -2,7 +2,7 @@
 
 use super::evidence::{Hypothesis, hypotheses};
 use super::hypothesis::{Disturbance, Structure};
-use super::left_out::{blocks, free_run_rad2, without};
+use super::left_out::{blocks, free_run_rad2, heading_variance_rad2, without};
 use super::leg::Leg;
 use super::sea_test::{NEGLIGIBLE, SeaTest, sea_test};
 use crate::draw::Draw;
@@ -65,6 +65,8 @@ pub struct Candidate<'a> {
     pub without: Vec<DVector<f64>>,
     /// Log of the mean square of the free run over each block, with an error that nobody cares for.
     pub scores: Vec<f64>,
+    /// Least R^2 of the heading over the blocks.
+    pub least_r2: f64,
     /// Mean score less that of the best, and its standard error.
     pub behind: [f64; 2],
     /// How far a sea lies from its own draws.
@@ -264,14 +266,17 @@ impl<'a> Candidate<'a> {
             .iter()
             .map(|block| without(problem, hypothesis.best(), block))
             .collect();
-        let scores = blocks
-            .iter()
-            .zip(&without)
-            .map(|(block, x)| libm::log(free_run_rad2(problem, x, block) + negligible))
+        let squares: Vec<f64> = (blocks.iter().zip(&without))
+            .map(|(block, x)| free_run_rad2(problem, x, block))
             .collect();
+        let least_r2 = (blocks.iter().zip(&squares))
+            .map(|(block, square)| 1.0 - square / heading_variance_rad2(problem, block))
+            .fold(1.0, f64::min);
+        let scores = squares.iter().map(|square| libm::log(square + negligible));
         Self {
             without,
-            scores,
+            scores: scores.collect(),
+            least_r2,
             behind: [0.0; 2],
             sea_test,
             weight: 0.0,

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use super::filter::{Start, angles, innovations};
 use super::fit::{Fit, Problem};
+use super::leg::deviation;
 
 /// Blocks that a record is cut into.
 pub const BLOCKS: usize = 5;
@@ -96,6 +97,12 @@ pub fn without(problem: &Problem, fit: &Fit, block: &Block) -> DVector<f64> {
         x[own + 2] = sum / (problem.legs.len() - 1) as f64;
     }
     x
+}
+
+/// Variance of the heading over a block, rad^2.
+pub fn heading_variance_rad2(problem: &Problem, block: &Block) -> f64 {
+    let leg = &problem.legs[block.leg];
+    deviation(&leg.heading_rad[block.from..block.to]).powi(2)
 }
 
 /// Mean square of the free run over a block, rad^2, with its own initial state and offset.

@@ -35,5 +35,6 @@ pub mod steering_model;
 
 pub use choice::{Candidate, Contest, Weighed, contest_of};
 pub use hypothesis::{Disturbance, Structure, Vehicle};
+pub(crate) use left_out::BLOCKS;
 pub use leg::Leg;
 pub use steering_model::SteeringModel;

@@ -254,6 +254,7 @@ impl Estimate {
             lag_interval_s: Some([model.rudder_lag_s - half_s, model.rudder_lag_s + half_s]),
             model,
             steady_log_gain: None,
+            least_r2_left_out: None,
             hypotheses: Vec::new(),
             gain_vehicle: None,
             validation: None,
