@@ -1,15 +1,17 @@
 //! What the contest of hypotheses hands over: the nearest first-order model with its interval, and the model beyond first order.
 
 use nalgebra::Vector3;
-use seatrial_core::YawModel;
+use seatrial_core::{Sample, YawModel};
 
+use super::excited_segment::most_excited;
 use super::intervals::{normal_intervals, widened};
 use super::robust::estimate::MODEL_ERROR;
 use crate::identification::{EstimateMethod, HigherOrder, Refined, WIDEST_A22, WIDEST_B2};
 use crate::likelihood::filter::Noise;
 use crate::likelihood::hypothesis::Vehicle;
 use crate::likelihood::steering_model::{first_order_at, steady_gain};
-use crate::likelihood::{Candidate, Contest, Disturbance};
+use crate::likelihood::{Candidate, Contest, Disturbance, contest_of_hulls};
+use crate::manoeuvre::Manoeuvre;
 use crate::propagation::NORMAL_95;
 
 /// The first-order model that has the vehicle's steady turn at the record's rudder amplitude, `None` where no hypothesis has one near it, and the
@@ -30,6 +32,17 @@ pub fn beyond_first_order(
         validation: None,
     };
     (same_steady_turn(contest, rudder_amplitude_rad), beyond)
+}
+
+/// The hull that predicts a record whose first-order model may not be used, where its comparisons are not far apart for a vehicle with this a22, 1/s.
+pub fn hull_of(samples: &[Sample<f64>], a22_per_s: f64) -> Option<HigherOrder> {
+    const FARTHEST: f64 = 0.5;
+    let mut legs = Vec::new();
+    let contest = contest_of_hulls(most_excited(samples), &mut legs)?;
+    let amplitude_rad = Manoeuvre::find(samples)?.amplitude_rad;
+    let leg = contest.heaviest().hypothesis.problem.legs.first()?;
+    let apart_s = leg.duration_s() / leg.len() as f64;
+    (apart_s * a22_per_s.abs() < FARTHEST).then(|| beyond_first_order(&contest, amplitude_rad).1)
 }
 
 /// The first-order model that has the steady turn of the hypotheses.

@@ -67,6 +67,7 @@ use crate::identification::{
 };
 use crate::record::{Record, Window};
 use crate::time_scale::ChosenLambda;
+use beyond::hull_of;
 use checked::Checked;
 use chosen::Chosen;
 use cross_validation::validated_by_legs;
@@ -159,9 +160,12 @@ fn steering_model_of(
     };
     let verdict = verdict::judge_steering(&steering);
     let validated = data.map_or(&[][..], |data| data.record.window(data.window));
-    Ok(Some(
-        steering.identification(training, pass, used, validated, verdict),
-    ))
+    let mut found = steering.identification(training, pass, used, validated, verdict);
+    if !found.verdict.accepted {
+        let hull = hull_of(samples, found.model().a22_per_s);
+        found.higher_order = hull.or(found.higher_order);
+    }
+    Ok(Some(found))
 }
 
 /// [`identify`] with the refined estimates of other manoeuvres of the same speed joined to the record's own.

@@ -46,6 +46,23 @@ pub struct Weighed {
 ///
 /// Headings are averaged to at most 200 comparisons. `legs` keeps what the contest borrows.
 pub fn contest_of<'a>(samples: &[Sample<f64>], legs: &'a mut Vec<Leg>) -> Option<Contest<'a>> {
+    contest_among(samples, legs, &Structure::TABLE, &Disturbance::ALL)
+}
+
+/// [`contest_of`] hulls under a drifting heading alone.
+pub fn contest_of_hulls<'a>(
+    samples: &[Sample<f64>],
+    legs: &'a mut Vec<Leg>,
+) -> Option<Contest<'a>> {
+    contest_among(samples, legs, &Structure::HULLS, &[Disturbance::Drift])
+}
+
+fn contest_among<'a>(
+    samples: &[Sample<f64>],
+    legs: &'a mut Vec<Leg>,
+    structures: &[Structure],
+    disturbances: &[Disturbance],
+) -> Option<Contest<'a>> {
     const LEAST_COMPARISONS: usize = 20;
     legs.clear();
     legs.push(Leg::new(samples, samples.len().div_ceil(MOST_COMPARISONS)));
@@ -53,7 +70,7 @@ pub fn contest_of<'a>(samples: &[Sample<f64>], legs: &'a mut Vec<Leg>) -> Option
     if legs.iter().map(Leg::len).sum::<usize>() < LEAST_COMPARISONS {
         return None;
     }
-    Contest::of(legs, interval_s, &Structure::TABLE, &Disturbance::ALL)
+    Contest::of(legs, interval_s, structures, disturbances)
 }
 
 /// A hypothesis in the contest.

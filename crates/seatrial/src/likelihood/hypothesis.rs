@@ -77,6 +77,14 @@ impl Structure {
         Self::SWAY_QUADRATIC,
     ];
 
+    /// The most general hull after those that it starts from.
+    pub const HULLS: [Self; 4] = [
+        Self::FIRST_ORDER,
+        Self::SHIFT,
+        Self::SWAY,
+        Self::SWAY_QUADRATIC,
+    ];
+
     /// The structure of the table whose solution this one starts from.
     pub fn parent(&self) -> Option<Self> {
         match *self {

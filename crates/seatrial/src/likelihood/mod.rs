@@ -33,7 +33,7 @@ pub mod posterior;
 mod sea_test;
 pub mod steering_model;
 
-pub use choice::{Candidate, Contest, Weighed, contest_of};
+pub use choice::{Candidate, Contest, Weighed, contest_of, contest_of_hulls};
 pub use hypothesis::{Disturbance, Structure, Vehicle};
 pub(crate) use left_out::BLOCKS;
 pub use leg::Leg;
