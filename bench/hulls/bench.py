@@ -87,7 +87,7 @@ def work(job):
         row["models"] = {name: description(model) for name, model in fitted.items()}
         if said.get("refined"):
             refined = said["refined"]
-            row["coverage"] = scores.coverage(fitted["seatrial"], refined["covariance"], refined["heading_noise_rad"], other)
+            row["coverage"] = scores.coverage(fitted["seatrial, first order"], refined["covariance"], refined["heading_noise_rad"], other)
         rows.append(row)
     return rows
 

@@ -43,10 +43,10 @@ def seatrial(program, record):
         refined["a22_per_s"], refined["b2_per_s2"], refined["c0_rad_per_s2"],
         shift=gear.get("rudder_shift_s", 0.0), lag=gear.get("rudder_lag_s", 0.0),
     )
-    return said, {"seatrial": first, "seatrial, best hypothesis": best_hypothesis(higher, first)}
+    return said, {"seatrial": predictor(higher, first), "seatrial, first order": first}
 
 
-def best_hypothesis(higher, first):
+def predictor(higher, first):
     if not higher or not higher.get("model"):
         return first
     m = higher["model"]
@@ -188,6 +188,6 @@ def octave_at(record, interval):
 
 PEERS = {"output error": output_error, "ARX": arx, "SysIdentPy": narmax, "Octave": octave}
 NAMES = [
-    "seatrial", "seatrial, best hypothesis", "output error, 1st order", "output error, 2nd order", "ARX", "SysIdentPy, NARX",
+    "seatrial", "seatrial, first order", "output error, 1st order", "output error, 2nd order", "ARX", "SysIdentPy, NARX",
     "Octave, moen4",
 ]

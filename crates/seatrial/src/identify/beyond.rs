@@ -34,12 +34,12 @@ pub fn beyond_first_order(
     (same_steady_turn(contest, rudder_amplitude_rad), beyond)
 }
 
-/// The hull that predicts a record whose first-order model may not be used, where its comparisons are not far apart for a vehicle with this a22, 1/s.
+/// The hull that predicts a record whose first-order model may not be used, where a time constant of its a22, 1/s, holds a comparison at least.
 pub fn hull_of(samples: &[Sample<f64>], a22_per_s: f64) -> Option<HigherOrder> {
-    const FARTHEST: f64 = 0.5;
+    const FARTHEST: f64 = 1.0;
     let mut legs = Vec::new();
-    let contest = contest_of_hulls(most_excited(samples), &mut legs)?;
     let amplitude_rad = Manoeuvre::find(samples)?.amplitude_rad;
+    let contest = contest_of_hulls(most_excited(samples), &mut legs)?;
     let leg = contest.heaviest().hypothesis.problem.legs.first()?;
     let apart_s = leg.duration_s() / leg.len() as f64;
     (apart_s * a22_per_s.abs() < FARTHEST).then(|| beyond_first_order(&contest, amplitude_rad).1)

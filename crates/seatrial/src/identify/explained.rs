@@ -295,7 +295,7 @@ pub const MUCH_BETTER: f64 = 0.3;
 
 /// Does this model leave less than a third of what the other one leaves of the heading of validation data, in mean square, and no more of the
 /// yaw rate? A sea wanders into the heading, less into the yaw rate.
-fn predicts_much_better(
+pub fn predicts_much_better(
     model: &SteeringModel,
     other: &SteeringModel,
     data: Option<ValidationData>,

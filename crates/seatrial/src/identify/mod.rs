@@ -74,7 +74,7 @@ use cross_validation::validated_by_legs;
 pub use error::{IdentifyError, WindowUse};
 pub use examined::ExaminedRecord;
 pub(crate) use excited_segment::most_excited;
-use explained::Explained;
+use explained::{Explained, predicts_much_better};
 use gyro_heading::where_the_compass_jumped;
 use joined::Joined;
 pub(crate) use mishap::heading_jump;
@@ -158,11 +158,24 @@ fn steering_model_of(
     let Some(steering) = Steering::of(record, training, data, &pass)? else {
         return Ok(None);
     };
-    let verdict = verdict::judge_steering(&steering);
+    let a22_per_s = steering.refined.model.a22_per_s;
+    let hull = (!steering.predicts()).then(|| hull_of(samples, a22_per_s));
+    let hull = hull.flatten();
+    let held_out = ValidationData {
+        window: steering.held_out.window,
+        ..data.unwrap_or(ValidationData {
+            record: record.record(),
+            window: Window::ALL,
+        })
+    };
+    let is_hull = |hull: &HigherOrder| {
+        predicts_much_better(&hull.model, &steering.steering_model(), Some(held_out))
+    };
+    let is_of_a_hull = hull.as_ref().is_some_and(is_hull);
+    let verdict = verdict::judge_steering(&steering, is_of_a_hull);
     let validated = data.map_or(&[][..], |data| data.record.window(data.window));
     let mut found = steering.identification(training, pass, used, validated, verdict);
     if !found.verdict.accepted {
-        let hull = hull_of(samples, found.model().a22_per_s);
         found.higher_order = hull.or(found.higher_order);
     }
     Ok(Some(found))

@@ -6,7 +6,7 @@ use super::left_out::{blocks, free_run_rad2, heading_variance_rad2, without};
 use super::leg::Leg;
 use super::sea_test::{NEGLIGIBLE, SeaTest, sea_test};
 use crate::draw::Draw;
-use crate::record::duration_s;
+use crate::record::{GAP, duration_s, median_interval_s};
 use nalgebra::DVector;
 use seatrial_core::Sample;
 use serde::{Deserialize, Serialize};
@@ -27,6 +27,9 @@ const BOOTSTRAP: usize = 400;
 /// Most comparisons of a record, so that a contest stays a matter of a second.
 const MOST_COMPARISONS: usize = 200;
 
+/// Fewest comparisons of a record.
+const LEAST_COMPARISONS: usize = 20;
+
 /// A hypothesis as documents show it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Weighed {
@@ -46,27 +49,37 @@ pub struct Weighed {
 ///
 /// Headings are averaged to at most 200 comparisons. `legs` keeps what the contest borrows.
 pub fn contest_of<'a>(samples: &[Sample<f64>], legs: &'a mut Vec<Leg>) -> Option<Contest<'a>> {
-    contest_among(samples, legs, &Structure::TABLE, &Disturbance::ALL)
+    *legs = legs_of(&[samples]);
+    let interval_s = duration_s(samples) / (samples.len().max(2) - 1) as f64;
+    contest_among(legs, interval_s, &Structure::TABLE, &Disturbance::ALL)
 }
 
-/// [`contest_of`] hulls under a drifting heading alone.
+/// Hulls under a drifting heading against samples of one record or of several, which are apart by gaps.
 pub fn contest_of_hulls<'a>(
     samples: &[Sample<f64>],
     legs: &'a mut Vec<Leg>,
 ) -> Option<Contest<'a>> {
-    contest_among(samples, legs, &Structure::HULLS, &[Disturbance::Drift])
+    let usual_s = median_interval_s(samples)?;
+    let follows = |a: &Sample<f64>, b: &Sample<f64>| b.time_s - a.time_s < GAP * usual_s;
+    let parts: Vec<&[Sample<f64>]> = (samples.chunk_by(follows))
+        .filter(|part| part.len() > LEAST_COMPARISONS)
+        .collect();
+    *legs = legs_of(&parts);
+    contest_among(legs, usual_s, &Structure::HULLS, &[Disturbance::Drift])
+}
+
+fn legs_of(parts: &[&[Sample<f64>]]) -> Vec<Leg> {
+    let total: usize = parts.iter().map(|part| part.len()).sum();
+    let block = total.div_ceil(MOST_COMPARISONS * parts.len().max(1));
+    parts.iter().map(|part| Leg::new(part, block)).collect()
 }
 
 fn contest_among<'a>(
-    samples: &[Sample<f64>],
-    legs: &'a mut Vec<Leg>,
+    legs: &'a [Leg],
+    interval_s: f64,
     structures: &[Structure],
     disturbances: &[Disturbance],
 ) -> Option<Contest<'a>> {
-    const LEAST_COMPARISONS: usize = 20;
-    legs.clear();
-    legs.push(Leg::new(samples, samples.len().div_ceil(MOST_COMPARISONS)));
-    let interval_s = duration_s(samples) / (samples.len().max(2) - 1) as f64;
     if legs.iter().map(Leg::len).sum::<usize>() < LEAST_COMPARISONS {
         return None;
     }

@@ -32,7 +32,8 @@ use super::validation::ValidationData;
 use super::{ExaminedRecord, IdentifyError, valid_range};
 use crate::gain_allowance::sampled;
 use crate::identification::{
-    EstimateMethod, HigherOrder, Identification, Refined, Settings, ValidRange, Validation, Verdict,
+    EstimateMethod, HigherOrder, Identification, LEAST_R2, Refined, Settings, ValidRange,
+    Validation, Verdict,
 };
 use crate::likelihood::{SteeringModel, Structure};
 use crate::manoeuvre::Manoeuvre;
@@ -316,6 +317,19 @@ impl Steering {
             samples,
             held_out,
         }))
+    }
+
+    /// Does the model predict what was held out better than a vehicle that keeps turning as it does?
+    pub fn predicts(&self) -> bool {
+        let prediction = &self.held_out.prediction;
+        prediction.r2_heading().is_some_and(|r2| r2 >= LEAST_R2)
+            && prediction.share_of_persistence() < 1.0
+    }
+
+    /// The model, behind the delay of its rudder where there is one.
+    pub fn steering_model(&self) -> SteeringModel {
+        let lagging = self.lagging.as_ref().map(|found| found.model);
+        lagging.unwrap_or_else(|| SteeringModel::first_order(&self.refined.model, 0.0))
     }
 
     /// The identification with its verdict.

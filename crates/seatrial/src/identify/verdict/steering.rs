@@ -2,7 +2,7 @@
 
 use super::{Share, Weighing, first_of_all_the_rudder};
 use crate::figures::{percent, r2_text, three_figures};
-use crate::identification::{LEAST_R2, Reason, ReasonCode, Verdict, WIDEST_A22, WIDEST_B2};
+use crate::identification::{Reason, ReasonCode, Verdict, WIDEST_A22, WIDEST_B2};
 use crate::identify::misfit::{disturbance_share, is_large_share};
 use crate::identify::mission::{LEAST_HORIZON_S, Steering};
 use crate::identify::whole_record::LEAST_SHARE;
@@ -17,8 +17,8 @@ const LONG: f64 = 10.0;
 /// Share of the log from which it is noted that the rest was cut out.
 const MOST_OF_THE_LOG: f64 = 0.8;
 
-/// Weighs intervals, prediction and log.
-pub(in crate::identify) fn judge_steering(steering: &Steering) -> Verdict {
+/// Weighs intervals, prediction and log. `is_of_a_hull` tells that a hull predicts much better what is taken for a sea.
+pub(in crate::identify) fn judge_steering(steering: &Steering, is_of_a_hull: bool) -> Verdict {
     let mut weighing = Weighing::default();
     weighing.doubts(&steering.log.unit_doubts);
     let a22_per_s = steering.refined.model.a22_per_s;
@@ -26,7 +26,7 @@ pub(in crate::identify) fn judge_steering(steering: &Steering) -> Verdict {
     weighing.doubts(&steering.log.unchecked);
     weighing.steering_parameters(steering);
     weighing.steering_pace(steering);
-    weighing.steering_prediction(steering);
+    weighing.steering_prediction(steering, is_of_a_hull);
     weighing.steering_notes(steering);
     first_of_all_the_rudder(weighing.steering_verdict(steering), &steering.log)
 }
@@ -86,7 +86,7 @@ impl Weighing {
 
     /// In a sea a vehicle that is steered against it parts from every free run: there the held-out part must give the same model by itself. A short one
     /// does not show that it was a sea.
-    fn steering_prediction(&mut self, steering: &Steering) {
+    fn steering_prediction(&mut self, steering: &Steering, is_of_a_hull: bool) {
         let prediction = &steering.held_out.prediction;
         let Some(r2) = prediction.r2_heading() else {
             return self.reject(
@@ -94,12 +94,13 @@ impl Weighing {
                 "the part that was held out is too short to check the model".into(),
             );
         };
-        let predicts = r2 >= LEAST_R2 && prediction.share_of_persistence() < 1.0;
         let long_s = LEAST_HORIZON_S.min(-LONG / steering.refined.model.a22_per_s);
         let is_long = prediction.horizon_s >= long_s;
-        let is_confirmed =
-            is_long && sea_share(steering) > LEAST_SHARE && steering.held_out.is_telling;
-        if !predicts && !is_confirmed {
+        let is_confirmed = is_long
+            && sea_share(steering) > LEAST_SHARE
+            && steering.held_out.is_telling
+            && !is_of_a_hull;
+        if !steering.predicts() && !is_confirmed {
             self.reject(
                 ReasonCode::LowR2,
                 format!(
