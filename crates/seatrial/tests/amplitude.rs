@@ -148,15 +148,14 @@ fn contradicted(zig_zags: &[ZigZag], [slope, half_width]: [f64; 2]) -> usize {
 }
 
 /// The pair fitted on the other zig-zags of the tanker predicts the damping of the one that was left out, five times of six: the two
-/// of 20 deg are less damped than the others say. One model for all contradicts nine of the fifteen pairs, the pair four.
+/// of 20 deg are less damped than the others say. One model for all contradicts nine of the fifteen pairs, the pair four. The zig-zag 10/10 is not
+/// among them: it swings about the rudder at which the tanker is unstable, and its first-order model, T 45 s, holds for it alone.
 #[test]
 fn val_kvlcc2_damping_over_amplitude_predicts_a_zig_zag_left_out() {
     let Some(folder) = data("real") else {
         return;
     };
-    let names = [
-        "05_01", "10_10_S", "15_01", "20_10_P", "20_10_S", "25_05", "30_05",
-    ];
+    let names = ["05_01", "15_01", "20_10_P", "20_10_S", "25_05", "30_05"];
     let all = names.map(|name| identified(&folder, name));
     let zig_zags: Vec<ZigZag> = all.into_iter().filter(|z| z.is_accepted).collect();
     let seen: Vec<SeenModel> = zig_zags.iter().map(|zig_zag| zig_zag.seen).collect();

@@ -36,13 +36,12 @@ pub fn beyond_first_order(
 
 /// The hull that predicts a record whose first-order model may not be used, where a time constant of its a22, 1/s, holds a comparison at least.
 pub fn hull_of(samples: &[Sample<f64>], a22_per_s: f64) -> Option<HigherOrder> {
-    const FARTHEST: f64 = 1.0;
     let mut legs = Vec::new();
     let amplitude_rad = Manoeuvre::find(samples)?.amplitude_rad;
     let contest = contest_of_hulls(most_excited(samples), &mut legs)?;
     let leg = contest.heaviest().hypothesis.problem.legs.first()?;
     let apart_s = leg.duration_s() / leg.len() as f64;
-    (apart_s * a22_per_s.abs() < FARTHEST).then(|| beyond_first_order(&contest, amplitude_rad).1)
+    (apart_s * a22_per_s.abs() < 1.0).then(|| beyond_first_order(&contest, amplitude_rad).1)
 }
 
 /// The first-order model that has the steady turn of the hypotheses.

@@ -4,6 +4,7 @@
 //! over the remaining legs, which it has not seen. Where that one may be used, the whole is validated. Else each fifth of a record of more than a
 //! doublet is predicted by the hull of the other four: where none is predicted badly, the whole is validated.
 
+use super::mission::LEAST_STROKES;
 use super::{ExaminedRecord, IdentifySettings, OrderSearch, ValidationData, identify_with};
 use crate::figures::r2_text;
 use crate::identification::{
@@ -48,9 +49,6 @@ pub(super) fn validated_by_legs(
         _ => validated_by_fifths(whole, &samples),
     }
 }
-
-/// Strokes of the rudder of more than a doublet.
-const LEAST_STROKES: usize = 3;
 
 /// The identification validated by the fifths that the engine left out, where the hull predicts each.
 fn validated_by_fifths(mut whole: Identification, samples: &[Sample<f64>]) -> Identification {

@@ -57,7 +57,7 @@ const HELD: f64 = 0.2;
 const ORDERS: usize = 4;
 
 /// Strokes of the rudder from which a record is more than a manoeuvre.
-const LEAST_STROKES: usize = 3;
+pub(super) const LEAST_STROKES: usize = 3;
 
 /// Share of the legs that is fitted where the rest validates.
 const FITTED: f64 = 0.6;
