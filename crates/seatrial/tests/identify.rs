@@ -176,6 +176,42 @@ fn val_kvlcc2_predicts_the_zig_zag_to_the_other_side() {
     assert!(r2 >= 0.97, "{r2}");
 }
 
+/// The hull that is handed over beside the first-order model predicts other zig-zags of the tanker better than that one does.
+#[test]
+fn val_kvlcc2_the_hull_predicts_zig_zags_of_other_angles() {
+    let Some(folder) = data("real") else {
+        return;
+    };
+    let zig_zag = |name: &str| read(&folder, &format!("kvlcc2hsva_Z_{name}.csv"));
+    let pairs = [
+        ("15_01", "20_10_P"),
+        ("25_05", "10_10_S"),
+        ("10_10_S", "30_05"),
+        ("05_01", "20_10_P"),
+    ];
+    let mut sums = [0.0; 2];
+    for (trained, other) in pairs {
+        let other = zig_zag(other);
+        let held_out = ValidationData {
+            record: &other,
+            window: Window::ALL,
+        };
+        let settings = IdentifySettings::default();
+        let found = identify(&zig_zag(trained), Window::ALL, Some(held_out), &settings).unwrap();
+        let hull = found.higher_order.as_ref().and_then(|h| h.validation);
+        for (sum, validation) in sums.iter_mut().zip([hull, found.validation]) {
+            *sum += validation.unwrap().r2_heading_offset_refit.unwrap();
+        }
+    }
+    let [hull, first_order] = sums.map(|sum| sum / pairs.len() as f64);
+    println!("hull {hull:.3}, first order {first_order:.3}");
+    assert!(hull > 0.93, "{hull}");
+    assert!(
+        1.0 - hull < 0.6 * (1.0 - first_order),
+        "{hull} {first_order}"
+    );
+}
+
 /// What the README states of the default settings on the simulated REMUS runs: mean R^2 of the measured
 /// heading with the trained offset, three thrusts with and without current.
 #[test]

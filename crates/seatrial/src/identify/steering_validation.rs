@@ -1,6 +1,6 @@
 //! A steering model against data that it was not made from.
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Vector4};
 use seatrial_core::model::YawState;
 use seatrial_core::validation::GoodnessOfFit;
 use seatrial_core::{Real, Sample, YawModel};
@@ -136,6 +136,14 @@ fn slowest_s(model: &SteeringModel) -> f64 {
     nomoto.unwrap_or(-1.0 / model.a22_per_s)
 }
 
+/// Does it hold a straight course by itself?
+fn is_course_stable(model: &SteeringModel) -> bool {
+    let times = model.nomoto().map(|nomoto| [nomoto.t1_s, nomoto.t2_s]);
+    times.map_or(model.a22_per_s < 0.0, |times| {
+        times.iter().all(|t| *t > 0.0)
+    })
+}
+
 fn mean<'a>(values: impl ExactSizeIterator<Item = &'a f64>) -> f64 {
     let count = values.len().max(1) as f64;
     values.sum::<f64>() / count
@@ -164,8 +172,13 @@ struct ValidationRun<'a> {
     is_start_known: bool,
 }
 
-/// Changes of the initial heading, rad, the initial yaw rate, rad/s, and the offset, rad/s^2.
-type Change = Vector3<f64>;
+/// Changes of the initial heading, rad, the initial yaw rate, rad/s, the offset, rad/s^2, and what sway remembers at first, rad.
+type Change = Vector4<f64>;
+
+/// Shares of the samples that the start is fitted to in turn where a fit to all of them ends under this R^2: a course-unstable model leaves them where
+/// its start is a little off.
+const BEGINNINGS: [f64; 6] = [0.06, 0.12, 0.25, 0.4, 0.65, 1.0];
+const GOOD_FIT: f64 = 0.9;
 
 impl<'a> ValidationRun<'a> {
     /// Over usable samples with their unwrapped headings; the quiet lead-in is that of `recorded`.
@@ -189,7 +202,8 @@ impl<'a> ValidationRun<'a> {
                 yaw_rate_rad_s: rates.map_or(0.0, |rates| mean(rates.iter().take(lead_in))),
                 drift_rad: 0.0,
             },
-            is_start_known: validation::shows_rest(lead_in_s, slowest_s(model)),
+            is_start_known: is_course_stable(model)
+                && validation::shows_rest(lead_in_s, slowest_s(model)),
         }
     }
 
@@ -214,9 +228,18 @@ impl<'a> ValidationRun<'a> {
         let start = SteeringState {
             heading_rad: self.start.heading_rad + change[0],
             yaw_rate_rad_s: self.start.yaw_rate_rad_s + change[1],
-            ..self.start
+            drift_rad: self.start.drift_rad + change[3],
         };
         model.simulate(self.samples, start)
+    }
+
+    /// The first of the samples alone.
+    fn beginning(&self, share: f64) -> Self {
+        let count = ((share * self.samples.len() as f64).ceil() as usize).min(self.samples.len());
+        Self {
+            samples: &self.samples[..count],
+            ..*self
+        }
     }
 
     fn simulated(&self, signal: fn(&SteeringState) -> f64, change: Change) -> Vec<f64> {
@@ -248,30 +271,65 @@ impl<'a> ValidationRun<'a> {
         Some(self.fitted(signal, measured, offset)?.1)
     }
 
-    /// The change that is fitted and its R^2, the best: Newton's method on the sum of squares, with secants of the simulation.
+    /// The change that is fitted and its R^2, the best.
     fn fitted(
         &self,
         signal: fn(&SteeringState) -> f64,
         measured: &[f64],
         offset: Offset,
     ) -> Option<(Change, f64)> {
-        const MOST_STEPS: u32 = 8;
         let of_start = (!self.is_start_known).then_some([0, 1]);
         let of_offset = (offset == Offset::Fitted).then_some(2);
-        let free: Vec<usize> = of_start.into_iter().flatten().chain(of_offset).collect();
+        let of_sway = (!self.is_start_known && self.model.a21_per_s2 != 0.0).then_some(3);
+        let free: Vec<usize> = (of_start.into_iter().flatten())
+            .chain(of_offset)
+            .chain(of_sway)
+            .collect();
+        let direct = self.fitted_from(signal, measured, &free, Change::zeros())?;
+        if direct.1 > GOOD_FIT || self.is_start_known {
+            return Some(direct);
+        }
         let mut change = Change::zeros();
-        let mut best = self.r2_at(signal, measured, change)?;
-        for _ in 0..if free.is_empty() { 0 } else { MOST_STEPS } {
-            let Some(step) = self.gauss_newton_step(signal, measured, &free, change) else {
-                break;
-            };
-            let next = change + step;
-            match self.r2_at(signal, measured, next) {
-                Some(r2) if r2 > best => (change, best) = (next, r2),
-                _ => break,
+        for share in BEGINNINGS {
+            let beginning = self.beginning(share);
+            let part = &measured[..beginning.samples.len()];
+            if let Some((fitted, _)) = beginning.fitted_from(signal, part, &free, change) {
+                change = fitted;
             }
         }
-        Some((change, best))
+        let patient = self.r2_at(signal, measured, change);
+        Some(match patient {
+            Some(r2) if r2 > direct.1 => (change, r2),
+            _ => direct,
+        })
+    }
+
+    /// Newton's method on the sum of squares from a change, with secants of the simulation and steps that are halved until they gain.
+    fn fitted_from(
+        &self,
+        signal: fn(&SteeringState) -> f64,
+        measured: &[f64],
+        free: &[usize],
+        from: Change,
+    ) -> Option<(Change, f64)> {
+        const MOST_STEPS: u32 = 8;
+        const SHARES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.02];
+        let mut best = (from, self.r2_at(signal, measured, from)?);
+        for _ in 0..if free.is_empty() { 0 } else { MOST_STEPS } {
+            let Some(step) = self.gauss_newton_step(signal, measured, free, best.0) else {
+                break;
+            };
+            let next = SHARES.iter().find_map(|share| {
+                let change = best.0 + *share * step;
+                let r2 = self.r2_at(signal, measured, change)?;
+                (r2 > best.1).then_some((change, r2))
+            });
+            match next {
+                Some(next) => best = next,
+                None => break,
+            }
+        }
+        Some(best)
     }
 
     /// Secants of the simulation for derivatives; `None` where they do not determine the step.
