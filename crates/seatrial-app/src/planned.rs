@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use seatrial::figures::three_figures;
 use seatrial::preview::{
     Budget, Comparison, Preview, Prior, Recommendation, SurgeStep, Target, compare_designs,
     preview, recommend,
 };
+use seatrial::words::three_figures;
 use seatrial_core::plan::times_slower;
 use seatrial_core::{Axis, Excitation, List, Outcome, Plan};
 use serde::Serialize;

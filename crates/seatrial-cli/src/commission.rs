@@ -5,7 +5,7 @@ mod own;
 use std::path::PathBuf;
 
 use seatrial::commission::Range;
-use seatrial::figures::three_figures;
+use seatrial::words::three_figures;
 use seatrial_app::commission::{
     Commissioned, Ending, GainsVehicle, Order, Proposal, Request, check_step, conduct, models_for,
 };

@@ -7,9 +7,9 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use seatrial::Identification;
-use seatrial::figures::three_figures;
 use seatrial::identification::{Outcome, ReasonCode, Verdict};
 use seatrial::identify::IdentifySettings;
+use seatrial::words::three_figures;
 use seatrial_app::identify_log::{IdentifiedLog, Logs, Options, identify_log_observed};
 use seatrial_app::log_page::speed_rows;
 use seatrial_app::next;

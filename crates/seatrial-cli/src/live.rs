@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use seatrial::plain_text::plain;
+use seatrial::words::plain;
 use seatrial_core::Stage;
 
 use crate::output::say;

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use clap::{ArgMatches, Command};
 use seatrial::identification::Verdict;
-use seatrial::plain_text::{plain, shortened};
+use seatrial::words::{plain, shortened};
 use seatrial_app::outputs::{OutputError, Outputs, Planned};
 use seatrial_app::trial_run::{NotBegun, VehicleError};
 use serde::Serialize;

@@ -1,8 +1,8 @@
 //! One line of a table for each speed: the model, its bounds, its gain and its verdict.
 
 use seatrial::campaign::{Campaign, Run};
-use seatrial::figures::{bounds_text, decimals_of, r2_text, three_figures, with_decimals, within};
 use seatrial::identification::{Identification, Intervals, Outcome, Verdict};
+use seatrial::words::{bounds_text, decimals_of, r2_text, three_figures, with_decimals, within};
 use seatrial_core::RudderUnit;
 use seatrial_report::promises;
 

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use seatrial::figures::three_figures;
 use seatrial::identify::joined::Joined;
+use seatrial::words::three_figures;
 use seatrial_app::documents::Source;
 use seatrial_app::identify_log::SpeedModel;
 use seatrial_app::models::write_schedule_file;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use seatrial::figures::{bounds_text, with_decimals, within};
+use seatrial::words::{bounds_text, with_decimals, within};
 use seatrial_app::models::Estimate;
 
 use crate::screen::labelled;

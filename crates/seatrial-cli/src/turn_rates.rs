@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use seatrial::figures::{bounds_text, three_figures};
 use seatrial::speeds::Bounded;
+use seatrial::words::{bounds_text, three_figures};
 use seatrial_app::compare_turn_rates::{LogModel, TurnRates};
 
 use crate::screen::{labelled, width, wrapped};

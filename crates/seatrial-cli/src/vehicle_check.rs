@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::Subcommand;
-use seatrial::figures::three_figures;
+use seatrial::words::three_figures;
 use seatrial_app::load_plan;
 use seatrial_app::vehicles::{compared, hand_back_text, inspect_ros2, read_backup, restored};
 use seatrial_links::autopilot::{Autopilot, Backup, HandBack};

@@ -4,7 +4,7 @@ use axum::Json;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use seatrial::identification::Reader;
-use seatrial::plain_text::{plain, shortened};
+use seatrial::words::{plain, shortened};
 use seatrial_app::advice::addressed;
 
 use crate::api::ErrorBody;

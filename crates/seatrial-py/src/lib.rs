@@ -14,7 +14,7 @@ mod simulate;
 
 use pyo3::prelude::*;
 use seatrial::identification::Reader;
-use seatrial::plain_text::shortened;
+use seatrial::words::shortened;
 use seatrial_app::advice::{self, addressed};
 
 /// An exception of the Python part, by its name; it carries the exit code of the command.

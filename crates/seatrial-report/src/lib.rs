@@ -35,7 +35,7 @@ pub use log_model::{LogModel, promises};
 use number::{decimals, percent, sentence};
 use seatrial::campaign::{Campaign, Run};
 use seatrial::identification::{Reason, Verdict};
-use seatrial::plain_text::plain;
+use seatrial::words::plain;
 use seatrial_core::{Axis, Plan};
 pub use segmentation::{Found, render as render_found};
 pub use ship_manoeuvres::render as render_ship_manoeuvres;

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use seatrial::figures::{r2_text, three_figures, with_decimals};
 use seatrial::identification::Reason;
+use seatrial::words::{r2_text, three_figures, with_decimals};
 use seatrial_core::RudderUnit;
 
 /// How many of the unit that a rudder is shown in one is, and its sign.

@@ -4,8 +4,8 @@ use super::headline::{Headline, Tone};
 use super::number::{MISSING, significant};
 use super::tables::{Cell, Table, columns};
 use super::{Fact, Page};
-use seatrial::figures::within;
 use seatrial::ship_manoeuvres::ShipManoeuvres;
+use seatrial::words::within;
 
 /// The page of the manoeuvres of a ship.
 pub fn render(manoeuvres: &ShipManoeuvres) -> String {

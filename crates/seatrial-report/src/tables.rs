@@ -11,12 +11,12 @@ use super::number::{
 };
 use super::speed_figures::{Speed, gain_interval};
 use seatrial::campaign::{Campaign, Run, Stage};
-use seatrial::figures::within;
 use seatrial::gain_allowance::DAMPING_RATIO;
 use seatrial::identification::{Identification, Intervals, Outcome, Verdict};
 use seatrial::identify::simplex;
 use seatrial::identify::validation::goodness_of_fit;
 use seatrial::propagation::interval_95;
+use seatrial::words::within;
 
 /// A table with a title and a note below it.
 pub(super) struct Table {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use seatrial::CourseChange;
 use seatrial::identification::{Reader, Reason, Verdict};
-use seatrial::plain_text::shortened;
+use seatrial::words::shortened;
 use seatrial_app::advice::{self, addressed};
 use seatrial_app::identify_log::{IdentifiedLog, identify_log};
 use seatrial_app::log_reading::LogReading;

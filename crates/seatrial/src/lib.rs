@@ -79,7 +79,7 @@ mod difference;
 mod draw;
 pub mod export;
 pub mod field;
-pub mod figures;
+mod figures;
 pub mod gain_allowance;
 mod gain_fall;
 mod heading_step;
@@ -91,7 +91,7 @@ pub mod likelihood;
 mod manoeuvre;
 mod over_speed;
 pub mod pitch;
-pub mod plain_text;
+mod plain_text;
 mod plausibility;
 pub mod preview;
 pub mod propagation;
@@ -127,6 +127,14 @@ pub mod speeds {
     pub use crate::gain_fall::{SpeedGain, falls};
     pub use crate::over_speed::{OverSpeed, SpeedEstimate, SpeedLaw, over_speed, share};
     pub use crate::several_speeds::{Part, missing, remarks, whole};
+}
+
+/// Numbers and the text of others as people read them.
+pub mod words {
+    pub use crate::figures::{
+        bounds_text, decimals_of, r2_text, three_figures, with_decimals, within,
+    };
+    pub use crate::plain_text::{plain, shortened};
 }
 
 pub use campaign::{Campaign, FullRudder, Run};

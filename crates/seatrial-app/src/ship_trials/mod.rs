@@ -5,11 +5,11 @@ mod own_error;
 mod read;
 mod study;
 
-use seatrial::figures::three_figures;
 use seatrial::ship_manoeuvres::{
     Index, Kind, Recorded, ShipManoeuvres, TurningCircle, ZigZag, criteria, recorded,
     stopping_criterion,
 };
+use seatrial::words::three_figures;
 use seatrial_core::{Sample, Side};
 use seatrial_sim::IdentifiedVehicle;
 

@@ -21,9 +21,9 @@
 
 use std::fmt::Write as _;
 
-use seatrial::figures::three_figures;
 use seatrial::gain_allowance::DAMPING_RATIO;
 use seatrial::propagation::interval_95;
+use seatrial::words::three_figures;
 use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::{HeadingGain, Side, Turn, YawModel};
 use seatrial_sim::IdentifiedVehicle;

@@ -7,7 +7,7 @@ use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::canvas::{Canvas, Line as Stroke};
 use ratatui::widgets::{Gauge, Paragraph};
-use seatrial::figures::{bounds_text, within};
+use seatrial::words::{bounds_text, within};
 use seatrial_core::Stage;
 
 use super::{Parameter, Picture, Strip};

@@ -1,6 +1,6 @@
 //! The tools: what each is for, what it takes, and who answers.
 
-use seatrial::plain_text::shortened;
+use seatrial::words::shortened;
 use seatrial_app::assist::without_lines_of_files;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
