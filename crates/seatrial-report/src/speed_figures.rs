@@ -11,9 +11,7 @@ use super::chart::{Chart, Layer, Panel, Span};
 use super::number::{percent, significant};
 use seatrial::campaign::{Campaign, Run};
 use seatrial::gain_allowance::{DAMPING_RATIO, GainAllowance};
-use seatrial::identification::Identification;
-use seatrial::identification::TracePoint;
-use seatrial::propagation::interval_95;
+use seatrial::identification::{Identification, TracePoint, interval_95};
 
 /// An accepted run with its model and gain.
 pub(super) struct Speed<'a> {

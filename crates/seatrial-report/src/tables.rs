@@ -12,10 +12,9 @@ use super::number::{
 use super::speed_figures::{Speed, gain_interval};
 use seatrial::campaign::{Campaign, Run, Stage};
 use seatrial::gain_allowance::DAMPING_RATIO;
-use seatrial::identification::{Identification, Intervals, Outcome, Verdict};
+use seatrial::identification::{Identification, Intervals, Outcome, Verdict, interval_95};
 use seatrial::identify::simplex;
 use seatrial::identify::validation::goodness_of_fit;
-use seatrial::propagation::interval_95;
 use seatrial::words::within;
 
 /// A table with a title and a note below it.

@@ -94,7 +94,7 @@ pub mod pitch;
 mod plain_text;
 mod plausibility;
 pub mod preview;
-pub mod propagation;
+mod propagation;
 pub mod record;
 mod record_series;
 mod savitzky_golay;

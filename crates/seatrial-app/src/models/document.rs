@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use seatrial::identification::{EstimateMethod, GainVehicle, ReasonCode, ValidRange};
-use seatrial::propagation::covariance_of_intervals;
+use seatrial::identification::{
+    EstimateMethod, GainVehicle, ReasonCode, ValidRange, covariance_of_intervals,
+};
 use seatrial::record::Window;
 use seatrial::{CourseChange, FullRudder, GainAllowance};
 use seatrial_core::heading_loop::LoopTiming;

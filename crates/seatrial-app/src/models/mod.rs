@@ -16,8 +16,7 @@ use std::path::Path;
 
 #[cfg(feature = "trials")]
 use seatrial::Campaign;
-use seatrial::identification::ValidRange;
-use seatrial::propagation::interval_95;
+use seatrial::identification::{ValidRange, interval_95};
 use seatrial::surge_estimate::SurgeModel;
 use seatrial::{CourseChange, FullRudder, GainAllowance};
 use seatrial_core::schedule::ScheduleKey;

@@ -1,7 +1,6 @@
 //! What a file states of a model and its uncertainty, before it is believed: held against itself.
 
-use seatrial::identification::{ReasonCode, ValidRange};
-use seatrial::propagation::NORMAL_95;
+use seatrial::identification::{NORMAL_95, ReasonCode, ValidRange};
 use seatrial_core::{Nomoto, YawModel};
 use serde::Deserialize;
 

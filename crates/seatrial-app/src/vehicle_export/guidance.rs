@@ -3,7 +3,7 @@
 use seatrial::gain_allowance::DAMPING_RATIO;
 use std::fmt::Write as _;
 
-use seatrial::propagation::interval_95;
+use seatrial::identification::interval_95;
 use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::{HeadingGain, Side, Turn, YawModel};
 use seatrial_sim::IdentifiedVehicle;

@@ -22,7 +22,7 @@
 use std::fmt::Write as _;
 
 use seatrial::gain_allowance::DAMPING_RATIO;
-use seatrial::propagation::interval_95;
+use seatrial::identification::interval_95;
 use seatrial::words::three_figures;
 use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::{HeadingGain, Side, Turn, YawModel};
