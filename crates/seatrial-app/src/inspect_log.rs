@@ -3,8 +3,8 @@
 use seatrial::Window;
 use seatrial::identification::{Reader, Reason, ReasonCode, Verdict};
 use seatrial::identify::{Proposal, propose};
+use seatrial::log::segmentation::{Segment, find};
 use seatrial::log::{Manoeuvre, Stroke};
-use seatrial::segmentation::{Segment, find};
 use seatrial_core::{Real, Sample};
 use seatrial_logs::Quantity;
 use serde::{Deserialize, Serialize};

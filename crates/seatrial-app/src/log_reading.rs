@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use seatrial::servo::Servo;
+use seatrial::log::Servo;
 use seatrial_logs::{ChannelChoice, Quantity, Unit, UnknownQuantity, UnknownUnit};
 use serde::Deserialize;
 

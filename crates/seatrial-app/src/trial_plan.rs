@@ -3,8 +3,8 @@
 use std::ops::{Deref, DerefMut};
 use std::path::Path;
 
+use seatrial::log::{InvalidServo, Servo};
 use seatrial::preview::Target;
-use seatrial::servo::{InvalidServo, Servo};
 use seatrial_core::{Axis, InvalidSetting, Plan};
 use serde::{Deserialize, Serialize};
 

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use clap::Args as ClapArgs;
 use seatrial::identification::Verdict;
-use seatrial::segmentation::{Kind, Segment};
+use seatrial::log::segmentation::{Kind, Segment};
 use seatrial_app::inspect_log::{Inspection, Range, series};
 use seatrial_app::log_page::{source, windows_text};
 use seatrial_app::logs::OpenedLog;

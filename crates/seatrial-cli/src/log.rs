@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use seatrial::Window;
 use seatrial::identify::Proposal;
-use seatrial::servo::Servo;
+use seatrial::log::Servo;
 use seatrial::words::plain;
 use seatrial_app::log_page::{channel_text, windows_text};
 use seatrial_app::logs::{self, Observer, OpenedLog, ReadSettings};

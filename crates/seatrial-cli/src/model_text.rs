@@ -2,10 +2,9 @@
 
 use std::fmt::Write;
 
-use seatrial::Identification;
 use seatrial::identification::{Validation, Verdict};
-use seatrial::record::Window;
 use seatrial::words::{bounds_text, r2_text, three_figures, within};
+use seatrial::{Identification, Window};
 use seatrial_app::logs::OpenedLog;
 use seatrial_core::RudderUnit;
 

@@ -5,13 +5,12 @@ use seatrial_core::state_variable_filter::Hold;
 use std::path::Path;
 use std::process::Output;
 
-use seatrial::Step;
 use seatrial::campaign::{FullRudder, Run, Stage, StageSpan};
 use seatrial::identification::{
     Convergence, EstimateMethod, Identification, Intervals, LeastSquares, Online, Reason,
     ReasonCode, Refined, RejectedSamples, Settings, Verdict,
 };
-use seatrial::record::Window;
+use seatrial::{Step, Window};
 use seatrial_core::{AbortReason, Action, Outcome, Sample, Steering, YawModel};
 use seatrial_dev::{program, text, unwrapped};
 use seatrial_logbook::{Logbook, NewCampaign, Recorder};

@@ -6,8 +6,7 @@ mod made_up_trial;
 use std::path::Path;
 use std::process::Output;
 
-use seatrial::Campaign;
-use seatrial::Step;
+use seatrial::{Campaign, Step};
 use seatrial_core::{AbortReason, Action, Outcome, Steering};
 use seatrial_dev::{run_in, text};
 use seatrial_logbook::{Logbook, NewCampaign, Recorder};

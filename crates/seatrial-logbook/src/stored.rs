@@ -7,10 +7,9 @@ use serde::{Deserialize, Serialize};
 use super::CampaignId;
 use super::damage::Damage;
 use super::row::{Exact, from_json, json_column, stage, step_of};
-use seatrial::Step;
 use seatrial::campaign::{FullRudder, Run, StageSpan};
 use seatrial::identification::{Identification, Reason, ReasonCode, TracePoint, Verdict};
-use seatrial::record::Window;
+use seatrial::{Step, Window};
 
 /// How far a campaign came.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

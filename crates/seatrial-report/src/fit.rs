@@ -13,7 +13,7 @@ use seatrial::campaign::Stage;
 use seatrial::identification::Identification;
 use seatrial::identify::simulated;
 use seatrial::identify::validation::simulated_by;
-use seatrial::record::{Record, Window};
+use seatrial::{Record, Window};
 
 /// Measured and simulated heading of one sample, rad, unwrapped.
 #[derive(Clone, Copy, Debug, PartialEq)]

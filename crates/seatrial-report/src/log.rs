@@ -4,9 +4,9 @@ use super::log_model::LogModel;
 use super::number::percent;
 use super::source::Source;
 use super::{Fact, Page, RunSection, headline, reasons, recorded, run_figures_of, tables};
+use seatrial::Record;
 use seatrial::campaign::{Stage, StageSpan};
 use seatrial::identification::{Identification, Verdict};
-use seatrial::record::Record;
 use seatrial_core::Axis;
 
 /// A record with its models, and what to call it.

@@ -6,7 +6,7 @@ use super::Fact;
 use super::number::{MISSING, decimals, percent, significant, spoken};
 use seatrial::campaign::{Campaign, Stage};
 use seatrial::identification::Identification;
-use seatrial::record::{Record, Window};
+use seatrial::{Record, Window};
 use seatrial_core::{Envelope, Excitation, Manoeuvre, Plan};
 
 /// How an identification was made.

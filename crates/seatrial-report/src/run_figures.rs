@@ -9,10 +9,10 @@ use super::curves::{degrees, present, series, unwrapped, yaw_rate};
 use super::number::{decimals, rudder_unit};
 use super::plan_view::{PlanView, Room};
 use super::source::{Source, stage_name};
+use seatrial::Window;
 use seatrial::campaign::Stage;
 use seatrial::identification::Identification;
 use seatrial::log::Manoeuvre;
-use seatrial::record::Window;
 
 /// Heading, rudder, rate and what else was measured, with the stages shaded (Figs. 5 and 7).
 pub(super) fn manoeuvre(source: &Source) -> Option<Figure> {

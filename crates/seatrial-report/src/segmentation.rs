@@ -9,9 +9,9 @@ use super::headline::{Headline, Tone};
 use super::number::{decimals, decimals_or_missing};
 use super::tables::{Table, columns};
 use super::{Fact, Figure, Page, RunSection};
+use seatrial::Record;
 use seatrial::identify::Proposal;
-use seatrial::record::Record;
-use seatrial::segmentation::{Kind, Segment};
+use seatrial::log::segmentation::{Kind, Segment};
 
 /// A log and what was found in it.
 #[derive(Clone, Copy, Debug)]

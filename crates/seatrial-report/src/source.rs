@@ -2,7 +2,7 @@
 
 use seatrial::campaign::{Stage, StageSpan};
 use seatrial::identification::Identification;
-use seatrial::record::{Record, Window};
+use seatrial::{Record, Window};
 use seatrial_core::Axis;
 
 use super::number::sentence_start;

@@ -11,8 +11,9 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use seatrial::identification::interval_95;
 use seatrial::identify::{IdentifySettings, ValidationData, identify};
-use seatrial::{COURSE_CHANGE_RAD, CourseChange, GainAllowance};
-use seatrial::{Identification, Record, Sample, Window};
+use seatrial::{
+    COURSE_CHANGE_RAD, CourseChange, GainAllowance, Identification, Record, Sample, Window,
+};
 use seatrial_core::YawModel;
 
 /// Yaw, sway and surge of a vehicle, its gear, and its sensors.

@@ -6,10 +6,9 @@
 use std::error::Error;
 use std::path::Path;
 
-use seatrial::GainAllowance;
 use seatrial::identification::Validation;
 use seatrial::identify::{IdentifySettings, ValidationData, identify};
-use seatrial::{Record, Window};
+use seatrial::{GainAllowance, Record, Window};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let logs: Vec<String> = std::env::args().skip(1).collect();

@@ -57,7 +57,7 @@
 //! | one model from one or several manoeuvres | [`identify`](mod@identify) |
 //! | every method on the same record | [`compare`] |
 //! | what several speeds or turn rates of one hull tell together | [`speeds`] |
-//! | manoeuvres in a long log | [`segmentation`] |
+//! | manoeuvres in a long log | [`log::segmentation`] |
 //! | what a trial will tell before it is run | [`preview`] |
 //! | whether a vehicle has changed since | [`health`] |
 //! | gains and limits for an autopilot | [`export`] |
@@ -95,11 +95,11 @@ mod plain_text;
 mod plausibility;
 pub mod preview;
 mod propagation;
-pub mod record;
+mod record;
 mod record_series;
 mod savitzky_golay;
-pub mod segmentation;
-pub mod servo;
+mod segmentation;
+mod servo;
 mod several_speeds;
 pub mod ship_manoeuvres;
 mod stated_units;
@@ -114,9 +114,16 @@ pub mod log {
     pub use crate::legs::{LegSplit, split_by_legs};
     pub use crate::manoeuvre::{Manoeuvre, Stroke};
     pub use crate::plausibility::{heading_later_s, leave_out_unsound};
+    pub use crate::record::{RudderUnit, duration_s, median_interval_s, rudder_text};
     pub use crate::savitzky_golay::{NoDerivative, SavitzkyGolay};
+    pub use crate::servo::{InvalidServo, Servo};
     pub use crate::stated_units::{ColumnUnit, HeadingJumps, Origin, StatedUnits};
     pub use crate::time_scale::{ChosenLambda, LambdaLimit, LambdaReason, TimeScale};
+
+    /// Manoeuvres in a long log.
+    pub mod segmentation {
+        pub use crate::segmentation::{Kind, Segment, find, find_in_each};
+    }
 }
 
 /// What the models of several speeds, or of several turn rates, tell together.

@@ -9,7 +9,7 @@ use seatrial::Record;
 use seatrial::identify::propose;
 use seatrial::identify::whole_record::robust_estimate_behind;
 use seatrial::identify::{IdentifySettings, ValidationData, identify_joined};
-use seatrial::segmentation::find;
+use seatrial::log::segmentation::find;
 use seatrial::speeds::{Finding, OverAmplitude, SeenModel, yaw_rate_amplitude_rad_s};
 use seatrial_core::Sample;
 use seatrial_dev::data;

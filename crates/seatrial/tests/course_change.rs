@@ -2,8 +2,7 @@
 
 use seatrial::gain_allowance::DAMPING_RATIO;
 use seatrial::identify::{IdentifySettings, identify};
-use seatrial::{COURSE_CHANGE_RAD, CourseChange};
-use seatrial::{GainAllowance, Window};
+use seatrial::{COURSE_CHANGE_RAD, CourseChange, GainAllowance, Window};
 use seatrial_core::model::YawState;
 use seatrial_core::{HeadingGain, YawModel};
 

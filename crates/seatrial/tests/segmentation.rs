@@ -8,7 +8,7 @@ use seatrial::identification::Outcome;
 use seatrial::identify::identify_joined;
 use seatrial::identify::propose;
 use seatrial::identify::{IdentifySettings, ValidationData};
-use seatrial::segmentation::{Kind, Segment, find};
+use seatrial::log::segmentation::{Kind, Segment, find};
 use seatrial_core::{Action, Sample, Steering, Vehicle};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 

@@ -4,18 +4,14 @@ use seatrial_core::estimator::{Estimator, EstimatorSettings};
 use seatrial_core::progress::RunResult;
 use seatrial_core::{Axis, Outcome, Real, Sample, Stage, Trial};
 
-use seatrial::Step;
 use seatrial::campaign::{Run, StageSpan};
 use seatrial::identification::{
     Convergence, LeastSquares, Online, Reason, ReasonCode, Refined, Settings, TracePoint, Verdict,
 };
 use seatrial::identify::online::{self, Pass, Segment};
 use seatrial::identify::{IdentifyError, ValidationData, assess, validation_estimate};
-use seatrial::log::LambdaReason;
-use seatrial::pitch;
-use seatrial::record::{Record, Window};
-use seatrial::servo::Servo;
-use seatrial::verdict;
+use seatrial::log::{LambdaReason, Servo};
+use seatrial::{Record, Step, Window, pitch, verdict};
 
 use crate::TrialPlan;
 

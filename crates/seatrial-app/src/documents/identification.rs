@@ -1,12 +1,11 @@
 //! `identify --json`.
 
-use seatrial::CourseChange;
-use seatrial::Window;
 use seatrial::identification::{
     HigherOrder, LagEffect, Online, Reader, Refined, RejectedSamples, Restoring, Settings,
     ValidRange, Validation, Verdict,
 };
 use seatrial::speeds::SpeedLaw;
+use seatrial::{CourseChange, Window};
 use seatrial_core::Nomoto;
 use seatrial_core::heading_loop::LoopTiming;
 use serde::{Deserialize, Serialize};

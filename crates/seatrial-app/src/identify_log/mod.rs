@@ -9,10 +9,9 @@ use seatrial::identification::{Reason, ReasonCode, Verdict};
 use seatrial::identify::Proposal;
 use seatrial::identify::mission::is_ordinary_steering;
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, identify};
-use seatrial::pitch;
-use seatrial::servo::Servo;
+use seatrial::log::Servo;
 use seatrial::speeds::SpeedLaw;
-use seatrial::{Identification, Window};
+use seatrial::{Identification, Window, pitch};
 use seatrial_core::Axis;
 use seatrial_logs::Quantity;
 

@@ -4,7 +4,7 @@ use seatrial::identification::{Identification, Outcome, Reason, ReasonCode, Refi
 use seatrial::identify::joined::Joined;
 use seatrial::identify::{ExaminedRecord, IdentifyError, IdentifySettings, ValidationData};
 use seatrial::identify::{Proposal, propose};
-use seatrial::segmentation::find;
+use seatrial::log::segmentation::find;
 use seatrial::speeds::{Part, missing, remarks, whole};
 use seatrial::speeds::{SpeedLaw, share};
 use seatrial::speeds::{SpeedResult, contradictions};

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use seatrial::identify::{Proposal, ValidationData, propose};
-use seatrial::segmentation::find_in_each;
+use seatrial::log::segmentation::find_in_each;
 use seatrial::{Record, Window};
 use serde::{Deserialize, Serialize};
 

@@ -10,8 +10,7 @@ mod stated_units;
 use std::path::{Path, PathBuf};
 
 use seatrial::identify::Proposal;
-use seatrial::log::leave_out_unsound;
-use seatrial::servo::Servo;
+use seatrial::log::{Servo, leave_out_unsound};
 use seatrial::{Record, Window};
 use seatrial_core::{Axis, RudderUnit, Sample};
 use seatrial_logs::{

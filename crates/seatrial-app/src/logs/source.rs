@@ -1,7 +1,7 @@
 //! What documents say of a log that was read.
 
 use seatrial::identification::Reader;
-use seatrial::servo::Servo;
+use seatrial::log::Servo;
 use seatrial_core::RudderUnit;
 use seatrial_logs::{Counts, LogDescription};
 use serde::{Deserialize, Serialize};

@@ -5,8 +5,7 @@ use std::path::Path;
 use seatrial::identification::{
     EstimateMethod, GainVehicle, ReasonCode, ValidRange, covariance_of_intervals,
 };
-use seatrial::record::Window;
-use seatrial::{CourseChange, FullRudder, GainAllowance};
+use seatrial::{CourseChange, FullRudder, GainAllowance, Window};
 use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::{Nomoto, RudderUnit, SchedulePoint, YawModel};
 use serde::Deserialize;

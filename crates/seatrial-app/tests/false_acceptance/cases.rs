@@ -9,8 +9,8 @@ use seatrial::identification::Verdict;
 use seatrial::identify::{
     IdentifySettings, ValidationData, identify, validation, validation_estimate,
 };
-use seatrial::record::{Record, Window};
 use seatrial::verdict::judge_validation;
+use seatrial::{Record, Window};
 use seatrial_app::conduct::{Unwatched, conduct};
 use seatrial_core::{Action, List, Plan, Sample, Stage, Steering, Vehicle, YawModel};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};

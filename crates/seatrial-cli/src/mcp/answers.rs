@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use seatrial::identification::Outcome;
-use seatrial::servo::Servo;
+use seatrial::log::Servo;
 use seatrial_app::assist::{ReportedLog, ReportedReason, ReportedTrial, ReportedVerdict};
 use seatrial_app::compare_log::compare_log;
 use seatrial_app::health::{Comparison, Criteria, change, reference};

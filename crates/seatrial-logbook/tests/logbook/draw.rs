@@ -1,13 +1,12 @@
 //! Steps and runs filled with arbitrary numbers.
 
-use seatrial::Step;
 use seatrial::campaign::{Run, Stage, StageSpan};
 use seatrial::identification::{
     Convergence, EstimateMethod, Identification, Intervals, LeastSquares, Online, Reason,
     ReasonCode, Refined, RejectedSamples, Settings, TracePoint, ValidRange, Validation, Verdict,
 };
 use seatrial::log::LambdaReason;
-use seatrial::record::Window;
+use seatrial::{Step, Window};
 use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::state_variable_filter::Hold;
 use seatrial_core::{AbortReason, Action, Outcome, Sample, Steering, YawModel};

@@ -5,12 +5,12 @@ use seatrial::log::LambdaReason;
 use seatrial_core::state_variable_filter::Hold;
 use std::collections::BTreeMap;
 
+use seatrial::Window;
 use seatrial::campaign::{Campaign, Run, Stage, StageSpan};
 use seatrial::identification::{
     Convergence, EstimateMethod, Identification, Intervals, LeastSquares, Online, Reason,
     ReasonCode, Refined, RejectedSamples, Settings, TracePoint, Validation, Verdict,
 };
-use seatrial::record::Window;
 use seatrial_core::model::YawState;
 use seatrial_core::{Outcome, Real, Sample, YawModel};
 
