@@ -6,7 +6,7 @@ mod simulated_log;
 use std::error::Error;
 use std::path::PathBuf;
 
-use seatrial::export::VehicleType;
+use seatrial::gains::export::VehicleType;
 use seatrial_app::gains::Wanted;
 use seatrial_app::gains_export::{Format, GainsFile};
 use seatrial_app::models::Models;

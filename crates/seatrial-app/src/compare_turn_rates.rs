@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use seatrial::campaign::speeds::{Bounded, OverAmplitude, SeenModel, seen_amplitude_rad_s};
 use seatrial::identification::{Outcome, Verdict};
-use seatrial::speeds::{Bounded, OverAmplitude, SeenModel, seen_amplitude_rad_s};
 use seatrial::{Identification, Sample, Window};
 use seatrial_core::{Nomoto, RudderUnit};
 use serde::Serialize;

@@ -1,6 +1,6 @@
 //! What is believed of a vehicle before its trial: a simulated one, or models that are known of it.
 
-use seatrial::gain_allowance::DAMPING_RATIO;
+use seatrial::gains::DAMPING_RATIO;
 use seatrial::identify::cramer_rao::Noise;
 use seatrial::preview::{Prior, PriorSpeed};
 use seatrial_core::schedule::{Beyond, ScheduleKey};

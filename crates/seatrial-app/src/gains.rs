@@ -13,8 +13,8 @@
 //! # Ok::<(), seatrial_app::Error>(())
 //! ```
 
-use seatrial::export::{OperatingPoint, Schedule};
-use seatrial::gain_allowance::{DAMPING_RATIO, least_damped_schedule, longest};
+use seatrial::gains::export::{OperatingPoint, Schedule};
+use seatrial::gains::{DAMPING_RATIO, least_damped_schedule, longest};
 use seatrial::{CourseChange, GainAllowance};
 use seatrial_core::RudderUnit;
 use seatrial_core::heading_loop::{LoopTiming, Poles};

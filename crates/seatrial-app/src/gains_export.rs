@@ -3,7 +3,7 @@
 //! ```no_run
 //! use std::path::Path;
 //!
-//! use seatrial::export::VehicleType;
+//! use seatrial::gains::export::VehicleType;
 //! use seatrial_app::gains::Wanted;
 //! use seatrial_app::gains_export::{Format, GainsFile};
 //! use seatrial_app::models::Models;
@@ -21,7 +21,7 @@
 //! # Ok::<(), seatrial_app::Error>(())
 //! ```
 
-use seatrial::export::{OperatingPoint, VehicleType, ardupilot, px4};
+use seatrial::gains::export::{OperatingPoint, VehicleType, ardupilot, px4};
 use seatrial_core::RudderUnit;
 
 use crate::Error;

@@ -18,7 +18,7 @@
 //! # Ok::<(), seatrial_app::Error>(())
 //! ```
 
-use seatrial::export::VehicleType;
+use seatrial::gains::export::VehicleType;
 use seatrial::identification::Reader;
 use seatrial_core::RudderUnit;
 use seatrial_core::schedule::ScheduleKey;

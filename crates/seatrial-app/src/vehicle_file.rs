@@ -1,6 +1,6 @@
 //! The vehicle file of models: what a simulator, planner or controller needs, with what nobody measured named.
 
-use seatrial::gain_allowance::longest;
+use seatrial::gains::longest;
 use seatrial_core::RudderUnit;
 use seatrial_sim::IdentifiedVehicle;
 use seatrial_sim::identified::{FoundNoise, IdentifiedSpeed, Provenance, Rudder, SCHEMA, SurgeLaw};

@@ -4,7 +4,7 @@ mod own;
 
 use std::path::PathBuf;
 
-use seatrial::commission::Range;
+use seatrial::gains::commission::Range;
 use seatrial::words::three_figures;
 use seatrial_app::commission::{
     Commissioned, Ending, GainsVehicle, Order, Proposal, Request, check_step, conduct, models_for,

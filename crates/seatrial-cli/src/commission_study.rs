@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use seatrial::commission::study::{CLASSES_S, Method, boat_of};
+use seatrial::gains::commission::study::{CLASSES_S, Method, boat_of};
 use seatrial_app::studies::commission::{Class, Commissions, boats_of_all, commission_boats};
 use seatrial_sim::VehicleConfig;
 use seatrial_sim::plant::{Disturbance, Servo, SpeedPoint};

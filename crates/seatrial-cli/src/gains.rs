@@ -4,7 +4,7 @@ mod export;
 
 use std::path::Path;
 
-use seatrial::gain_allowance::DAMPING_RATIO;
+use seatrial::gains::DAMPING_RATIO;
 use seatrial::verdict::three_figures;
 use seatrial_app::gains::{HeadingGains, InterpolatedGain, LoopFigures, Wanted};
 use seatrial_app::gains_export::check_usable;

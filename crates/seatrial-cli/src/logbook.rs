@@ -7,9 +7,9 @@ use std::path::PathBuf;
 
 use clap::Subcommand;
 use seatrial::Step;
+use seatrial::campaign::speeds::{Difference, ThrustDifference};
 use seatrial::campaign::{Campaign, Run};
 use seatrial::identification::Verdict;
-use seatrial::speeds::{Difference, ThrustDifference};
 use seatrial::words::with_decimals;
 use seatrial_app::models::{campaign_named, campaign_numbered};
 use seatrial_app::next;

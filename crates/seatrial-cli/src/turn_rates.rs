@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use seatrial::speeds::Bounded;
+use seatrial::campaign::speeds::Bounded;
 use seatrial::words::{bounds_text, three_figures};
 use seatrial_app::compare_turn_rates::{LogModel, TurnRates};
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::channel;
 
-use seatrial::commission::{Foreseen, Range, Response};
+use seatrial::gains::commission::{Foreseen, Range, Response};
 use seatrial::identification::Reader;
 use seatrial_app::advice::addressed;
 use seatrial_app::commission::{

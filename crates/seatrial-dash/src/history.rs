@@ -1,9 +1,11 @@
 //! Campaigns of the logbook: runs, comparisons, schedules, files.
 
-use seatrial::gain_allowance::DAMPING_RATIO;
+use seatrial::campaign::speeds::{
+    Difference as ModelDifference, ParameterDifference, ThrustDifference,
+};
+use seatrial::gains::DAMPING_RATIO;
 use seatrial::health::{HealthSettings, Reference, SpeedModel, compare};
 use seatrial::identification::Reader;
-use seatrial::speeds::{Difference as ModelDifference, ParameterDifference, ThrustDifference};
 use seatrial::{Campaign, Run};
 use seatrial_app::Error;
 use seatrial_app::advice::addressed;

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use seatrial::export::VehicleType;
+use seatrial::gains::export::VehicleType;
 use seatrial::identification::Reader;
 use seatrial_app::advice;
 use seatrial_app::gains::Wanted;

@@ -12,7 +12,7 @@ use super::chart::{Chart, Layer, Panel};
 use super::number::percent;
 use super::speed_figures::{Speed, gain_interval, points};
 use seatrial::field::{Control, HeadingStepRun, HeadingStepSample, HeadingSteps};
-use seatrial::gain_allowance::{DAMPING_RATIO, least_damped_schedule};
+use seatrial::gains::{DAMPING_RATIO, least_damped_schedule};
 
 /// A speed with its gain and its thrust in per cent.
 type Designed<'a> = (&'a Speed<'a>, HeadingGain<f64>, f64);

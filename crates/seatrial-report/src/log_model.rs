@@ -2,9 +2,8 @@
 
 use seatrial::CourseChange;
 use seatrial::campaign::{Campaign, Run};
-use seatrial::gain_allowance::{DAMPING_RATIO, GainAllowance};
+use seatrial::gains::{DAMPING_RATIO, GainAllowance, SpeedGain, falls};
 use seatrial::identification::{Identification, Outcome, Verdict};
-use seatrial::speeds::{SpeedGain, falls};
 use seatrial_core::{HeadingGain, NoGain};
 
 /// A model of one speed of a log or of a trial.

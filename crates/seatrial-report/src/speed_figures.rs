@@ -10,7 +10,7 @@ use super::axis::extent;
 use super::chart::{Chart, Layer, Panel, Span};
 use super::number::{percent, significant};
 use seatrial::campaign::{Campaign, Run};
-use seatrial::gain_allowance::{DAMPING_RATIO, GainAllowance};
+use seatrial::gains::{DAMPING_RATIO, GainAllowance};
 use seatrial::identification::{Identification, TracePoint, interval_95};
 
 /// An accepted run with its model and gain.

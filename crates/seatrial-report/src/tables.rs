@@ -11,7 +11,7 @@ use super::number::{
 };
 use super::speed_figures::{Speed, gain_interval};
 use seatrial::campaign::{Campaign, Run, Stage};
-use seatrial::gain_allowance::DAMPING_RATIO;
+use seatrial::gains::DAMPING_RATIO;
 use seatrial::identification::{Identification, Intervals, Outcome, Verdict, interval_95};
 use seatrial::identify::simplex;
 use seatrial::identify::validation::goodness_of_fit;

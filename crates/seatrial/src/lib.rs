@@ -56,32 +56,26 @@
 //! |---|---|
 //! | one model from one or several manoeuvres | [`identify`](mod@identify) |
 //! | every method on the same record | [`compare`] |
-//! | what several speeds or turn rates of one hull tell together | [`speeds`] |
+//! | what several speeds or turn rates of one hull tell together | [`campaign::speeds`] |
 //! | manoeuvres in a long log | [`log::segmentation`] |
 //! | what a trial will tell before it is run | [`preview`] |
 //! | whether a vehicle has changed since | [`health`] |
-//! | gains and limits for an autopilot | [`export`] |
+//! | gains and limits for an autopilot | [`gains`] |
 //!
 //! Everything here may need a heap and the whole record. It starts no thread, opens no file and writes no page. What runs on
 //! the vehicle is in [`seatrial_core`].
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
-mod abort_cause;
-mod amplitude;
 pub mod campaign;
-mod campaign_check;
 mod chi_squared;
 mod circle_fit;
-pub mod commission;
 pub mod compare;
 mod course_change;
-mod difference;
 mod draw;
-pub mod export;
 pub mod field;
 mod figures;
-pub mod gain_allowance;
-mod gain_fall;
+mod gain_allowance;
+pub mod gains;
 mod heading_step;
 pub mod health;
 pub mod identification;
@@ -89,7 +83,6 @@ pub mod identify;
 mod legs;
 pub mod likelihood;
 mod manoeuvre;
-mod over_speed;
 pub mod pitch;
 mod plain_text;
 mod plausibility;
@@ -100,7 +93,6 @@ mod record_series;
 mod savitzky_golay;
 mod segmentation;
 mod servo;
-mod several_speeds;
 pub mod ship_manoeuvres;
 mod stated_units;
 mod step;
@@ -124,16 +116,6 @@ pub mod log {
     pub mod segmentation {
         pub use crate::segmentation::{Kind, Segment, find, find_in_each};
     }
-}
-
-/// What the models of several speeds, or of several turn rates, tell together.
-pub mod speeds {
-    pub use crate::amplitude::*;
-    pub use crate::campaign_check::{SpeedResult, contradictions};
-    pub use crate::difference::{Difference, ParameterDifference, ThrustDifference};
-    pub use crate::gain_fall::{SpeedGain, falls};
-    pub use crate::over_speed::{OverSpeed, SpeedEstimate, SpeedLaw, over_speed, share};
-    pub use crate::several_speeds::{Part, missing, remarks, whole};
 }
 
 /// Numbers and the text of others as people read them.

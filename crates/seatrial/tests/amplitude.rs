@@ -6,11 +6,11 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use seatrial::Record;
+use seatrial::campaign::speeds::{Finding, OverAmplitude, SeenModel, yaw_rate_amplitude_rad_s};
 use seatrial::identify::propose;
 use seatrial::identify::whole_record::robust_estimate_behind;
 use seatrial::identify::{IdentifySettings, ValidationData, identify_joined};
 use seatrial::log::segmentation::find;
-use seatrial::speeds::{Finding, OverAmplitude, SeenModel, yaw_rate_amplitude_rad_s};
 use seatrial_core::Sample;
 use seatrial_dev::data;
 

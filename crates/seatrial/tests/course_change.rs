@@ -1,6 +1,6 @@
 //! Is the overshoot that is promised the one that the vehicle has?
 
-use seatrial::gain_allowance::DAMPING_RATIO;
+use seatrial::gains::DAMPING_RATIO;
 use seatrial::identify::{IdentifySettings, identify};
 use seatrial::{COURSE_CHANGE_RAD, CourseChange, GainAllowance, Window};
 use seatrial_core::model::YawState;

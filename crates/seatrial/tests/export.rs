@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::process::Command;
 
 use seatrial::GainAllowance;
-use seatrial::export::{OperatingPoint, Schedule, VehicleType, ardupilot, px4};
+use seatrial::gains::export::{OperatingPoint, Schedule, VehicleType, ardupilot, px4};
 use seatrial_core::{SchedulePoint, YawModel};
 use yaml_rust2::{Yaml, YamlLoader};
 
@@ -41,7 +41,7 @@ fn for_nothing(models: &[SchedulePoint<f64>]) -> Vec<(SchedulePoint<f64>, GainAl
         .collect()
 }
 
-fn named(parameters: Vec<seatrial::export::Parameter>) -> BTreeMap<&'static str, f64> {
+fn named(parameters: Vec<seatrial::gains::export::Parameter>) -> BTreeMap<&'static str, f64> {
     parameters.into_iter().map(|p| (p.name, p.value)).collect()
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use seatrial::commission::{
+use seatrial::gains::commission::{
     Evidence, Foreseen, Judged, Judgement, MOST_REPEATS, ModelCheck, Response, Stage, StepInstant,
     StepTest, check_model, foresee, judge_repeats,
 };

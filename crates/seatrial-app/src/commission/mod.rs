@@ -14,7 +14,7 @@ mod proposal;
 mod reached;
 mod step_run;
 
-use seatrial::commission::{Against, Foreseen, ModelCheck, Response};
+use seatrial::gains::commission::{Against, Foreseen, ModelCheck, Response};
 use seatrial_core::{AbortReason, CascadeSettings, Sample, SchedulePoint};
 use serde::Serialize;
 

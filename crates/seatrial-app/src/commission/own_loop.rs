@@ -9,8 +9,8 @@
 
 use std::sync::atomic::AtomicBool;
 
-use seatrial::commission::{Evidence, NoProposal, StepTest, foresee};
-use seatrial::gain_allowance::{DAMPING_RATIO, least_damped_schedule};
+use seatrial::gains::commission::{Evidence, NoProposal, StepTest, foresee};
+use seatrial::gains::{DAMPING_RATIO, least_damped_schedule};
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 use seatrial_core::{
     AbortReason, Action, CascadeSettings, Envelope, GainSchedule, HeadingGain, Outcome, Real,

@@ -1,6 +1,6 @@
 //! What is proposed for a vehicle, from one of its models.
 
-use seatrial::commission::{
+use seatrial::gains::commission::{
     Evidence, Foreseen, MOST_REPEATS, NoProposal, StepTest, foresee, propose as designed,
 };
 use seatrial_core::{CascadeSettings, SchedulePoint, YawModel};

@@ -1,6 +1,6 @@
 //! A step away and a step back, sample by sample, without input and output.
 
-use seatrial::commission::{StepInstant, StepTest, learning_s};
+use seatrial::gains::commission::{StepInstant, StepTest, learning_s};
 use seatrial_core::envelope::EnvelopeWatch;
 use seatrial_core::{AbortReason, CascadeSettings, Envelope, Real, Sample};
 

@@ -1,10 +1,10 @@
 //! `identify --json`.
 
+use seatrial::campaign::speeds::SpeedLaw;
 use seatrial::identification::{
     HigherOrder, LagEffect, Online, Reader, Refined, RejectedSamples, Restoring, Settings,
     ValidRange, Validation, Verdict,
 };
-use seatrial::speeds::SpeedLaw;
 use seatrial::{CourseChange, Window};
 use seatrial_core::Nomoto;
 use seatrial_core::heading_loop::LoopTiming;

@@ -5,12 +5,12 @@ mod windows;
 
 use std::path::{Path, PathBuf};
 
+use seatrial::campaign::speeds::SpeedLaw;
 use seatrial::identification::{Reason, ReasonCode, Verdict};
 use seatrial::identify::Proposal;
 use seatrial::identify::mission::is_ordinary_steering;
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, identify};
 use seatrial::log::Servo;
-use seatrial::speeds::SpeedLaw;
 use seatrial::{Identification, Window, pitch};
 use seatrial_core::Axis;
 use seatrial_logs::Quantity;

@@ -1,13 +1,13 @@
 //! The models of a long log: one for each speed at which manoeuvres were found in it.
 
+use seatrial::campaign::speeds::{
+    Part, SpeedLaw, SpeedResult, contradictions, missing, remarks, share, whole,
+};
 use seatrial::identification::{Identification, Outcome, Reason, ReasonCode, Refined, Verdict};
 use seatrial::identify::joined::Joined;
 use seatrial::identify::{ExaminedRecord, IdentifyError, IdentifySettings, ValidationData};
 use seatrial::identify::{Proposal, propose};
 use seatrial::log::segmentation::find;
-use seatrial::speeds::{Part, missing, remarks, whole};
-use seatrial::speeds::{SpeedLaw, share};
-use seatrial::speeds::{SpeedResult, contradictions};
 use serde::{Deserialize, Serialize};
 
 use super::no_model;

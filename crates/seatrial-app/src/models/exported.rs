@@ -1,7 +1,7 @@
 //! What of models goes into the file of a controller.
 
 use seatrial::GainAllowance;
-use seatrial::export::{OperatingPoint, Schedule};
+use seatrial::gains::export::{OperatingPoint, Schedule};
 use seatrial_core::{RudderUnit, SchedulePoint};
 
 use super::{ModelPoint, Models};

@@ -14,10 +14,10 @@ mod stated;
 
 use std::path::Path;
 
-use seatrial::identification::{ValidRange, interval_95};
-use seatrial::surge_estimate::SurgeModel;
 #[cfg(feature = "trials")]
 use seatrial::Campaign;
+use seatrial::identification::{ValidRange, interval_95};
+use seatrial::surge_estimate::SurgeModel;
 use seatrial::{CourseChange, FullRudder, GainAllowance};
 use seatrial_core::schedule::ScheduleKey;
 use seatrial_core::{RudderUnit, SchedulePoint, SpeedSchedule, YawModel};

@@ -1,7 +1,7 @@
 //! Commissions of many simulated boats, beside the autopilot's defaults and QuickTune's rule.
 
-use seatrial::commission::Response;
-use seatrial::commission::study::{CLASSES_S, Commissioning, Method, commission_one};
+use seatrial::gains::commission::Response;
+use seatrial::gains::commission::study::{CLASSES_S, Commissioning, Method, commission_one};
 use serde::Serialize;
 
 use crate::workers::Workers;

@@ -1,6 +1,6 @@
 //! What a path follower has to know: radius, rate, lookahead and waypoint radius of each speed, with bounds.
 
-use seatrial::gain_allowance::DAMPING_RATIO;
+use seatrial::gains::DAMPING_RATIO;
 use std::fmt::Write as _;
 
 use seatrial::identification::interval_95;

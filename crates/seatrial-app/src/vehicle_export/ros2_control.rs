@@ -21,7 +21,7 @@
 
 use std::fmt::Write as _;
 
-use seatrial::gain_allowance::DAMPING_RATIO;
+use seatrial::gains::DAMPING_RATIO;
 use seatrial::identification::interval_95;
 use seatrial::words::three_figures;
 use seatrial_core::heading_loop::LoopTiming;

@@ -50,8 +50,8 @@ pub fn write(format: Format, args: &Args, source: &Models, output: &Output) -> R
         ));
     }
     let vehicle = match args.vehicle_type {
-        VehicleType::Surface => seatrial::export::VehicleType::Surface,
-        VehicleType::Underwater => seatrial::export::VehicleType::Underwater,
+        VehicleType::Surface => seatrial::gains::export::VehicleType::Surface,
+        VehicleType::Underwater => seatrial::gains::export::VehicleType::Underwater,
     };
     let wanted = args.wanted();
     let file = GainsFile::new(format.form(), &wanted, source, vehicle, args.rehearsal)?;

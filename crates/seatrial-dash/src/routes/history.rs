@@ -5,7 +5,7 @@ use std::sync::Arc;
 use axum::extract::State;
 use axum::response::Response;
 use axum::{Extension, Json};
-use seatrial::gain_allowance::DAMPING_RATIO;
+use seatrial::gains::DAMPING_RATIO;
 use seatrial_core::Stage;
 use seatrial_logbook::CampaignId;
 use serde::{Deserialize, Serialize};

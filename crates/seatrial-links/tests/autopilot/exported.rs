@@ -1,7 +1,7 @@
 //! Parameters that a trial gives back to its autopilot.
 
 use seatrial::campaign::{Campaign, FullRudder};
-use seatrial::export::{Parameter, VehicleType, ardupilot, px4};
+use seatrial::gains::export::{Parameter, VehicleType, ardupilot, px4};
 use seatrial_app::conduct::conduct;
 use seatrial_app::models::{Models, Tuned};
 use seatrial_core::{Excitation, Plan};
@@ -46,7 +46,7 @@ fn models(full_rudder_deg: f64, plan: Plan<f64>) -> Models {
 
 fn parameters(
     models: &Models,
-    export: fn(&seatrial::export::OperatingPoint, VehicleType) -> Vec<Parameter>,
+    export: fn(&seatrial::gains::export::OperatingPoint, VehicleType) -> Vec<Parameter>,
     vehicle: VehicleType,
 ) -> Vec<Parameter> {
     let tuned = Tuned::from(models.points.last().unwrap());

@@ -1,6 +1,6 @@
 //! How commissions end on a healthy vehicle.
 
-use seatrial::commission::ModelCheck;
+use seatrial::gains::commission::ModelCheck;
 use seatrial_app::commission::Ending;
 use seatrial_core::YawModel;
 

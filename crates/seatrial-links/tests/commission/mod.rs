@@ -7,7 +7,7 @@ mod under_water;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
-use seatrial::commission::NoProposal;
+use seatrial::gains::commission::NoProposal;
 use seatrial_app::commission::{
     Commissioned, Control, Ending, GainedVehicle, Lost, Order, Proposal, conduct, propose,
 };

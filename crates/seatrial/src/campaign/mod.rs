@@ -1,17 +1,19 @@
 //! A campaign: every run of one trial with one configuration of the vehicle.
 
+mod abort_cause;
+pub mod speeds;
+
 use std::borrow::Cow;
 
 pub use seatrial_core::Stage;
 use seatrial_core::{Axis, Outcome, Plan, YawModel};
 use serde::{Deserialize, Serialize};
 
-use crate::abort_cause::{self, Evidence};
-use crate::campaign_check::{SpeedResult, contradictions, load_change};
 use crate::identification::{EstimateMethod, Identification, Reason, ReasonCode, Verdict};
 use crate::record::{Record, Window};
 use crate::servo::Servo;
-use crate::several_speeds::{self, Part};
+use abort_cause::Evidence;
+use speeds::{Part, SpeedResult, contradictions, load_change, missing, whole};
 
 /// In what the speeds of a campaign are told.
 const UNIT: &str = "% thrust";
@@ -165,7 +167,7 @@ impl Campaign {
             .zip(&names)
             .map(|(verdict, name)| Part { name, verdict })
             .collect();
-        several_speeds::whole(&parts, UNIT, reasons)
+        whole(&parts, UNIT, reasons)
     }
 
     /// Why runs are not judged in the campaign as by themselves: `whole`, the verdict of the campaign, refuses them, or knows the lag of the
@@ -285,7 +287,7 @@ impl Campaign {
                 verdict: &run.verdict,
             })
             .collect();
-        several_speeds::missing(&parts, UNIT)
+        missing(&parts, UNIT)
     }
 
     /// The run that decides about each thrust, in order of thrust: the last accepted one, else the last one.

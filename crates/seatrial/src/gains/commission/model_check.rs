@@ -133,7 +133,7 @@ fn without_line(series: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::commission::StepTest;
+    use crate::gains::commission::StepTest;
     use seatrial_core::{CascadeSettings, YawModel};
 
     fn steps(boat: &Boat) -> [Vec<StepInstant>; 2] {

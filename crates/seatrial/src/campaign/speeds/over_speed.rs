@@ -20,7 +20,7 @@
 //! Fossen (2011), section 7.2. Measured on 500 draws a case (`cargo test -p seatrial over_speed`): 94 to 98 % of the 95 % intervals hold.
 //!
 //! ```
-//! use seatrial::speeds::{SpeedEstimate, over_speed};
+//! use seatrial::campaign::speeds::{SpeedEstimate, over_speed};
 //!
 //! let estimate = |speed: f64, share: f64| {
 //!     let theta = [-(0.3 + 0.5 * speed), 0.4 * speed * speed, 0.0];

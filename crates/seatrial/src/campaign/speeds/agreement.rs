@@ -94,7 +94,7 @@ fn in_order<'a, 'b>(results: &'b [SpeedResult<'a>]) -> (Vec<(f64, &'b SpeedResul
 }
 
 /// What speaks for another load from one speed on: both parameters change by one factor beside what the speed explains.
-pub fn load_change(results: &[SpeedResult]) -> Option<Reason> {
+pub(crate) fn load_change(results: &[SpeedResult]) -> Option<Reason> {
     let (ordered, knows_thrust) = in_order(results);
     let speeds: Option<Vec<LogSpeed>> = ordered.iter().map(|(_, at)| LogSpeed::of(at)).collect();
     let speeds = speeds.filter(|speeds| speeds.len() >= 3)?;
