@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::time::Instant;
 
-use seatrial::compare::{Comparison, compare, split};
 use seatrial::identify::{IdentifySettings, ValidationData};
+use seatrial::study::{Comparison, compare, split};
 use seatrial::{Record, Window};
 use serde::Serialize;
 

@@ -1,8 +1,8 @@
 //! The field experiments of section VI on the STARFISH of six degrees of freedom.
 
 use seatrial::campaign::Campaign;
-use seatrial::field::Control;
-use seatrial::field::{Field, FieldSettings, SteeredSteps, UTurn};
+use seatrial::sea_trials::field::Control;
+use seatrial::sea_trials::field::{Field, FieldSettings, SteeredSteps, UTurn};
 use seatrial_app::conduct::{Unwatched, conduct};
 use seatrial_core::{List, Outcome, Plan};
 use seatrial_sim::six_dof::{remus100, starfish};

@@ -5,7 +5,7 @@ use std::convert::Infallible;
 use nalgebra::{Matrix3, Quaternion, Vector3};
 use seatrial::identification::{Outcome as ModelOutcome, ReasonCode};
 use seatrial::identify::{IdentifyError, ValidationData};
-use seatrial::pitch::{fit, identify};
+use seatrial::motions::pitch::{fit, identify};
 use seatrial::{Campaign, Identification, Record, Run, Window};
 use seatrial_app::trial_run::rehearse;
 use seatrial_core::progress::Stage;

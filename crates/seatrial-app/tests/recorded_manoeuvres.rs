@@ -1,6 +1,6 @@
 //! Pull-outs, spirals and stops read from records of simulated ships, against the ships' own parameters.
 
-use seatrial::ship_manoeuvres::{Kind, ShipManoeuvres};
+use seatrial::sea_trials::ship_manoeuvres::{Kind, ShipManoeuvres};
 use seatrial_app::ship_trials::{OwnError, Wanted, of_record, predicted};
 use seatrial_core::Sample;
 use seatrial_sim::IdentifiedVehicle;

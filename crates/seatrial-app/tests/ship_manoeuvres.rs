@@ -1,6 +1,6 @@
 //! The manoeuvres that are predicted from a vehicle's equations, against closed forms.
 
-use seatrial::ship_manoeuvres::Index;
+use seatrial::sea_trials::ship_manoeuvres::Index;
 use seatrial_app::ship_trials::{Wanted, predicted};
 use seatrial_app::vehicle_export::{Target, text};
 use seatrial_sim::IdentifiedVehicle;

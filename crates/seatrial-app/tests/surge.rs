@@ -1,7 +1,7 @@
 //! The surge model of a trial against the simulated vehicle, and what a schedule makes of it.
 
 use seatrial::Campaign;
-use seatrial::surge_estimate::SurgeModel;
+use seatrial::motions::surge::SurgeModel;
 use seatrial_app::conduct::{Unwatched, conduct};
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 use seatrial_core::{Plan, SchedulePoint, SpeedSchedule};

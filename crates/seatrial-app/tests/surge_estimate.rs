@@ -1,7 +1,7 @@
 //! The surge of a trial with intervals, against vehicles whose surge is known.
 
 use seatrial::Campaign;
-use seatrial::surge_estimate::SurgeEstimate;
+use seatrial::motions::surge::SurgeEstimate;
 use seatrial_app::conduct::{Unwatched, conduct};
 use seatrial_app::studies::surge::SurgeStudy;
 use seatrial_app::workers::Workers;
@@ -55,7 +55,7 @@ fn estimate(config: &SimulatedConfig, thrusts: &[f64]) -> SurgeEstimate {
 #[test]
 fn recover_the_surge_of_a_vehicle_file() {
     let surge = estimate(&boat().noise_free(), &[0.6, 0.8, 1.0]);
-    let is = |found: &seatrial::surge_estimate::Coefficient, expected: f64, within: f64| {
+    let is = |found: &seatrial::motions::surge::Coefficient, expected: f64, within: f64| {
         let value = found.value.unwrap();
         assert!(
             (value - expected).abs() < within,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use seatrial::compare::{Comparison, MethodResult};
+use seatrial::study::{Comparison, MethodResult};
 use seatrial::words::{r2_text, three_figures};
 use seatrial_app::compare_log::{ComparedLog, ComparisonDocument, compare_log};
 use seatrial_app::compare_turn_rates::compare_turn_rates;

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use seatrial::campaign::Campaign;
-use seatrial::field::Control;
-use seatrial::field::{Claim, Field, FieldSettings, Repeatability};
+use seatrial::sea_trials::field::Control;
+use seatrial::sea_trials::field::{Claim, Field, FieldSettings, Repeatability};
 use seatrial_app::simulated;
 use seatrial_app::trial_run::rehearse;
 use seatrial_core::{Outcome, Plan};

@@ -1,6 +1,6 @@
 //! `seatrial sim manoeuvres`: the standard manoeuvres of ship trials on a simulated vehicle.
 
-use seatrial::field::{SpiralPoint, StandardManoeuvres};
+use seatrial::sea_trials::field::{SpiralPoint, StandardManoeuvres};
 use seatrial_app::simulated;
 use seatrial_report as report;
 use serde::Serialize;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::builder::PossibleValue;
 use clap::{Args as ClapArgs, Subcommand, ValueEnum};
 use seatrial::Window;
-use seatrial::ship_manoeuvres::{Kind, ShipManoeuvres};
+use seatrial::sea_trials::ship_manoeuvres::{Kind, ShipManoeuvres};
 use seatrial::words::within;
 use seatrial_app::ship_trials::{DRAWS, OwnError, Wanted, of_record, predicted};
 use seatrial_report::render_ship_manoeuvres;

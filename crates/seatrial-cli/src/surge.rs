@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use seatrial::surge_estimate::{Coefficient, SurgeEstimate};
+use seatrial::motions::surge::{Coefficient, SurgeEstimate};
 use seatrial_app::models::{Purpose, chosen_campaign, undamaged};
 
 use crate::output::{Exit, Failure, Output, say};

@@ -11,8 +11,8 @@ use super::axis::extent;
 use super::chart::{Chart, Layer, Panel};
 use super::number::percent;
 use super::speed_figures::{Speed, gain_interval, points};
-use seatrial::field::{Control, HeadingStepRun, HeadingStepSample, HeadingSteps};
 use seatrial::gains::{DAMPING_RATIO, least_damped_schedule};
+use seatrial::sea_trials::field::{Control, HeadingStepRun, HeadingStepSample, HeadingSteps};
 
 /// A speed with its gain and its thrust in per cent.
 type Designed<'a> = (&'a Speed<'a>, HeadingGain<f64>, f64);

@@ -8,8 +8,8 @@ use super::plan_view::{PlanView, Room};
 use super::tables::{Cell, Table, columns};
 use super::{Figure, Page, recorded, speed_figures};
 use seatrial::campaign::Campaign;
-use seatrial::field::{Control, HeadingStepSample};
-use seatrial::field::{Field, SteeredSteps, UTurn};
+use seatrial::sea_trials::field::{Control, HeadingStepSample};
+use seatrial::sea_trials::field::{Field, SteeredSteps, UTurn};
 use seatrial_core::{HeadingGain, SchedulePoint};
 
 /// The page of the field experiments after a trial.
@@ -61,7 +61,7 @@ fn headline(field: &Field) -> Headline {
 }
 
 fn claims(field: &Field) -> Table {
-    let row = |claim: seatrial::field::Claim| {
+    let row = |claim: seatrial::sea_trials::field::Claim| {
         vec![
             Cell::words(claim.place.to_owned()),
             Cell::words(spoken(claim.claim)),
@@ -231,7 +231,7 @@ fn yaw_rate(field: &Field) -> Option<Figure> {
         .fold(0.0, f64::max);
     let panels = field.u_turns.iter().enumerate().map(|(k, turn)| {
         let name = |text: &'static str| if k == 0 { text } else { "" };
-        let line = |of: fn(&seatrial::field::YawRateSample) -> f64| {
+        let line = |of: fn(&seatrial::sea_trials::field::YawRateSample) -> f64| {
             let samples = turn.yaw_rate.iter();
             samples.map(|s| [s.time_s, of(s).to_degrees()]).collect()
         };
@@ -421,21 +421,22 @@ fn gains(field: &Field) -> Option<Figure> {
 fn repeats(field: &Field) -> Option<Figure> {
     let repeated = field.repeatability.as_ref()?;
     let number = |k: usize| (k + 1) as f64;
-    let panel =
-        |label: &'static str, mean: f64, of: fn(&seatrial::field::Repeat) -> (f64, [f64; 2])| {
-            let entries = || repeated.repeats.iter().map(of).enumerate();
-            let bars = entries().map(|(k, (_, [low, high]))| [number(k), low, high]);
-            let dots = entries().map(|(k, (value, _))| [number(k), value]);
-            Panel::linear(
-                label,
-                90.0,
-                vec![
-                    Layer::level("zero", "", mean),
-                    Layer::bars("a", "", bars.collect()),
-                    Layer::dots("a", "", dots.collect()),
-                ],
-            )
-        };
+    let panel = |label: &'static str,
+                 mean: f64,
+                 of: fn(&seatrial::sea_trials::field::Repeat) -> (f64, [f64; 2])| {
+        let entries = || repeated.repeats.iter().map(of).enumerate();
+        let bars = entries().map(|(k, (_, [low, high]))| [number(k), low, high]);
+        let dots = entries().map(|(k, (value, _))| [number(k), value]);
+        Panel::linear(
+            label,
+            90.0,
+            vec![
+                Layer::level("zero", "", mean),
+                Layer::bars("a", "", bars.collect()),
+                Layer::dots("a", "", dots.collect()),
+            ],
+        )
+    };
     let chart = Chart {
         alt: "Damping and rudder authority of the repeated trials with their intervals.".to_owned(),
         x_label: "Trial",

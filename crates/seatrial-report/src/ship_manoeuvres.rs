@@ -4,7 +4,7 @@ use super::headline::{Headline, Tone};
 use super::number::{MISSING, significant};
 use super::tables::{Cell, Table, columns};
 use super::{Fact, Page};
-use seatrial::ship_manoeuvres::ShipManoeuvres;
+use seatrial::sea_trials::ship_manoeuvres::ShipManoeuvres;
 use seatrial::words::within;
 
 /// The page of the manoeuvres of a ship.

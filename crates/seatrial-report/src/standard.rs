@@ -5,7 +5,7 @@ use super::headline::{Headline, Tone};
 use super::number::{decimals, percent};
 use super::tables::{Table, columns};
 use super::{Figure, Page};
-use seatrial::field::{StandardManoeuvres, ZigZag};
+use seatrial::sea_trials::field::{StandardManoeuvres, ZigZag};
 
 /// The page of the standard manoeuvres of a vehicle.
 pub fn render(vehicle: &str, manoeuvres: &[StandardManoeuvres]) -> String {

@@ -55,7 +55,7 @@
 //! | for | look in |
 //! |---|---|
 //! | one model from one or several manoeuvres | [`identify`](mod@identify) |
-//! | every method on the same record | [`compare`] |
+//! | every method on the same record | [`study::compare`](study::compare()) |
 //! | what several speeds or turn rates of one hull tell together | [`campaign::speeds`] |
 //! | manoeuvres in a long log | [`log::segmentation`] |
 //! | what a trial will tell before it is run | [`preview`] |
@@ -68,22 +68,18 @@
 
 pub mod campaign;
 mod chi_squared;
-mod circle_fit;
-pub mod compare;
 mod course_change;
 mod draw;
-pub mod field;
 mod figures;
 mod gain_allowance;
 pub mod gains;
-mod heading_step;
 pub mod health;
 pub mod identification;
 pub mod identify;
 mod legs;
 pub mod likelihood;
 mod manoeuvre;
-pub mod pitch;
+pub mod motions;
 mod plain_text;
 mod plausibility;
 pub mod preview;
@@ -91,14 +87,12 @@ mod propagation;
 mod record;
 mod record_series;
 mod savitzky_golay;
+pub mod sea_trials;
 mod segmentation;
 mod servo;
-pub mod ship_manoeuvres;
 mod stated_units;
 mod step;
 pub mod study;
-mod surge;
-pub mod surge_estimate;
 mod time_scale;
 
 /// What a log says beside its samples, and whether its numbers mean what it says.

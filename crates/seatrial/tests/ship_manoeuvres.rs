@@ -1,6 +1,6 @@
 //! Figures and criteria of the standard manoeuvres of ships.
 
-use seatrial::ship_manoeuvres::{Instant, TurningCircle, ZigZag, criteria};
+use seatrial::sea_trials::ship_manoeuvres::{Instant, TurningCircle, ZigZag, criteria};
 use seatrial_core::Side;
 
 /// A point on a circle of this radius to starboard after an angle.

@@ -5,7 +5,7 @@
 //! sway and yaw, steady at 2.03 m/s. The two are far apart: Prestero's hull has a Munk moment and hardly drifts, Fossen's has
 //! neither Munk moment nor lateral lift and drifts twice as much as this one.
 
-use seatrial::field::StandardManoeuvres;
+use seatrial::sea_trials::field::StandardManoeuvres;
 use seatrial_sim::SixDofVehicle;
 use seatrial_sim::six_dof::remus100;
 

@@ -11,7 +11,8 @@ use seatrial::identification::{
 use seatrial::identify::online::{self, Pass, Segment};
 use seatrial::identify::{IdentifyError, ValidationData, assess, validation_estimate};
 use seatrial::log::{LambdaReason, Servo};
-use seatrial::{Record, Step, Window, pitch, verdict};
+use seatrial::motions::pitch;
+use seatrial::{Record, Step, Window, verdict};
 
 use crate::TrialPlan;
 

@@ -11,7 +11,8 @@ use seatrial::identify::Proposal;
 use seatrial::identify::mission::is_ordinary_steering;
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, identify};
 use seatrial::log::Servo;
-use seatrial::{Identification, Window, pitch};
+use seatrial::motions::pitch;
+use seatrial::{Identification, Window};
 use seatrial_core::Axis;
 use seatrial_logs::Quantity;
 

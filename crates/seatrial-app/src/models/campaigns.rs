@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use seatrial::surge_estimate::SurgeModel;
+use seatrial::motions::surge::SurgeModel;
 use seatrial::{Campaign, CourseChange, GainAllowance};
 use seatrial_core::{RudderUnit, SchedulePoint};
 use seatrial_logbook::{CampaignEntry, Logbook};

@@ -17,7 +17,7 @@ use std::path::Path;
 #[cfg(feature = "trials")]
 use seatrial::Campaign;
 use seatrial::identification::{ValidRange, interval_95};
-use seatrial::surge_estimate::SurgeModel;
+use seatrial::motions::surge::SurgeModel;
 use seatrial::{CourseChange, FullRudder, GainAllowance};
 use seatrial_core::schedule::ScheduleKey;
 use seatrial_core::{RudderUnit, SchedulePoint, SpeedSchedule, YawModel};

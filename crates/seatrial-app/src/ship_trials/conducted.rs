@@ -1,6 +1,6 @@
 //! The manoeuvres that a vehicle makes by its equations, without noise or sea.
 
-use seatrial::ship_manoeuvres::{Index, Instant, TurningCircle, ZigZag};
+use seatrial::sea_trials::ship_manoeuvres::{Index, Instant, TurningCircle, ZigZag};
 use seatrial_core::Side;
 use seatrial_sim::IdentifiedVehicle;
 use seatrial_sim::plant::Plant;

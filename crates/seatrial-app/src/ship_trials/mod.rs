@@ -5,7 +5,7 @@ mod own_error;
 mod read;
 mod study;
 
-use seatrial::ship_manoeuvres::{
+use seatrial::sea_trials::ship_manoeuvres::{
     Index, Kind, Recorded, ShipManoeuvres, TurningCircle, ZigZag, criteria, recorded,
     stopping_criterion,
 };

@@ -15,7 +15,7 @@
 //! model in another zig-zag as it does in its own: of the same kind and about as wide. With two or three overshoots t is large, and the
 //! interval wide.
 
-use seatrial::ship_manoeuvres::{Index, Kind, Recorded, recorded};
+use seatrial::sea_trials::ship_manoeuvres::{Index, Kind, Recorded, recorded};
 use seatrial_core::Sample;
 use seatrial_sim::IdentifiedVehicle;
 

@@ -1,6 +1,6 @@
 //! Pull-outs, spirals and stops of a record as figures and sentences.
 
-use seatrial::ship_manoeuvres::{Index, PullOut, Spiral, Stopping};
+use seatrial::sea_trials::ship_manoeuvres::{Index, PullOut, Spiral, Stopping};
 
 fn index(manoeuvre: &str, name: &'static str, unit: &'static str, value: f64) -> Index {
     Index {

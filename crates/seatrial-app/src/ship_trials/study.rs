@@ -1,7 +1,7 @@
 //! How often the predicted intervals of manoeuvres hold those of the true vehicle.
 
 use seatrial::Campaign;
-use seatrial::ship_manoeuvres::Index;
+use seatrial::sea_trials::ship_manoeuvres::Index;
 use seatrial_core::{List, Plan};
 use seatrial_sim::identified::{IdentifiedSpeed, IdentifiedVehicle};
 use seatrial_sim::{SimulatedConfig, Truth};

@@ -1,7 +1,7 @@
 //! How often the intervals of a trial's surge hold the truth.
 
 use seatrial::Campaign;
-use seatrial::surge_estimate::{Coefficient, SurgeEstimate};
+use seatrial::motions::surge::{Coefficient, SurgeEstimate};
 use seatrial_core::{List, Plan};
 use seatrial_sim::SimulatedConfig;
 use serde::Serialize;

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use seatrial::motions::surge::ExpectedSurge;
 use seatrial::preview::{Comparison, Predicted, Preview, SurgeStep, Target};
-use seatrial::surge_estimate::ExpectedSurge;
 use seatrial::verdict::{WIDEST_A22, WIDEST_B2};
 use seatrial_app::planned::{ExpectedTrial, PlannedTrial, Recommendations};
 use seatrial_core::{Excitation, Outcome, Plan};

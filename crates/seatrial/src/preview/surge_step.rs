@@ -6,7 +6,7 @@ use seatrial_core::{InvalidSetting, List, Outcome, Plan, Stage};
 use serde::Serialize;
 
 use super::{Budget, Played, Prior, PriorSpeed, duration_s, play};
-use crate::surge_estimate::{ExpectedRun, ExpectedSurge, SurgeBelief};
+use crate::motions::surge::{ExpectedRun, ExpectedSurge, SurgeBelief};
 
 /// What the drag length may be, as parts of the one believed in: of all the widest interval counts.
 const LENGTHS: [f64; 3] = [0.5, 1.0, 2.0];

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
+use super::heading_step::Control;
 use super::{Field, SteeredSteps, UTurn};
-use crate::heading_step::Control;
 
 /// Thrust from which on the constant gain oscillates in the paper.
 const FAST: f64 = 0.9;

@@ -2,6 +2,7 @@
 
 mod design;
 mod fit;
+mod model;
 mod noise;
 mod parts;
 
@@ -13,8 +14,8 @@ use crate::campaign::{Campaign, Run, Stage};
 use fit::{Fitted, Varied, fitted};
 use parts::{Instant, Part};
 
-pub use crate::surge::{SurgeModel, SurgePoint};
 pub use design::{ExpectedRun, ExpectedSurge, SurgeBelief};
+pub use model::{SurgeModel, SurgePoint};
 
 /// 97.5 % point of the standard normal distribution.
 const NORMAL_97_5: f64 = 1.959_964;

@@ -9,8 +9,8 @@ use seatrial_core::{
 use serde::Serialize;
 
 use super::FieldError;
+use super::heading_step::{Control, HeadingStepSample, HeadingSteps, NoExperiment, StepMeasure};
 use super::pilot::{Pilot, turned_rad};
-use crate::heading_step::{Control, HeadingStepSample, HeadingSteps, NoExperiment, StepMeasure};
 
 /// Half of the window of the mean that takes the compass noise off the heading, in samples.
 const HALF_WINDOW: usize = 4;

@@ -1,6 +1,8 @@
 //! The field experiments of section VI: U-turns, heading steps and repeated trials, on a vehicle after its trial.
 
+mod circle_fit;
 mod claims;
+mod heading_step;
 mod heading_steps;
 mod pilot;
 mod repeatability;
@@ -13,15 +15,15 @@ use seatrial_core::{SchedulePoint, SpeedSchedule, Vehicle};
 use serde::Serialize;
 
 use crate::campaign::Campaign;
-pub use crate::circle_fit::{CircleFit, NoCircle};
 use crate::gain_allowance::{GainAllowance, least_damped_schedule};
-pub use crate::heading_step::{
+use crate::identification::Identification;
+use crate::motions::surge::SurgeModel;
+use crate::savitzky_golay::NoDerivative;
+pub use heading_step::{
     Control, HeadingStepRun, HeadingStepSample, HeadingSteps, NoExperiment, StepMeasure,
 };
-use crate::identification::Identification;
-use crate::savitzky_golay::NoDerivative;
-use crate::surge::SurgeModel;
 
+pub use circle_fit::{CircleFit, NoCircle};
 pub use claims::Claim;
 use heading_steps::Gains;
 pub use heading_steps::{GainFromEnds, SteeredSteps};

@@ -7,11 +7,11 @@ use seatrial_core::turning::{Side, Turn};
 use seatrial_core::{Real, Sample, SchedulePoint, Steering, Vehicle, YawModel};
 use serde::Serialize;
 
+use super::circle_fit::CircleFit;
 use super::pilot::{Pilot, mean, turned_rad};
 use super::{FieldError, FieldSettings};
-use crate::circle_fit::CircleFit;
+use crate::motions::surge::SurgeModel;
 use crate::savitzky_golay::SavitzkyGolay;
-use crate::surge::SurgeModel;
 
 /// Heading change of the whole manoeuvre, rad: the U-turn and a full circle after it.
 const WHOLE_RAD: f64 = 3.0 * PI;

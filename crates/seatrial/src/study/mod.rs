@@ -1,5 +1,7 @@
 //! Monte Carlo study: how far estimators are from the truth, from the bound and from their own intervals.
 
+mod compare;
+
 use seatrial_core::heading_loop::{HeadingLoop, LoopTiming};
 use seatrial_core::turning::{Side, Turn};
 use seatrial_core::{Event, HeadingGain, Plan, Sample, Stage, Trial, Vehicle, YawModel};
@@ -13,6 +15,7 @@ use crate::identify::whole_record::robust_estimate_behind;
 use crate::identify::{IdentifySettings, identify};
 use crate::propagation::{NORMAL_95, interval_95};
 use crate::record::{Record, Window};
+pub use compare::{ComparedMethod, Comparison, Disagreement, MethodResult, compare, split};
 
 /// Damping ratio of the heading loop whose gain is studied: critical.
 const DAMPING_RATIO: f64 = 1.0;
