@@ -147,6 +147,54 @@ const DISPENSABLE: [&str; 10] = [
 
 fn text(document: &HeadingGains, written: Option<&Path>, width: usize) -> String {
     let (rudder_scale, rudder) = document.rudder_unit.for_people();
+    let mut notes: Vec<String> = document
+        .points
+        .iter()
+        .filter_map(|p| p.refused.as_ref())
+        .map(|reason| format!("No gain: {reason}."))
+        .collect();
+    notes.extend(document.unsure());
+    if let Some(at) = &document.at {
+        notes.push(at_text(at, document.rudder_unit));
+    }
+    if let Some(file) = written {
+        notes.push(format!("Kept in {}.", file.display()));
+    } else if document.rejected.is_empty() && document.points.iter().any(|p| p.refused.is_none()) {
+        let rehearsal = match document.is_rehearsal {
+            true => " --rehearsal",
+            false => "",
+        };
+        notes.push(format!(
+            "Next: the same command with --export FORMAT --out FILE{rehearsal} writes them for a controller; FORMAT is ardupilot, px4, ros2, json or c. `seatrial turn` prints how tightly the vehicle turns."
+        ));
+    }
+    let text = format!(
+        "{}{}Heading gains of {}, damping ratio {:.4}, rudder limit {:.1} {rudder}\n{}\
+         K_p and margins with {:.3} s delay, {}\n\n{}\n{}",
+        rejected_text(&document.rejected),
+        document
+            .first_answer
+            .map_or(String::new(), |promised| promised.sentence() + "\n"),
+        document.source,
+        document.damping_ratio,
+        document.rudder_limit_rad * rudder_scale,
+        trial_line(document.trial.as_deref()),
+        document.timing.delay_s,
+        document
+            .timing
+            .sample_interval_s
+            .map_or("continuous controller".into(), |h| format!(
+                "sampled every {} s",
+                three_figures(h)
+            )),
+        table(document).fitted(width, &DISPENSABLE),
+        notes.join("\n")
+    );
+    wrapped(&text, width)
+}
+
+fn table(document: &HeadingGains) -> Table {
+    let (rudder_scale, rudder) = document.rudder_unit.for_people();
     let per_angle = match document.rudder_unit {
         RudderUnit::Rad => "rad/rad",
         RudderUnit::FullRudder => "full/rad",
@@ -188,50 +236,7 @@ fn text(document: &HeadingGains, written: Option<&Path>, width: usize) -> String
         cells.extend(loop_cells(&point.closed_loop));
         table.row(cells);
     }
-    let mut notes: Vec<String> = document
-        .points
-        .iter()
-        .filter_map(|p| p.refused.as_ref())
-        .map(|reason| format!("No gain: {reason}."))
-        .collect();
-    notes.extend(document.unsure());
-    if let Some(at) = &document.at {
-        notes.push(at_text(at, document.rudder_unit));
-    }
-    if let Some(file) = written {
-        notes.push(format!("Kept in {}.", file.display()));
-    } else if document.rejected.is_empty() && document.points.iter().any(|p| p.refused.is_none()) {
-        let rehearsal = match document.is_rehearsal {
-            true => " --rehearsal",
-            false => "",
-        };
-        notes.push(format!(
-            "Next: the same command with --export FORMAT --out FILE{rehearsal} writes them for a controller; FORMAT is ardupilot, px4, ros2, json or c. `seatrial turn` prints how tightly the vehicle turns."
-        ));
-    }
-    let text = format!(
-        "{}{}Heading gains of {}, damping ratio {:.4}, rudder limit {:.1} {rudder}\n{}\
-         K_p and margins with {:.3} s delay, {}\n\n{}\n{}",
-        rejected_text(&document.rejected),
-        document
-            .first_answer
-            .map_or(String::new(), |promised| promised.sentence() + "\n"),
-        document.source,
-        document.damping_ratio,
-        document.rudder_limit_rad * rudder_scale,
-        trial_line(document.trial.as_deref()),
-        document.timing.delay_s,
-        document
-            .timing
-            .sample_interval_s
-            .map_or("continuous controller".into(), |h| format!(
-                "sampled every {} s",
-                three_figures(h)
-            )),
-        table.fitted(width, &DISPENSABLE),
-        notes.join("\n")
-    );
-    wrapped(&text, width)
+    table
 }
 
 fn estimate(estimate: &Option<Estimate>, decimals: usize, scale: f64) -> String {

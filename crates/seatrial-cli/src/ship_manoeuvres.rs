@@ -204,33 +204,37 @@ fn text(document: &ShipManoeuvres) -> String {
         document.vehicle, document.surge_speed_m_s
     );
     if !document.criteria.is_empty() {
-        let mut criteria = Table::new(&[
-            ("MSC.137(76)", ""),
-            ("figure", ""),
-            ("value", ""),
-            ("at most", ""),
-            ("unit", ""),
-            ("", ""),
-        ]);
-        for criterion in &document.criteria {
-            criteria.row(vec![
-                criterion.clause.into(),
-                criterion.name.into(),
-                format!("{:.2}", criterion.value),
-                format!("{:.2}", criterion.limit),
-                criterion.unit.into(),
-                if criterion.holds {
-                    "holds"
-                } else {
-                    "DOES NOT HOLD"
-                }
-                .into(),
-            ]);
-        }
-        text += &format!("\n{criteria}");
+        text += &format!("\n{}", criteria(document));
     }
     for note in &document.notes {
         text += &format!("\n{}\n", wrapped(note, width()));
     }
     text
+}
+
+fn criteria(document: &ShipManoeuvres) -> Table {
+    let mut criteria = Table::new(&[
+        ("MSC.137(76)", ""),
+        ("figure", ""),
+        ("value", ""),
+        ("at most", ""),
+        ("unit", ""),
+        ("", ""),
+    ]);
+    for criterion in &document.criteria {
+        criteria.row(vec![
+            criterion.clause.into(),
+            criterion.name.into(),
+            format!("{:.2}", criterion.value),
+            format!("{:.2}", criterion.limit),
+            criterion.unit.into(),
+            if criterion.holds {
+                "holds"
+            } else {
+                "DOES NOT HOLD"
+            }
+            .into(),
+        ]);
+    }
+    criteria
 }

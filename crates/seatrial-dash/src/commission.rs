@@ -143,23 +143,16 @@ fn run(
 ) -> Result<(), Refusal> {
     let asked = Asked::of(shared, order)?;
     let reached = asked.reach(stop)?;
-    if let Some(failed) = reached
-        .preflight()
-        .checks
-        .iter()
-        .find(|check| !check.passed)
-    {
+    let mut checks = reached.preflight().checks.iter();
+    if let Some(failed) = checks.find(|check| !check.passed) {
         return Err(Refusal::unprocessable(
             "vehicle_refused",
             format!("{}: {}", failed.name, failed.text),
         ));
     }
     let (proposal, shown) = asked.proposal(reached.as_ref())?;
-    if order
-        .proposal
-        .as_ref()
-        .is_some_and(|seen| *seen != shown.proposal)
-    {
+    let seen = order.proposal.as_ref();
+    if seen.is_some_and(|seen| *seen != shown.proposal) {
         return Err(Refusal::conflict(
             "proposal_changed",
             "the autopilot's gains or the campaign are not those that were shown: look at the proposal again",
@@ -195,9 +188,10 @@ fn run(
         stop,
     };
     let found = conduct(&mut vehicle, &work, &mut |text| {
-        shared.commission.change(&tap, |state| {
-            state.stages.push(addressed(text, Reader::Dashboard))
-        });
+        let stage = addressed(text, Reader::Dashboard);
+        shared
+            .commission
+            .change(&tap, |state| state.stages.push(stage));
     });
     // Who sees the end may begin the next one.
     drop(place);

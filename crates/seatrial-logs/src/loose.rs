@@ -188,6 +188,25 @@ pub(crate) fn from_long(
             .map(|column| (Quantity::Time, column))
             .collect::<Vec<_>>(),
     );
+    let (mut heap, kind_of) = heaped(&mut *table)?;
+    let telling = telling(&kind_of);
+    for (name, kind) in &kind_of {
+        heap.kinds[*kind].name = match has_unit {
+            true => {
+                let names = name.len() - 1;
+                let unit = format!("[{}]", name[names]);
+                with_unit(name_of(&name[..names], &telling[..names]), &unit)
+            }
+            false => with_unit(name_of(name, &telling), &of_all),
+        };
+    }
+    let stated = unit_of_time(&column, &choice);
+    let table = heap.into_table(table, &column, stated)?;
+    Ok((table, without_time(choice)))
+}
+
+/// The values of the selected columns on a heap, and the kind of each name. A kind that only the last row has is cut off with it.
+fn heaped(table: &mut dyn Table) -> Result<(Heap, BTreeMap<Vec<String>, usize>), Fault> {
     let mut heap = Heap::new(Vec::new());
     let mut kind_of: BTreeMap<Vec<String>, usize> = BTreeMap::new();
     let (mut cells, mut new_in_the_last_row) = (Vec::new(), None);
@@ -226,20 +245,7 @@ pub(crate) fn from_long(
         kind_of.remove(&cut);
         heap.leave_out_the_last_kind();
     }
-    let telling = telling(&kind_of);
-    for (name, kind) in &kind_of {
-        heap.kinds[*kind].name = match has_unit {
-            true => {
-                let names = name.len() - 1;
-                let unit = format!("[{}]", name[names]);
-                with_unit(name_of(&name[..names], &telling[..names]), &unit)
-            }
-            false => with_unit(name_of(name, &telling), &of_all),
-        };
-    }
-    let stated = unit_of_time(&column, &choice);
-    let table = heap.into_table(table, &column, stated)?;
-    Ok((table, without_time(choice)))
+    Ok((heap, kind_of))
 }
 
 /// The name with a unit in brackets, where it is one.

@@ -388,7 +388,6 @@ fn best(
         if !quantity.is_required() {
             return Ok(None);
         }
-        let known: Vec<&str> = quantity.names().concat();
         if let Some(column) = misspelt(columns, quantity) {
             warnings.push(format!(
                 "no column is named for {quantity}; `{}` is taken: say another with {} NAME",
@@ -397,22 +396,7 @@ fn best(
             ));
             return Ok(Some(column));
         }
-        // A column of another quantity would be a bad guess.
-        let is_others = |name: &ColumnName| {
-            let others = Quantity::ALL.into_iter().filter(|other| *other != quantity);
-            others.into_iter().any(|other| name.fit(other).is_some())
-        };
-        let free: Vec<String> = columns
-            .iter()
-            .zip(names)
-            .filter(|(_, name)| !is_others(name) && !name.is_of_another_kind())
-            .map(|(column, _)| column.clone())
-            .collect();
-        return Err(Fault::MissingColumn {
-            quantity,
-            columns: columns.to_vec(),
-            nearest: nearest(&free, &known),
-        });
+        return Err(missing(names, columns, quantity));
     };
     let candidates: Vec<usize> = fits
         .iter()
@@ -435,6 +419,27 @@ fn best(
             ));
             Ok(None)
         }
+    }
+}
+
+/// The fault of a quantity that no name fits, with the nearest of those that are no other quantity.
+fn missing(names: &[ColumnName], columns: &[String], quantity: Quantity) -> Fault {
+    let known: Vec<&str> = quantity.names().concat();
+    // A column of another quantity would be a bad guess.
+    let is_others = |name: &ColumnName| {
+        let others = Quantity::ALL.into_iter().filter(|other| *other != quantity);
+        others.into_iter().any(|other| name.fit(other).is_some())
+    };
+    let free: Vec<String> = columns
+        .iter()
+        .zip(names)
+        .filter(|(_, name)| !is_others(name) && !name.is_of_another_kind())
+        .map(|(column, _)| column.clone())
+        .collect();
+    Fault::MissingColumn {
+        quantity,
+        columns: columns.to_vec(),
+        nearest: nearest(&free, &known),
     }
 }
 

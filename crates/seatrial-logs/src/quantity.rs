@@ -113,77 +113,86 @@ impl Quantity {
     pub(crate) fn names(self) -> &'static [&'static [&'static str]] {
         match self {
             Self::Time => TIME,
-            Self::Heading => &[
-                &[
-                    "heading",
-                    "yaw",
-                    "psi",
-                    "psihat",
-                    "hdg",
-                    "hdt",
-                    "trueheading",
-                    "headingtrue",
-                ],
-                &[
-                    "headingangle",
-                    "yawangle",
-                    "compass",
-                    "compassheading",
-                    "hdm",
-                    "magneticheading",
-                    "headingmagnetic",
-                ],
-            ],
+            Self::Heading => HEADING,
             Self::Rudder => RUDDER,
-            Self::Speed => &[
-                &[
-                    "surgespeed",
-                    "surge",
-                    "u",
-                    "uvelo",
-                    "uvel",
-                    "forwardspeed",
-                    "surgevelocity",
-                ],
-                &[
-                    "speed",
-                    "speedthroughwater",
-                    "stw",
-                    "waterspeed",
-                    "boatspeed",
-                    "bsp",
-                    "spd",
-                    "velocity",
-                    "vel",
-                ],
-                &["speedoverground", "sog", "groundspeed"],
-            ],
+            Self::Speed => SPEED,
             Self::Depth => &[&["depth"], &["z"]],
             Self::Altitude => &[&["altitude"], &["alt", "heightabovebottom"]],
             Self::Roll => &[&["roll", "phi"], &["heel", "bank"]],
             Self::Pitch => &[&["pitch", "theta"]],
-            Self::YawRate => &[
-                &[
-                    "yawrate",
-                    "r",
-                    "psidot",
-                    "headingrate",
-                    "rateofturn",
-                    "rot",
-                    "turnrate",
-                    "yawspeed",
-                    "yawvelocity",
-                    "rangvelo",
-                    "yawangularvelocity",
-                ],
-                &["gyroz", "omegaz", "wz", "gyrz", "gz"],
-            ],
+            Self::YawRate => YAW_RATE,
             Self::North => &[&["north", "northing", "posnorth"], &["x", "posx"]],
             Self::East => &[&["east", "easting", "poseast"], &["y", "posy"]],
             Self::Thrust => &[&["thrust"], &["throttle"]],
         }
     }
 }
+
+/// Names of the column with the heading, as of [`Quantity::names`].
+const HEADING: &[&[&str]] = &[
+    &[
+        "heading",
+        "yaw",
+        "psi",
+        "psihat",
+        "hdg",
+        "hdt",
+        "trueheading",
+        "headingtrue",
+    ],
+    &[
+        "headingangle",
+        "yawangle",
+        "compass",
+        "compassheading",
+        "hdm",
+        "magneticheading",
+        "headingmagnetic",
+    ],
+];
+
+/// Names of the column with the speed, as of [`Quantity::names`].
+const SPEED: &[&[&str]] = &[
+    &[
+        "surgespeed",
+        "surge",
+        "u",
+        "uvelo",
+        "uvel",
+        "forwardspeed",
+        "surgevelocity",
+    ],
+    &[
+        "speed",
+        "speedthroughwater",
+        "stw",
+        "waterspeed",
+        "boatspeed",
+        "bsp",
+        "spd",
+        "velocity",
+        "vel",
+    ],
+    &["speedoverground", "sog", "groundspeed"],
+];
+
+/// Names of the column with the yaw rate, as of [`Quantity::names`].
+const YAW_RATE: &[&[&str]] = &[
+    &[
+        "yawrate",
+        "r",
+        "psidot",
+        "headingrate",
+        "rateofturn",
+        "rot",
+        "turnrate",
+        "yawspeed",
+        "yawvelocity",
+        "rangvelo",
+        "yawangularvelocity",
+    ],
+    &["gyroz", "omegaz", "wz", "gyrz", "gz"],
+];
 
 /// Names of the column with the time, as of [`Quantity::names`].
 const TIME: &[&[&str]] = &[

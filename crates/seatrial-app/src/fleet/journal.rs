@@ -174,6 +174,26 @@ pub struct Journal {
     synced: Instant,
 }
 
+/// The file of a new journal, or with `resume` of the one that is there, for this process alone.
+fn locked(path: &Path, resume: bool) -> Result<File, JournalError> {
+    if path.exists() && !resume {
+        return Err(JournalError::Unfinished(path.to_owned()));
+    }
+    let file = OpenOptions::new()
+        .read(true)
+        .append(true)
+        .create(true)
+        .open(path)
+        .map_err(|source| JournalError::NotSaved {
+            path: path.to_owned(),
+            source,
+        })?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(_) => Err(JournalError::InUse(path.to_owned())),
+    }
+}
+
 impl Journal {
     /// Opens the journal of a job that writes `out`: a new one, or with `resume` the one that is there. What an earlier job with the
     /// same options left in `out` is done for the logs that are as they were.
@@ -193,22 +213,7 @@ impl Journal {
         let checked = outputs.check_for(earlier, Planned::Results);
         checked.map_err(|error| error.of(out))?;
         outputs.check(&path)?;
-        let failed = |source| JournalError::NotSaved {
-            path: path.clone(),
-            source,
-        };
-        if path.exists() && !resume {
-            return Err(JournalError::Unfinished(path));
-        }
-        let file = OpenOptions::new()
-            .read(true)
-            .append(true)
-            .create(true)
-            .open(&path)
-            .map_err(failed)?;
-        if file.try_lock().is_err() {
-            return Err(JournalError::InUse(path));
-        }
+        let file = locked(&path, resume)?;
         let mut journal = Self {
             file,
             length: 0,
@@ -232,7 +237,8 @@ impl Journal {
             schema: "seatrial.fleet_journal.v1".into(),
             options: journal.settings.clone(),
         };
-        let found = journal.read_back().map_err(failed)?;
+        let found = journal.read_back();
+        let found = found.map_err(|source| journal.not_saved(source))?;
         match found {
             Some(found) if found != header => {
                 return Err(JournalError::OtherOptions {

@@ -167,19 +167,7 @@ impl Picture {
                 });
             }
             Report::Interval(intervals) => self.intervals = Some(intervals),
-            Report::RunEnded(run) => {
-                self.flush();
-                let summary = run_summary(&run, None, None);
-                let validation = validation_of(&run);
-                if let Some(trial) = &mut self.trial {
-                    trial.runs.push(summary.clone());
-                    trial.validation.clone_from(&validation);
-                }
-                self.publish(LiveEvent::RunEnded {
-                    run: Box::new(summary),
-                    validation,
-                });
-            }
+            Report::RunEnded(run) => self.run_ended(&run),
             Report::Ended {
                 outcome,
                 verdict,
@@ -212,6 +200,20 @@ impl Picture {
                 self.publish(LiveEvent::Control { control });
             }
         }
+    }
+
+    fn run_ended(&mut self, run: &seatrial::Run) {
+        self.flush();
+        let summary = run_summary(run, None, None);
+        let validation = validation_of(run);
+        if let Some(trial) = &mut self.trial {
+            trial.runs.push(summary.clone());
+            trial.validation.clone_from(&validation);
+        }
+        self.publish(LiveEvent::RunEnded {
+            run: Box::new(summary),
+            validation,
+        });
     }
 
     fn start(&mut self, Start { trial, plan, shown }: Start) {

@@ -6,7 +6,7 @@ use super::cascade::decimal;
 use super::profile::Profile;
 use super::{Autopilot, REAL32, REPEAT_S, SET_MODE, Stop, Stored};
 use crate::handover::{Controls, SILENCE_S};
-use crate::link::message::{self, CommandLong, ParamRequestRead, ParamSet, Text};
+use crate::link::message::{self, CommandLong, ParamRequestRead, ParamSet, ParamValue, Text};
 use crate::link::{Message, Sender, Wire};
 
 /// Between our heartbeats, s: one that is late still comes within a second.
@@ -111,19 +111,7 @@ impl<W: Wire> Autopilot<W> {
         self.wire.is_vehicle();
         self.heard.take(message, now_s, self.sampler.clock_s());
         match *message {
-            Message::ParamValue(parameter) => {
-                let is_integer = parameter.kind != REAL32 && self.profile() == Profile::Px4;
-                let value = if is_integer {
-                    f64::from(parameter.value.to_bits() as i32)
-                } else {
-                    decimal(parameter.value)
-                };
-                let name = parameter.name.text();
-                if self.kinds.len() < MOST_PARAMETERS {
-                    self.kinds.insert(name.clone(), parameter.kind);
-                }
-                self.parameters.insert(name, value);
-            }
+            Message::ParamValue(parameter) => self.hear_parameter(&parameter),
             Message::Attitude(attitude) => {
                 if self.sampler.is_restarted(attitude.time_boot_ms) {
                     self.stop_on_guard(Stop::Rebooted);
@@ -158,6 +146,20 @@ impl<W: Wire> Autopilot<W> {
         if let Some(stop) = danger {
             self.stop_on_guard(stop);
         }
+    }
+
+    fn hear_parameter(&mut self, parameter: &ParamValue) {
+        let is_integer = parameter.kind != REAL32 && self.profile() == Profile::Px4;
+        let value = if is_integer {
+            f64::from(parameter.value.to_bits() as i32)
+        } else {
+            decimal(parameter.value)
+        };
+        let name = parameter.name.text();
+        if self.kinds.len() < MOST_PARAMETERS {
+            self.kinds.insert(name.clone(), parameter.kind);
+        }
+        self.parameters.insert(name, value);
     }
 
     pub(super) fn stop_on_guard(&mut self, stop: Stop) {

@@ -111,30 +111,8 @@ impl<G: Graph> RosVehicle<G> {
         );
         found.check("samples", is_fast, text);
 
-        let rate = (self.sampler.clock_s() - stamp_s) / span_s;
-        let is_sane = (rate - 1.0).abs() < CLOCK_RATE && stamp_s > 0.0;
-        let text = match is_sane {
-            true => format!("stamps run {rate:.3} times as fast as our clock"),
-            false => format!(
-                "stamps run {rate:.3} times as fast as our clock, from {stamp_s:.3} s: expected the time of the measurement in header.stamp"
-            ),
-        };
-        found.check("clock", is_sane, text);
-
-        let mut newest: Option<Sample<f64>> = None;
-        while let Some(sample) = self.sampler.take() {
-            newest = Some(sample);
-        }
-        let is_oriented = newest.is_some_and(|sample| sample.heading_rad.is_finite());
-        let text = match newest.filter(|_| is_oriented) {
-            Some(sample) => format!(
-                "{:.1} degrees, turning {:+.3} rad/s",
-                sample.heading_rad.to_degrees().rem_euclid(360.0),
-                sample.yaw_rate_rad_s.unwrap_or(f64::NAN)
-            ),
-            None => "the orientation is no unit quaternion, or said to be unknown".into(),
-        };
-        found.check("heading", is_oriented, text);
+        self.check_clock(found, stamp_s, span_s);
+        self.check_heading(found);
 
         let Some(feedback) = &self.description.feedback else {
             let text = "no feedback: the command is taken to be the rudder, and that the vehicle lets go of it by itself is not proven";
@@ -151,6 +129,36 @@ impl<G: Graph> RosVehicle<G> {
             ),
         };
         found.check("rudder", is_measured, text);
+    }
+
+    /// `stamp_s` is where the stamps stood `span_s` ago.
+    fn check_clock(&self, found: &mut Preflight, stamp_s: f64, span_s: f64) {
+        let rate = (self.sampler.clock_s() - stamp_s) / span_s;
+        let is_sane = (rate - 1.0).abs() < CLOCK_RATE && stamp_s > 0.0;
+        let text = match is_sane {
+            true => format!("stamps run {rate:.3} times as fast as our clock"),
+            false => format!(
+                "stamps run {rate:.3} times as fast as our clock, from {stamp_s:.3} s: expected the time of the measurement in header.stamp"
+            ),
+        };
+        found.check("clock", is_sane, text);
+    }
+
+    fn check_heading(&mut self, found: &mut Preflight) {
+        let mut newest: Option<Sample<f64>> = None;
+        while let Some(sample) = self.sampler.take() {
+            newest = Some(sample);
+        }
+        let is_oriented = newest.is_some_and(|sample| sample.heading_rad.is_finite());
+        let text = match newest.filter(|_| is_oriented) {
+            Some(sample) => format!(
+                "{:.1} degrees, turning {:+.3} rad/s",
+                sample.heading_rad.to_degrees().rem_euclid(360.0),
+                sample.yaw_rate_rad_s.unwrap_or(f64::NAN)
+            ),
+            None => "the orientation is no unit quaternion, or said to be unknown".into(),
+        };
+        found.check("heading", is_oriented, text);
     }
 
     /// Pumps until somebody calls the enable service, or the operator gives up. `true`: agreed to.

@@ -159,33 +159,36 @@ impl<R: Read> Text<R> {
         text.blanks_for_tabs(text.unread.clone());
         match header.in_comment {
             Some(columns) => text.columns = columns,
-            None => {
-                let mut line = text.read_record()?.ok_or(Fault::Empty)?;
-                while line < header.line {
-                    line = text.read_record()?.ok_or(Fault::Empty)?;
-                }
-                text.columns = (0..text.record.cells)
-                    .map(|i| decoded(text.record.cell(i)).into_owned())
-                    .collect();
-                while text.columns.last().is_some_and(String::is_empty) {
-                    text.columns.pop();
-                }
-                let is_number = |name: &&String| name.parse::<f64>().is_ok();
-                let numbers = text.columns.iter().filter(is_number).count();
-                let are_most = numbers >= header::LEAST_COLUMNS && 2 * numbers > text.columns.len();
-                if are_most || numbers == text.columns.len() {
-                    return Err(Fault::NoHeader {
-                        line,
-                        found: clipped(&text.columns.join(",")),
-                    });
-                }
-                for _ in 0..header.below {
-                    text.read_record()?;
-                }
-                text.columns = header.complete(std::mem::take(&mut text.columns));
-            }
+            None => text.columns = text.read_names(&header)?,
         }
         Ok(text)
+    }
+
+    /// Reads as far as the row of names, and the rows below it that are no samples.
+    fn read_names(&mut self, header: &Header) -> Result<Vec<String>, Fault> {
+        let mut line = self.read_record()?.ok_or(Fault::Empty)?;
+        while line < header.line {
+            line = self.read_record()?.ok_or(Fault::Empty)?;
+        }
+        let mut columns: Vec<String> = (0..self.record.cells)
+            .map(|i| decoded(self.record.cell(i)).into_owned())
+            .collect();
+        while columns.last().is_some_and(String::is_empty) {
+            columns.pop();
+        }
+        let is_number = |name: &&String| name.parse::<f64>().is_ok();
+        let numbers = columns.iter().filter(is_number).count();
+        let are_most = numbers >= header::LEAST_COLUMNS && 2 * numbers > columns.len();
+        if are_most || numbers == columns.len() {
+            return Err(Fault::NoHeader {
+                line,
+                found: clipped(&columns.join(",")),
+            });
+        }
+        for _ in 0..header.below {
+            self.read_record()?;
+        }
+        Ok(header.complete(columns))
     }
 
     /// Reads more behind the unread bytes.

@@ -115,14 +115,18 @@ impl IdentifiedVehicle {
                 return Err(invalid(field(name), requirement, value));
             }
         }
-        match speed.covariance {
-            Some(covariance) if !is_a_covariance(&covariance) => Err(invalid(
-                field("covariance"),
-                "absent or three rows of three, symmetric, no variance below 0, no correlation beyond 1",
-                format!("{covariance:?}"),
-            )),
-            _ => Ok(()),
-        }
+        speed.covariance.map_or(Ok(()), |covariance| {
+            check_covariance(&covariance, field("covariance"))
+        })
+    }
+}
+
+fn check_covariance(covariance: &[[f64; 3]; 3], field: String) -> Result<(), ConfigError> {
+    let requirement =
+        "absent or three rows of three, symmetric, no variance below 0, no correlation beyond 1";
+    match is_a_covariance(covariance) {
+        true => Ok(()),
+        false => Err(invalid(field, requirement, format!("{covariance:?}"))),
     }
 }
 

@@ -16,44 +16,23 @@ pub enum Reader {
 /// The cause of a reason and what to do about it.
 pub(super) struct Words {
     pub cause: &'static str,
-    advice: Advice,
-}
-
-enum Advice {
-    Same(&'static str),
-    Each {
-        terminal: &'static str,
-        dashboard: &'static str,
-        python: &'static str,
-    },
+    terminal: &'static str,
+    dashboard: &'static str,
+    python: &'static str,
 }
 
 impl Words {
     pub fn action(&self, reader: Reader) -> &'static str {
-        match (&self.advice, reader) {
-            (Advice::Same(action), _)
-            | (
-                Advice::Each {
-                    terminal: action, ..
-                },
-                Reader::Terminal,
-            )
-            | (
-                Advice::Each {
-                    dashboard: action, ..
-                },
-                Reader::Dashboard,
-            )
-            | (Advice::Each { python: action, .. }, Reader::Python) => action,
+        match reader {
+            Reader::Terminal => self.terminal,
+            Reader::Dashboard => self.dashboard,
+            Reader::Python => self.python,
         }
     }
 }
 
 const fn same(cause: &'static str, action: &'static str) -> Option<Words> {
-    Some(Words {
-        cause,
-        advice: Advice::Same(action),
-    })
+    each(cause, action, action, action)
 }
 
 const fn each(
@@ -64,18 +43,18 @@ const fn each(
 ) -> Option<Words> {
     Some(Words {
         cause,
-        advice: Advice::Each {
-            terminal,
-            dashboard,
-            python,
-        },
+        terminal,
+        dashboard,
+        python,
     })
 }
 
 /// The words of a code. `None` where every reason of this code says its own.
 pub(super) fn of(code: &ReasonCode) -> Option<Words> {
-    of_log(code)
-        .or_else(|| of_compass_and_rudder(code))
+    of_samples(code)
+        .or_else(|| of_units(code))
+        .or_else(|| of_compass(code))
+        .or_else(|| of_rudder(code))
         .or_else(|| of_model(code))
         .or_else(|| of_validation(code))
         .or_else(|| of_pitch(code))
@@ -115,8 +94,8 @@ pub(super) fn in_a_trial(code: &ReasonCode) -> Option<&'static str> {
     })
 }
 
-/// What is wrong with the log: units, times, samples.
-fn of_log(code: &ReasonCode) -> Option<Words> {
+/// What is wrong with samples and their times.
+fn of_samples(code: &ReasonCode) -> Option<Words> {
     match code {
         ReasonCode::TooFewSamples => same(
             "The training window holds too few samples.",
@@ -125,6 +104,10 @@ fn of_log(code: &ReasonCode) -> Option<Words> {
         ReasonCode::RejectedSamples => same(
             "Many samples of the log are damaged.",
             "Check the clock and the heading channel of the log.",
+        ),
+        ReasonCode::Damaged => same(
+            "A part of the record is damaged.",
+            "Take a copy from before the damage.",
         ),
         ReasonCode::SamplesMissing => same(
             "Samples were lost while the rudder moved.",
@@ -150,6 +133,13 @@ fn of_log(code: &ReasonCode) -> Option<Words> {
             "Heading or rudder is logged too seldom for this vehicle.",
             "Log both faster: ten samples in the time that a turn takes to die out.",
         ),
+        _ => None,
+    }
+}
+
+/// What is wrong with units, signs and columns.
+fn of_units(code: &ReasonCode) -> Option<Words> {
+    match code {
         ReasonCode::HeadingUnitDoubtful => each(
             "The heading is not in the unit that it is read in.",
             "Give its unit with --unit heading=rad or --unit heading=deg.",
@@ -178,6 +168,12 @@ fn of_log(code: &ReasonCode) -> Option<Words> {
             "Choose the unit as “Time is in” under “Columns and units”, or another column for the time.",
             "Pass units={\"time\": \"s\"} (or ms, us, min, h, d), or columns={\"time\": ...}.",
         ),
+        ReasonCode::TimeUnchecked => each(
+            "Nothing in the log shows that a row takes a second.",
+            "Where it does, say --unit time=s.",
+            "Where it does, choose s as “Time is in” under “Columns and units”.",
+            "Where it does, pass units={\"time\": \"s\"}.",
+        ),
         ReasonCode::YawRateContradicts => each(
             "The yaw rate contradicts the heading.",
             "Give the right unit, such as --unit yaw_rate=deg/s or --unit time=ms, or leave it out with --yaw-rate none.",
@@ -194,13 +190,9 @@ fn of_log(code: &ReasonCode) -> Option<Words> {
     }
 }
 
-/// What is wrong with compass, gyro or rudder.
-fn of_compass_and_rudder(code: &ReasonCode) -> Option<Words> {
+/// What is wrong with compass or gyro.
+fn of_compass(code: &ReasonCode) -> Option<Words> {
     match code {
-        ReasonCode::RudderConstant => same(
-            "No manoeuvre: the rudder hardly moved.",
-            "Steer a doublet: the rudder to one side, then to the other.",
-        ),
         ReasonCode::HeadingConstant => same(
             "The heading did not change while the rudder moved.",
             "Check that the compass works and is logged.",
@@ -229,27 +221,28 @@ fn of_compass_and_rudder(code: &ReasonCode) -> Option<Words> {
             "The heading changes less often than rows are written.",
             "Log every heading once, with the time of its measurement.",
         ),
-        ReasonCode::RudderHeld => same(
-            "The rudder changes less often than rows are written.",
-            "Log the rudder as often as the heading.",
-        ),
         ReasonCode::HeadingUnchecked => same(
             "The log has no yaw rate to check the compass with.",
             "Log the yaw rate of a gyro, or swing the compass.",
         ),
+        _ => None,
+    }
+}
+
+/// What is wrong with the rudder.
+fn of_rudder(code: &ReasonCode) -> Option<Words> {
+    match code {
+        ReasonCode::RudderConstant => same(
+            "No manoeuvre: the rudder hardly moved.",
+            "Steer a doublet: the rudder to one side, then to the other.",
+        ),
+        ReasonCode::RudderHeld => same(
+            "The rudder changes less often than rows are written.",
+            "Log the rudder as often as the heading.",
+        ),
         ReasonCode::RudderUnchecked => same(
             "Nothing in the log shows that the rudder reached its angle.",
             "Log the measured rudder angle.",
-        ),
-        ReasonCode::TimeUnchecked => each(
-            "Nothing in the log shows that a row takes a second.",
-            "Where it does, say --unit time=s.",
-            "Where it does, choose s as “Time is in” under “Columns and units”.",
-            "Where it does, pass units={\"time\": \"s\"}.",
-        ),
-        ReasonCode::Damaged => same(
-            "A part of the record is damaged.",
-            "Take a copy from before the damage.",
         ),
         ReasonCode::RudderSaturated => same(
             "The rudder seems to stop before the angle that was asked for.",

@@ -239,58 +239,15 @@ impl Doubt {
                 "the heading has no unit and is in whole numbers up to {}, as whole degrees are and tenths of them, mils and counts of a turn, and neither a turn through north nor a yaw rate shows which: say --unit heading=deg, or --unit heading=ddeg, mil or turn/256",
                 three_figures(*largest)
             ),
-            Self::RudderUnit { said_degrees: true, largest } if *largest > 1.0 => format!(
-                "the column taken for the rudder reaches {} deg, which no rudder does: name another with --rudder",
-                three_figures(*largest)
-            ),
-            Self::RudderUnit { said_degrees: true, largest } => format!(
-                "the rudder is said to be in degrees and stays within {}, as radians would: say which with --unit rudder=rad or --unit rudder=deg",
-                three_figures(*largest)
-            ),
-            Self::RudderUnit { said_degrees: false, largest } => format!(
-                "the rudder is said to be in radians and reaches {}, which no rudder does: say its unit with --unit rudder=deg",
-                three_figures(*largest)
-            ),
-            Self::RudderScale { taken_as, largest } => format!(
-                "nothing says in which unit the rudder is; it reaches {} and was taken for {taken_as}: say which with --unit rudder=rad or --unit rudder=deg, or, for a share of full rudder, --unit rudder=fraction or --unit rudder=percent with --rudder-range-deg DEG",
-                three_figures(*largest)
-            ),
             Self::ScaleAssumed { columns } => format!(
                 "{}, and nothing in the log shows that this is right: T, K and the gains are as wrong as that; {}",
                 taken_for(columns),
                 say_units(columns)
             ),
-            Self::TimeUnit { interval_s } if *interval_s < 1.0 => format!(
-                "samples are {} s apart by the time column, closer than any log has them: say which unit it is in with --unit time=d (the days of a spreadsheet), time=h, time=min or time=s",
-                three_figures(*interval_s)
-            ),
-            Self::TimeUnit { interval_s } => format!(
-                "samples are {} s apart by the time column, as if it held milliseconds: say which with --unit time=ms or --unit time=s",
-                three_figures(*interval_s)
-            ),
-            Self::TimeAssumed { interval_s, units } => format!(
-                "the time has no unit, and nothing in the log shows that its samples are {} s apart, as they were taken to be: say {}",
-                three_figures(*interval_s),
-                time_units(units)
-            ),
             Self::HeadingInterpolated { .. } | Self::HeadingSmoothed { .. } | Self::HeadingJumped(_) | Self::HeadingThroughSouth { .. } | Self::HeadingHalfTurn | Self::TurnsTooFast { is_of_heading: true, .. } => self.text_of_heading(),
-            Self::TurnsTooFast { yaw_rate_rad_s, .. } => format!(
-                "by the time column the heading turns by {} deg/s, which no vessel does: say the unit of the time, such as --unit time=s, or name another column with --time",
-                three_figures(yaw_rate_rad_s.to_degrees())
-            ),
+            Self::RudderAgainstName | Self::RudderBeyondFull { .. } | Self::RudderHeld { .. } | Self::RudderOfOneSide { .. } | Self::RudderScale { .. } | Self::RudderUnchecked | Self::RudderUnit { .. } => self.text_of_rudder(),
+            Self::ClockJumped { .. } | Self::TimeAssumed { .. } | Self::TimeIsIndex { .. } | Self::TimeUnit { .. } | Self::TimesShared { .. } | Self::TurnsTooFast { .. } => self.text_of_time(),
             Self::HeadingIsCourse => "the column taken for the heading is named a course or track, which is where the vehicle goes and not where it points: it is late and smooth, so that a22 and b2 are those of the track; log the heading of a compass".into(),
-            Self::RudderAgainstName => "the name of the rudder's column says a unit of another kind than the one that was chosen: b2 and the gains are as wrong as that choice".into(),
-            Self::RudderBeyondFull { largest } => format!(
-                "the rudder is said to be a share of full and reaches {} of it: say its unit with --unit rudder=percent or --unit rudder=deg",
-                three_figures(*largest)
-            ),
-            Self::RudderOfOneSide { shares: [from, to] } => format!(
-                "the rudder goes from {} to {} of full rudder and never through neutral, as the throttle of one motor does or a rudder whose neutral is not 0: of two motors take half the difference, --rudder PORT,STARBOARD; of a rudder give its neutral as offset in a file for --channels, or with --rudder-trim for a pulse width",
-                three_figures(*from),
-                three_figures(*to)
-            ),
-            Self::TimeIsIndex { is_stated: true } => "the time counts 0, 1, 2 and was read in seconds, as its column says; if it is the number of a row, a22 and b2 are as wrong as that: say --unit time=s where a row is a second".into(),
-            Self::TimeIsIndex { is_stated: false } => "the time counts 0, 1, 2 like the number of a row, and there is no yaw rate to show that a row takes a second: say so with --unit time=s, or choose another column with --time".into(),
             Self::RateMismatch(mismatch) => mismatch.text(),
             Self::HeadingStood { from_s, for_s } => format!(
                 "the compass stood still from {} s on for {} s while the vehicle turned",
@@ -302,22 +259,7 @@ impl Doubt {
                 three_figures(*refresh_s),
                 100.0 * effect
             ),
-            Self::RudderHeld { refresh_s, effect } => format!(
-                "the rudder changes only every {} s while rows come faster; if it moved in between, it is late by half of that and a22 is wrong by some {:.0} %: log the rudder as often as the heading",
-                three_figures(*refresh_s),
-                100.0 * effect
-            ),
-            Self::TimesShared { interval_s, effect } => format!(
-                "rows that differ have the same time, which is new every {} s only: when the rudder moved is not known, and a22 may be wrong by some {:.0} %; write the time with more digits, or name another column with --time",
-                three_figures(*interval_s),
-                100.0 * effect
-            ),
-            Self::ClockJumped { gap_s } => format!(
-                "over {} s without samples the heading went on as if a row had passed: the clock jumped; identify from the part before or behind it with --from and --to",
-                three_figures(*gap_s)
-            ),
             Self::Damaged => "a part of the log is damaged and was left out; the warnings say which, and the model is that of the rest".into(),
-            Self::RudderUnchecked => "nothing in the log shows that the rudder goes where its column says: a rudder that always stops short of its command looks like a rudder with less effect; log the rudder's own angle".into(),
             Self::HeadingUnchecked { is_derived } => heading_unchecked(*is_derived),
         }
     }
@@ -338,17 +280,6 @@ impl Doubt {
                     .into(),
                 ..reason
             },
-            Self::RudderUnit {
-                said_degrees: true,
-                largest,
-            } if *largest > 1.0 => Reason {
-                text: format!(
-                    "The column taken for the rudder reaches {} deg, which no rudder does.",
-                    three_figures(*largest)
-                ),
-                action: "Name the right column for the rudder: it may hold the heading.".into(),
-                ..reason
-            },
             Self::RateMismatch(mismatch) if !mismatch.explanations().is_empty() => Reason {
                 action: format!(
                     "Say so where {}; else leave the yaw rate out with --yaw-rate none.",
@@ -366,85 +297,14 @@ impl Doubt {
                 action: "Say its unit with --unit heading=deg, or --unit heading=ddeg, mil or turn/256.".into(),
                 ..reason
             },
-            Self::RudderAgainstName => Reason {
-                text: "The unit that was chosen for the rudder contradicts the name of its column.".into(),
-                action: "Leave the choice out, unless the name is wrong.".into(),
-                ..reason
-            },
-            Self::RudderBeyondFull { largest } => Reason {
-                text: format!(
-                    "The rudder reaches {} times full rudder: it is not a share of full.",
-                    three_figures(*largest)
-                ),
-                action: "Give its unit with --unit rudder=percent or --unit rudder=deg.".into(),
-                ..reason
-            },
-            Self::RudderOfOneSide { shares } => of_one_side(*shares, reason),
-            Self::TimeIsIndex { is_stated: true } => Reason {
-                text: "The time counts 0, 1, 2 and was read in seconds, as its column says.".into(),
-                action: "Where a row is a second, say so with --unit time=s; else give the time of a row as scale of the time in a [channels] file.".into(),
-                ..reason
-            },
-            Self::TimeIsIndex { is_stated: false } => Reason {
-                text: "The time counts rows, as 0, 1, 2: how long a row takes is not in the log.".into(),
-                action: "Name the column of the time with --time. Where a row is one second, say so with --unit time=s; else give the seconds of a row as scale of the time in a [channels] file.".into(),
-                ..reason
-            },
-            Self::TimeAssumed { interval_s, units } => Reason {
-                text: format!(
-                    "The time has no unit, and nothing shows that samples are {} s apart.",
-                    three_figures(*interval_s)
-                ),
-                action: format!("Say {}.", time_units(units)),
-                ..reason
-            },
             Self::ScaleAssumed { columns } => Reason {
                 text: format!("No unit is given: {}, which nothing in the log shows.", taken_for(columns)),
                 action: format!("Where that is right, {}; else give the right units.", say_units(columns)),
                 ..reason
             },
-            Self::TimeUnit { interval_s } => Reason {
-                text: format!(
-                    "By the time column samples are {} s apart: the time is in another unit.",
-                    three_figures(*interval_s)
-                ),
-                ..reason
-            },
-            Self::TurnsTooFast { yaw_rate_rad_s, .. } => Reason {
-                text: format!(
-                    "By the time column the vehicle turns by {} deg/s, which no vessel does.",
-                    three_figures(yaw_rate_rad_s.to_degrees())
-                ),
-                action: "The time counts something longer than it was taken for: give its unit with --unit time=min (or h, d), or name another column with --time.".into(),
-                ..reason
-            },
-            _ => self.reason_of_heading(reason),
+            _ => self.reason_of_time(self.reason_of_rudder(self.reason_of_heading(reason))),
         }
     }
-}
-
-/// A throttle in place of a rudder.
-fn of_one_side([from, to]: [f64; 2], reason: Reason) -> Reason {
-    Reason {
-        text: format!(
-            "The rudder stays on one side, from {} to {} of full: it is the throttle of one motor, or its neutral is not 0.",
-            three_figures(from),
-            three_figures(to)
-        ),
-        action: "Of two motors take half the difference: --rudder PORT,STARBOARD. Of a rudder give its neutral: offset in a file for --channels, or --rudder-trim of a pulse width.".into(),
-        ..reason
-    }
-}
-
-/// The options that settle the unit of the time, with the interval that each makes of the rows.
-fn time_units(units: &[(&str, f64)]) -> String {
-    let options = units.iter().map(|(unit, interval_s)| {
-        format!(
-            "--unit time={unit} where rows are {} s apart",
-            three_figures(*interval_s)
-        )
-    });
-    options.collect::<Vec<_>>().join(", or ")
 }
 
 /// The columns and what they were taken for: `heading was taken for deg, rudder for deg`.

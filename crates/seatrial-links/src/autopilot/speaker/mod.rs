@@ -11,7 +11,8 @@ use seatrial_core::{Action, Steering, Vehicle};
 
 use super::{Profile, REAL32};
 use crate::link::message::{
-    CommandAck, ManualControl, ParamValue, RcChannelsOverride, Statustext, Text, Timesync,
+    CommandAck, CommandLong, ManualControl, ParamValue, RcChannelsOverride, Statustext, Text,
+    Timesync,
 };
 use crate::link::{Decoder, Encoder, Message, Sender, Signing};
 use defaults::{HALF_US, STICKS, TRIM_US, parameters, resting_mode};
@@ -261,21 +262,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
                 // An override is a sign of life too.
                 self.station_s = Some(self.clock_s);
             }
-            Message::ManualControl(ManualControl { x, y, z, r, .. }) if is_obeyed => {
-                let full = |axis: i16| f64::from(axis) / 1000.0;
-                let asked = match self.profile {
-                    Profile::Px4 => [full(y), 2.0 * full(z) - 1.0],
-                    _ => [full(r), full(x)],
-                };
-                self.joystick = Some((self.clock_s, asked));
-                if self.profile == Profile::Sub {
-                    let pulse = |axis: i16| (TRIM_US + HALF_US * full(axis)).round() as u16;
-                    let mut pulses = [TRIM_US as u16; 8];
-                    (pulses[3], pulses[4]) = (pulse(r), pulse(x));
-                    self.overridden = Some((self.clock_s, pulses));
-                }
-                self.station_s = Some(self.clock_s);
-            }
+            Message::ManualControl(control) if is_obeyed => self.take_joystick(control),
             // No sign of life: Rover goes by heartbeats and sticks.
             Message::SetAttitudeTarget(target) if is_obeyed => self.take_target(&target),
             Message::ParamRequestRead(request) => {
@@ -295,22 +282,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
                     self.tell(&name);
                 }
             }
-            Message::CommandLong(command) => {
-                if command.command == 176 {
-                    let (main, sub) = (command.param2 as u32, command.param3 as u32);
-                    self.mode = match self.profile {
-                        Profile::Px4 => main << 16 | sub << 24,
-                        _ => main,
-                    };
-                    self.held_heading_rad = f64::NAN;
-                    self.failsafe = false;
-                    self.beat();
-                }
-                self.send(CommandAck {
-                    command: command.command,
-                    result: 0,
-                });
-            }
+            Message::CommandLong(command) => self.take_command(&command),
             Message::Timesync(question) if question.there_ns == 0 => {
                 let there_ns = (self.clock_s * 1e9) as i64 + 1;
                 self.send(Timesync {
@@ -320,6 +292,39 @@ impl<V: Vehicle<f64>> Speaker<V> {
             }
             _ => {}
         }
+    }
+
+    fn take_joystick(&mut self, ManualControl { x, y, z, r, .. }: ManualControl) {
+        let full = |axis: i16| f64::from(axis) / 1000.0;
+        let asked = match self.profile {
+            Profile::Px4 => [full(y), 2.0 * full(z) - 1.0],
+            _ => [full(r), full(x)],
+        };
+        self.joystick = Some((self.clock_s, asked));
+        if self.profile == Profile::Sub {
+            let pulse = |axis: i16| (TRIM_US + HALF_US * full(axis)).round() as u16;
+            let mut pulses = [TRIM_US as u16; 8];
+            (pulses[3], pulses[4]) = (pulse(r), pulse(x));
+            self.overridden = Some((self.clock_s, pulses));
+        }
+        self.station_s = Some(self.clock_s);
+    }
+
+    fn take_command(&mut self, command: &CommandLong) {
+        if command.command == 176 {
+            let (main, sub) = (command.param2 as u32, command.param3 as u32);
+            self.mode = match self.profile {
+                Profile::Px4 => main << 16 | sub << 24,
+                _ => main,
+            };
+            self.held_heading_rad = f64::NAN;
+            self.failsafe = false;
+            self.beat();
+        }
+        self.send(CommandAck {
+            command: command.command,
+            result: 0,
+        });
     }
 
     fn tell(&mut self, name: &str) {

@@ -43,7 +43,6 @@ impl<V: Vehicle<f64>> Speaker<V> {
             port: 0,
             more_pulses: [0; 8],
         });
-        let number = |value: Option<f64>| value.unwrap_or(0.0) as f32;
         self.send(Attitude {
             time_boot_ms,
             roll_rad: number(sample.roll_rad),
@@ -56,41 +55,46 @@ impl<V: Vehicle<f64>> Speaker<V> {
         let every = |seconds: f64| (seconds / self.interval_s).round().max(1.0) as u64;
         let (fifth, whole) = (every(0.2), every(1.0));
         if self.steps.is_multiple_of(fifth) {
-            self.send(VfrHud {
-                air_speed_m_s: 0.0,
-                ground_speed_m_s: number(sample.surge_speed_m_s),
-                altitude_m: 0.0,
-                climb_m_s: 0.0,
-                heading_deg: 0,
-                throttle_percent: (100.0 * self.fraction(2)).max(0.0) as u16,
-            });
-            self.send(LocalPositionNed {
-                time_boot_ms,
-                north_m: number(sample.north_m),
-                east_m: number(sample.east_m),
-                down_m: number(sample.depth_m),
-                north_m_s: 0.0,
-                east_m_s: 0.0,
-                down_m_s: 0.0,
-            });
-            let mut channels = [0; 18];
-            for (channel, pulse) in channels.iter_mut().take(STICKS).enumerate() {
-                *pulse = self.input_us(channel);
-            }
-            self.send(RcChannels {
-                time_boot_ms,
-                pulses: channels,
-                count: if self.has_remote_control {
-                    STICKS as u8
-                } else {
-                    0
-                },
-                rssi: 255,
-            });
+            self.report_motion(sample, time_boot_ms);
         }
         if self.steps.is_multiple_of(whole) {
             self.report_health();
         }
+    }
+
+    /// What is sent five times a second.
+    fn report_motion(&mut self, sample: &Sample<f64>, time_boot_ms: u32) {
+        self.send(VfrHud {
+            air_speed_m_s: 0.0,
+            ground_speed_m_s: number(sample.surge_speed_m_s),
+            altitude_m: 0.0,
+            climb_m_s: 0.0,
+            heading_deg: 0,
+            throttle_percent: (100.0 * self.fraction(2)).max(0.0) as u16,
+        });
+        self.send(LocalPositionNed {
+            time_boot_ms,
+            north_m: number(sample.north_m),
+            east_m: number(sample.east_m),
+            down_m: number(sample.depth_m),
+            north_m_s: 0.0,
+            east_m_s: 0.0,
+            down_m_s: 0.0,
+        });
+        let mut channels = [0; 18];
+        for (channel, pulse) in channels.iter_mut().take(STICKS).enumerate() {
+            *pulse = self.input_us(channel);
+        }
+        self.send(RcChannels {
+            time_boot_ms,
+            pulses: channels,
+            count: if self.has_remote_control {
+                STICKS as u8
+            } else {
+                0
+            },
+            rssi: 255,
+        });
     }
 
     fn report_health(&mut self) {
@@ -152,4 +156,8 @@ impl<V: Vehicle<f64>> Speaker<V> {
             flags: FLAGS,
         });
     }
+}
+
+fn number(value: Option<f64>) -> f32 {
+    value.unwrap_or(0.0) as f32
 }

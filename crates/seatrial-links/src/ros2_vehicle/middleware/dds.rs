@@ -82,6 +82,20 @@ struct Maker {
 }
 
 impl Maker {
+    fn enable_client(
+        &mut self,
+        service: &str,
+    ) -> Result<Client<SetBoolRequest, Answer>, MiddlewareError> {
+        let name = Name::parse(service).map_err(failed(service))?;
+        let [package, kind] = wire::SET_BOOL;
+        let kind = ServiceTypeName::new(package, kind);
+        let (to, from) = (qos(true), qos(true));
+        let client = self
+            .node
+            .create_client(self.mapping, &name, &kind, to, from);
+        client.map_err(failed(service))
+    }
+
     fn topic(
         &self,
         name: &str,
@@ -212,19 +226,9 @@ impl Dds {
             publishers.push((topic, publisher));
         }
         let diagnostics = maker.publisher(DIAGNOSTICS_TOPIC, wire::DIAGNOSTIC_ARRAY, qos(true))?;
-        let client = match &description.enable {
-            Some(enable) => {
-                let name = Name::parse(&enable.service).map_err(failed(&enable.service))?;
-                let [package, kind] = wire::SET_BOOL;
-                let kind = ServiceTypeName::new(package, kind);
-                let client =
-                    maker
-                        .node
-                        .create_client(maker.mapping, &name, &kind, qos(true), qos(true));
-                Some(client.map_err(failed(&enable.service))?)
-            }
-            None => None,
-        };
+        let client = (description.enable.as_ref())
+            .map(|enable| maker.enable_client(&enable.service))
+            .transpose()?;
         let ears = maker.ears(&description)?;
         let (sender, heard) = mpsc::channel();
         let (hang_up, until) = oneshot::channel();

@@ -144,27 +144,10 @@ impl UTurn {
         let (u_turn_circle, steady_circle) = (fit(u_turn)?, fit(circle)?);
         let speed_in_turn_m_s = mean(u_turn, "forward speed", speed)?;
         let lasted_s = |part: &[Sample<f64>]| part[part.len() - 1].time_s - part[0].time_s;
-        let steady_turning_radius_m = turn.steady_turning_radius_m(straight_speed_m_s);
-        let predicted_speed_m_s = surge.and_then(|surge| {
-            surge.mean_speed_in_turn_m_s(
-                straight_speed_m_s,
-                steady_turning_radius_m,
-                turn.u_turn_time_s(),
-            )
-        });
         Ok(Self {
             thrust,
             model: point.model,
-            predicted: PredictedTurn {
-                yaw_rate_rad_s: turn.yaw_rate_rad_s,
-                u_turn_time_s: turn.u_turn_time_s(),
-                u_turn_mean_radius_m: turn.u_turn_mean_radius_m(straight_speed_m_s),
-                at_speed_in_turn_m: turn.u_turn_mean_radius_m(speed_in_turn_m_s),
-                speed_in_turn_m_s: predicted_speed_m_s,
-                from_trial_m: predicted_speed_m_s.map(|speed| turn.u_turn_mean_radius_m(speed)),
-                steady_turning_radius_m,
-                from_one_u_turn_m: steady_turning_radius_m,
-            },
+            predicted: PredictedTurn::of(&turn, straight_speed_m_s, speed_in_turn_m_s, surge),
             measured: MeasuredTurn {
                 straight_speed_m_s,
                 speed_in_turn_m_s,
@@ -177,6 +160,32 @@ impl UTurn {
             track_m: track(samples)?,
             yaw_rate: yaw_rates(&point.model, u_turn)?,
         })
+    }
+}
+
+impl PredictedTurn {
+    /// The turn at a speed straight ahead, by the speed in the turn as measured there and as `surge` has it.
+    fn of(
+        turn: &Turn<f64>,
+        straight_speed_m_s: f64,
+        measured_speed_m_s: f64,
+        surge: Option<&SurgeModel>,
+    ) -> Self {
+        let steady_turning_radius_m = turn.steady_turning_radius_m(straight_speed_m_s);
+        let u_turn_time_s = turn.u_turn_time_s();
+        let speed_in_turn_m_s = surge.and_then(|surge| {
+            surge.mean_speed_in_turn_m_s(straight_speed_m_s, steady_turning_radius_m, u_turn_time_s)
+        });
+        Self {
+            yaw_rate_rad_s: turn.yaw_rate_rad_s,
+            u_turn_time_s,
+            u_turn_mean_radius_m: turn.u_turn_mean_radius_m(straight_speed_m_s),
+            at_speed_in_turn_m: turn.u_turn_mean_radius_m(measured_speed_m_s),
+            speed_in_turn_m_s,
+            from_trial_m: speed_in_turn_m_s.map(|speed| turn.u_turn_mean_radius_m(speed)),
+            steady_turning_radius_m,
+            from_one_u_turn_m: steady_turning_radius_m,
+        }
     }
 }
 

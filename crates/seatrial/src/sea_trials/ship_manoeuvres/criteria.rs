@@ -24,15 +24,9 @@ pub struct Criterion {
 /// Paragraph 5.3.4: the track reach of a stop with full astern is at most 15 ship lengths. An administration may allow 20 for a ship of large
 /// displacement. Of a ship that was not dead in the water at the end there is no criterion.
 pub fn stopping_criterion(length_m: f64, stop: &Stopping) -> Option<Criterion> {
-    let value = stop.track_reach_m / length_m;
-    stop.is_dead_in_the_water.then_some(Criterion {
-        clause: "5.3.4",
-        name: "track reach of the stop",
-        unit: "L",
-        value,
-        limit: 15.0,
-        holds: value <= 15.0,
-    })
+    let reach = stop.track_reach_m / length_m;
+    let criterion = criterion("5.3.4", "track reach of the stop", "L", reach, 15.0);
+    stop.is_dead_in_the_water.then_some(criterion)
 }
 
 /// The criteria of a ship of this length at this speed, for the figures that are there:
@@ -52,75 +46,79 @@ pub fn criteria(
     zig_zags: [Option<&ZigZag>; 2],
     circles: &[TurningCircle],
 ) -> Vec<Criterion> {
-    let seconds = length_m / surge_speed_m_s;
+    let [ten, twenty] = zig_zags;
+    let turning = turning_ability(length_m, circles);
+    let initial_turning = ten.map(|ten| {
+        let reach = ten.initial_turning_track_m / length_m;
+        criterion("5.3.2", "initial turning, track reach", "L", reach, 2.5)
+    });
+    let yaw_checking = yaw_checking_ability(length_m / surge_speed_m_s, ten, twenty);
+    turning
+        .into_iter()
+        .flatten()
+        .chain(initial_turning)
+        .chain(yaw_checking)
+        .collect()
+}
+
+/// 5.3.1, of the widest circle.
+fn turning_ability(length_m: f64, circles: &[TurningCircle]) -> Option<[Criterion; 2]> {
+    let widest = |of: fn(&TurningCircle) -> f64| {
+        let widest_m = circles.iter().map(of).reduce(f64::max);
+        widest_m.map(|widest_m| widest_m / length_m)
+    };
+    let (advance, diameter) = (widest(|c| c.advance_m)?, widest(|c| c.tactical_diameter_m)?);
+    Some([
+        criterion("5.3.1", "advance", "L", advance, 4.5),
+        criterion("5.3.1", "tactical diameter", "L", diameter, 5.0),
+    ])
+}
+
+/// 5.3.3, where `seconds` is L/V.
+fn yaw_checking_ability(
+    seconds: f64,
+    ten: Option<&ZigZag>,
+    twenty: Option<&ZigZag>,
+) -> Vec<Criterion> {
     let between = |short: f64, long: f64, formula: f64| match seconds {
         s if s < 10.0 => short,
         s if s >= 30.0 => long,
         _ => formula,
     };
-    let criterion = |clause, name, unit, value: f64, limit: f64| Criterion {
+    let first = between(10.0, 20.0, 5.0 + 0.5 * seconds);
+    let second = between(25.0, 40.0, 17.5 + 0.75 * seconds);
+    [
+        ("5.3.3.1", "first overshoot angle, 10/10", ten, 0, first),
+        ("5.3.3.2", "second overshoot angle, 10/10", ten, 1, second),
+        ("5.3.3.3", "first overshoot angle, 20/20", twenty, 0, 25.0),
+    ]
+    .into_iter()
+    .filter_map(|(clause, name, zig_zag, k, limit_deg)| {
+        let overshoot_rad = zig_zag?.overshoots_rad.get(k)?;
+        Some(criterion(
+            clause,
+            name,
+            "deg",
+            overshoot_rad.to_degrees(),
+            limit_deg,
+        ))
+    })
+    .collect()
+}
+
+fn criterion(
+    clause: &'static str,
+    name: &'static str,
+    unit: &'static str,
+    value: f64,
+    limit: f64,
+) -> Criterion {
+    Criterion {
         clause,
         name,
         unit,
         value,
         limit,
         holds: value <= limit,
-    };
-    let mut found = Vec::new();
-    let widest = |of: fn(&TurningCircle) -> f64| circles.iter().map(of).reduce(f64::max);
-    if let (Some(advance), Some(diameter)) =
-        (widest(|c| c.advance_m), widest(|c| c.tactical_diameter_m))
-    {
-        found.push(criterion("5.3.1", "advance", "L", advance / length_m, 4.5));
-        found.push(criterion(
-            "5.3.1",
-            "tactical diameter",
-            "L",
-            diameter / length_m,
-            5.0,
-        ));
     }
-    let [ten, twenty] = zig_zags;
-    if let Some(ten) = ten {
-        let reach = ten.initial_turning_track_m / length_m;
-        found.push(criterion(
-            "5.3.2",
-            "initial turning, track reach",
-            "L",
-            reach,
-            2.5,
-        ));
-        let overshoots = [
-            (
-                "5.3.3.1",
-                "first overshoot angle, 10/10",
-                between(10.0, 20.0, 5.0 + 0.5 * seconds),
-            ),
-            (
-                "5.3.3.2",
-                "second overshoot angle, 10/10",
-                between(25.0, 40.0, 17.5 + 0.75 * seconds),
-            ),
-        ];
-        for ((clause, name, limit), overshoot) in overshoots.into_iter().zip(&ten.overshoots_rad) {
-            found.push(criterion(
-                clause,
-                name,
-                "deg",
-                overshoot.to_degrees(),
-                limit,
-            ));
-        }
-    }
-    if let Some(overshoot) = twenty.and_then(|twenty| twenty.overshoots_rad.first()) {
-        let name = "first overshoot angle, 20/20";
-        found.push(criterion(
-            "5.3.3.3",
-            name,
-            "deg",
-            overshoot.to_degrees(),
-            25.0,
-        ));
-    }
-    found
 }
