@@ -182,7 +182,7 @@ impl Survey {
                 self.add("function", &what, place.clone());
             }
             if function.lines > LONG_FUNCTION_LINES {
-                self.counts.add_long_function();
+                self.counts.raise("long_functions", 1);
                 self.long_functions
                     .push(format!("{} at {place}", function.name));
             }

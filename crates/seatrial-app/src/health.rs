@@ -64,7 +64,7 @@ pub fn reference(models: &ComparedModels) -> Result<Reference, Error> {
 pub fn are_two(reference: &ComparedModels, now: &ComparedModels) -> Result<(), Error> {
     match (reference.campaign, now.campaign) {
         (Some(one), Some(other)) if one == other => Err(Error::Input(format!(
-            "{}: both names are this trial; give the numbers of two: `seatrial logbook list` shows them",
+            "{}: both names are this trial; give the numbers of two: `seatrial logbook` shows them",
             now.origin
         ))),
         _ => Ok(()),

@@ -30,7 +30,7 @@ use crate::gains::{HeadingGains, Wanted};
 use crate::gains_export::{Format, GainsFile, check_usable};
 use crate::models::Models;
 use crate::turning::TurningLimits;
-use crate::vehicle_export::{self, Form, Target};
+use crate::vehicle_export::{self, Form};
 use crate::vehicle_file::Stated;
 
 /// What is said of a vehicle beside its models: options of `seatrial gains`, `turn` and `export`. Everything has a default.
@@ -113,7 +113,6 @@ impl ModelFile {
     fn made(self) -> Made {
         use VehicleType::{Surface, Underwater};
         let gains = Made::Gains;
-        let of_vehicle = |target| Made::Vehicle(Form::For(target));
         match self {
             Self::ArdupilotSurface => gains(Format::Ardupilot, Surface),
             Self::ArdupilotUnderwater => gains(Format::Ardupilot, Underwater),
@@ -125,16 +124,16 @@ impl ModelFile {
             Self::Vehicle => Made::Vehicle(Form::Toml),
             Self::VehicleJson => Made::Vehicle(Form::Json),
             Self::Fmu => Made::Vehicle(Form::Fmu),
-            Self::Python => of_vehicle(Target::Numpy),
-            Self::Casadi => of_vehicle(Target::Casadi),
-            Self::Mujoco => of_vehicle(Target::Mujoco),
-            Self::Octave => of_vehicle(Target::Octave),
-            Self::Gazebo => of_vehicle(Target::Gazebo),
-            Self::Moos => of_vehicle(Target::Moos),
-            Self::Nav2 => of_vehicle(Target::Nav2),
-            Self::Ros2Control => of_vehicle(Target::Ros2Control),
-            Self::Ros2ControlUrdf => of_vehicle(Target::Ros2ControlUrdf),
-            Self::Guidance => of_vehicle(Target::Guidance),
+            Self::Python => Made::Vehicle(Form::Python),
+            Self::Casadi => Made::Vehicle(Form::Casadi),
+            Self::Mujoco => Made::Vehicle(Form::Mujoco),
+            Self::Octave => Made::Vehicle(Form::Octave),
+            Self::Gazebo => Made::Vehicle(Form::Gazebo),
+            Self::Moos => Made::Vehicle(Form::Moos),
+            Self::Nav2 => Made::Vehicle(Form::Nav2),
+            Self::Ros2Control => Made::Vehicle(Form::Ros2Control),
+            Self::Ros2ControlUrdf => Made::Vehicle(Form::Ros2ControlUrdf),
+            Self::Guidance => Made::Vehicle(Form::Guidance),
         }
     }
 
@@ -223,10 +222,10 @@ impl ModelRequest {
             ..Stated::default()
         };
         let vehicle = stated.vehicle(&models)?;
-        if let Some(target) = form.target().filter(|_| !self.accept) {
+        if !self.accept {
             let not_to_be_used = "its models are not to be used".to_owned();
             let rejected = (!models.rejected.is_empty()).then_some(&not_to_be_used);
-            vehicle_export::check_usable(&vehicle, target, None, rejected)?;
+            vehicle_export::check_usable(&vehicle, form, None, rejected)?;
         }
         let (bytes, note) = vehicle_export::file(&vehicle, form, None)?;
         let mut notes = vehicle.provenance.assumptions;

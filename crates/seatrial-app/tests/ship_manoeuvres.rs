@@ -2,7 +2,7 @@
 
 use seatrial::sea_trials::ship_manoeuvres::Index;
 use seatrial_app::ship_trials::{Wanted, predicted};
-use seatrial_app::vehicle_export::{Target, text};
+use seatrial_app::vehicle_export::{Form, file};
 use seatrial_sim::IdentifiedVehicle;
 use seatrial_sim::identified::{IdentifiedSpeed, Provenance, Rudder, SCHEMA, SurgeLaw};
 
@@ -141,20 +141,16 @@ fn exact_a_vehicle_without_figures_is_refused() {
 fn exact_names_are_harmless_in_every_target() {
     let mut vehicle = boat(1.2, 0.1);
     vehicle.name = "3rd\"\"\" --> */ \n boat".into();
-    let targets = [
-        Target::Numpy,
-        Target::Casadi,
-        Target::Mujoco,
-        Target::Octave,
-        Target::Gazebo,
-        Target::Moos,
-        Target::Nav2,
-        Target::Ros2Control,
-        Target::Ros2ControlUrdf,
-        Target::Guidance,
-    ];
-    for target in targets {
-        let file = text(&vehicle, target, None).unwrap();
+    let text = |form, thrust| {
+        file(&vehicle, form, thrust).map(|(bytes, _)| String::from_utf8(bytes).unwrap())
+    };
+    for (place, (form, ..)) in Form::ALL.into_iter().enumerate() {
+        assert_eq!(form as usize, place, "{form:?} in the list");
+        // The vehicle file quotes by its own rules, and a FMU is no text.
+        if [Form::Toml, Form::Json, Form::Fmu].contains(&form) {
+            continue;
+        }
+        let file = text(form, None).unwrap();
         assert!(
             !file.contains("3rd\"") && !file.contains("\n boat"),
             "{file}"
@@ -163,14 +159,14 @@ fn exact_names_are_harmless_in_every_target() {
         let is_left = |part: &str| part.starts_with(|c: char| c.is_ascii_uppercase());
         assert!(!places.into_iter().any(is_left), "{file}");
     }
-    let sdf = text(&vehicle, Target::Gazebo, None).unwrap();
+    let sdf = text(Form::Gazebo, None).unwrap();
     let (_, comment) = sdf.split_once("<!--").unwrap();
     let (comment, _) = comment.split_once("-->").unwrap();
     assert!(
         comment.contains("boat") && !comment.contains("--"),
         "{comment}"
     );
-    let program = text(&vehicle, Target::Numpy, None).unwrap();
+    let program = text(Form::Python, None).unwrap();
     assert!(program.contains("NAME = \"vehicle_3rd"), "{program}");
-    assert!(text(&vehicle, Target::Gazebo, Some(1.5)).is_err());
+    assert!(text(Form::Gazebo, Some(1.5)).is_err());
 }

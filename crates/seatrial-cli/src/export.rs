@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use seatrial_app::vehicle_export::{self, Form, Target as Export};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use seatrial_app::vehicle_export::{self, Form};
 use seatrial_app::vehicle_file::Stated;
 use seatrial_sim::IdentifiedVehicle;
 use serde::Serialize;
@@ -22,8 +23,8 @@ Example:
   seatrial export --to python --vehicle sim:myboat.toml --out myboat.py")]
 pub struct Args {
     /// What is written.
-    #[arg(long, value_name = "TARGET")]
-    to: Target,
+    #[arg(long, value_name = "TARGET", value_parser = forms())]
+    to: Form,
     #[command(flatten)]
     vehicle: VehicleArgs,
     /// Thrust of a target that has one speed only [default: the fastest].
@@ -75,57 +76,10 @@ pub struct VehicleArgs {
     surge_time_constant: Option<f64>,
 }
 
-/// What is written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Target {
-    /// The vehicle file, TOML.
-    Vehicle,
-    /// The vehicle file, JSON.
-    VehicleJson,
-    /// A Python class that needs numpy only.
-    Python,
-    /// CasADi functions in Python, for MPC and acados.
-    Casadi,
-    /// The vehicle in MuJoCo's engine, Python.
-    Mujoco,
-    /// Functions of Octave and Matlab.
-    Octave,
-    /// A Functional Mock-up Unit, FMI 3.0 for co-simulation.
-    Fmu,
-    /// SDF of Gazebo with its hydrodynamics plugin.
-    Gazebo,
-    /// Configuration of MOOS-IvP's uSimMarine.
-    Moos,
-    /// Limits of ROS 2's Nav2, YAML.
-    Nav2,
-    /// Gains and limits of ROS 2's ros2_controllers, YAML.
-    #[value(name = "ros2_control")]
-    Ros2Control,
-    /// The joints of ros2_control's hardware, an element of URDF.
-    #[value(name = "ros2_control-urdf")]
-    Ros2ControlUrdf,
-    /// Radius, rate, lookahead and waypoint radius of each speed, TOML.
-    Guidance,
-}
-
-impl Target {
-    fn form(self) -> Form {
-        Form::For(match self {
-            Self::Vehicle => return Form::Toml,
-            Self::VehicleJson => return Form::Json,
-            Self::Fmu => return Form::Fmu,
-            Self::Python => Export::Numpy,
-            Self::Casadi => Export::Casadi,
-            Self::Mujoco => Export::Mujoco,
-            Self::Octave => Export::Octave,
-            Self::Gazebo => Export::Gazebo,
-            Self::Moos => Export::Moos,
-            Self::Nav2 => Export::Nav2,
-            Self::Ros2Control => Export::Ros2Control,
-            Self::Ros2ControlUrdf => Export::Ros2ControlUrdf,
-            Self::Guidance => Export::Guidance,
-        })
-    }
+fn forms() -> impl TypedValueParser<Value = Form> {
+    let names = Form::ALL.map(|(form, name, _)| PossibleValue::new(name).help(form.about()));
+    let unknown = |name: String| Form::named(&name).ok_or("no form of a vehicle");
+    PossibleValuesParser::new(names).try_map(unknown)
 }
 
 /// `export --sample --json`.
@@ -139,11 +93,11 @@ struct Drawn {
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let (vehicle, exit) = args.vehicle.vehicle()?;
     vehicle.provenance.assumptions.iter().for_each(say);
-    let form = args.to.form();
-    if let Some(target) = form.target().filter(|_| !args.accept) {
+    let form = args.to;
+    if !args.accept {
         let not_to_be_used = "its models are not to be used".to_owned();
         let rejected = (exit == Exit::Rejected).then_some(&not_to_be_used);
-        vehicle_export::check_usable(&vehicle, target, args.at_thrust, rejected).map_err(
+        vehicle_export::check_usable(&vehicle, form, args.at_thrust, rejected).map_err(
             |error| Failure::rejected(format!("{error}; --accept writes it all the same")),
         )?;
     }
@@ -176,7 +130,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 }
 
 fn file(args: &Args, vehicle: &IdentifiedVehicle) -> Result<Vec<u8>, Failure> {
-    let (bytes, note) = vehicle_export::file(vehicle, args.to.form(), args.at_thrust)?;
+    let (bytes, note) = vehicle_export::file(vehicle, args.to, args.at_thrust)?;
     if let Some(note) = note {
         say(format!("{}: {note}", vehicle.name));
     }
@@ -208,10 +162,7 @@ fn draw(
         .map(|number| {
             let mut drawn = vehicle.drawn(args.seed.wrapping_add(number - 1));
             drawn.name = format!("{} {number:0digits$}", vehicle.name);
-            let path = folder.join(format!(
-                "vehicle-{number:0digits$}.{}",
-                args.to.form().extension()
-            ));
+            let path = folder.join(format!("vehicle-{number:0digits$}.{}", args.to.extension()));
             output.save(&path, file(args, &drawn)?)?;
             Ok(path)
         })

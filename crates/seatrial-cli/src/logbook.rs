@@ -25,14 +25,15 @@ use crate::speed_table::{SpeedRow, promise_text, run_row, speed_table};
 use crate::table::decimals;
 use crate::track;
 
-/// Results of earlier trials: list, show, compare, export, verify.
+/// Results of earlier trials: list (no action), show, compare, export, verify.
 #[derive(clap::Args)]
 #[command(after_help = "Example:
   seatrial trial --logbook seatrial.db
+  seatrial logbook
   seatrial logbook show --logbook seatrial.db")]
 pub struct Args {
     #[command(subcommand)]
-    action: LogbookAction,
+    action: Option<LogbookAction>,
     /// The logbook.
     #[arg(
         long,
@@ -45,8 +46,8 @@ pub struct Args {
 
 #[derive(Subcommand)]
 enum LogbookAction {
-    /// Every campaign: when, on what, how many runs were accepted.
-    #[command(after_help = "Example:\n  seatrial trial && seatrial logbook list")]
+    /// The old spelling of `seatrial logbook`: every campaign, when, on what, how many runs were accepted.
+    #[command(hide = true)]
     List,
     /// One campaign: every run with its model, its intervals and its verdict.
     #[command(after_help = "Example:\n  seatrial trial && seatrial logbook show 1")]
@@ -98,16 +99,16 @@ struct ExportArgs {
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let logbook = Logbook::open_read_only(&args.logbook)?;
-    let is_asked = matches!(args.action, LogbookAction::Verify);
+    let is_asked = matches!(args.action, Some(LogbookAction::Verify));
     if !is_asked {
         damage::warn_of_missing(&logbook);
     }
     match &args.action {
-        LogbookAction::List => list::list(&logbook, output),
-        LogbookAction::Show { campaign } => show(&logbook, *campaign, output),
-        LogbookAction::Diff { a, b } => diff(&logbook, a, b, output),
-        LogbookAction::Export(asked) => export(&logbook, asked, output),
-        LogbookAction::Verify => verify(&logbook, output),
+        None | Some(LogbookAction::List) => list::list(&logbook, output),
+        Some(LogbookAction::Show { campaign }) => show(&logbook, *campaign, output),
+        Some(LogbookAction::Diff { a, b }) => diff(&logbook, a, b, output),
+        Some(LogbookAction::Export(asked)) => export(&logbook, asked, output),
+        Some(LogbookAction::Verify) => verify(&logbook, output),
     }
 }
 

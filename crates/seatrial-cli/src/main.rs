@@ -14,7 +14,7 @@ mod doctor;
 mod export;
 mod fault_matrix;
 mod field;
-#[cfg(feature = "parquet")]
+#[cfg_attr(not(feature = "parquet"), path = "no_fleet.rs")]
 mod fleet;
 mod gains;
 mod health;
@@ -32,8 +32,6 @@ mod manoeuvres;
 mod mcp;
 mod model_source;
 mod model_text;
-#[cfg(not(feature = "parquet"))]
-mod no_fleet;
 mod output;
 mod paper;
 mod plan;
@@ -103,10 +101,7 @@ enum Verb {
     Manoeuvres(Box<ship_manoeuvres::Args>),
     Health(health::Args),
     Study(study::Args),
-    #[cfg(feature = "parquet")]
     Fleet(fleet::Args),
-    #[cfg(not(feature = "parquet"))]
-    Fleet(no_fleet::Args),
     Paper(paper::Args),
     Report(report::Args),
     Serve(Box<serve::Args>),
@@ -137,10 +132,7 @@ impl Verb {
             Self::Manoeuvres(args) => ship_manoeuvres::run(args, output),
             Self::Health(args) => health::run(args, output),
             Self::Study(args) => study::run(args, output),
-            #[cfg(feature = "parquet")]
             Self::Fleet(args) => fleet::run(args, output),
-            #[cfg(not(feature = "parquet"))]
-            Self::Fleet(args) => no_fleet::run(args),
             Self::Paper(args) => paper::run(args, output),
             Self::Report(args) => report::run(args, output),
             Self::Serve(args) => serve::run(args, output),

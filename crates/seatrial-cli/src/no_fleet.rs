@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 
-use crate::output::{Exit, Failure};
+use crate::output::{Exit, Failure, Output};
 
 /// Many logs at once: needs a seatrial built with --features parquet.
 #[derive(clap::Args, Debug)]
@@ -13,7 +13,7 @@ pub struct Args {
 }
 
 /// Refuses.
-pub fn run(args: &Args) -> Result<Exit, Failure> {
+pub fn run(args: &Args, _: &Output) -> Result<Exit, Failure> {
     Err(Failure::usage(format!(
         "fleet ({} arguments): its table is a Parquet file, which this seatrial was built without; build it with `--features parquet`",
         args.asked.len()

@@ -17,24 +17,32 @@ use crate::screen::{width, wrapped};
 use crate::table::Table;
 
 /// Zig-zags, turning circles, pull-out, spiral and inertia stop, with intervals, against the criteria of the IMO.
+///
+/// They are predicted from a model: the interval of each figure holds 95 % of those of vehicles drawn from what is known of it.
 #[derive(ClapArgs)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    after_help = "\
+Example:
+  seatrial manoeuvres --a22 -0.05 --b2 0.0026 --speed 7.7 \\
+      --rudder-limit-deg 35 --length 170 --report form.html"
+)]
 pub struct Args {
     #[command(subcommand)]
-    what: What,
+    what: Option<What>,
+    #[command(flatten)]
+    predict: Predict,
 }
 
 #[derive(Subcommand)]
 enum What {
+    /// The old spelling of `seatrial manoeuvres`.
+    #[command(hide = true)]
     Predict(Box<Predict>),
     Read(Box<Read>),
 }
 
-/// Predict them from a model: the interval of each figure holds 95 % of those of vehicles drawn from what is known of it.
 #[derive(ClapArgs)]
-#[command(after_help = "\
-Example:
-  seatrial manoeuvres predict --a22 -0.05 --b2 0.0026 --speed 7.7 \\
-      --rudder-limit-deg 35 --length 170 --report form.html")]
 struct Predict {
     /// Thrust as a fraction of full [default: the fastest of the models].
     #[arg(long, value_name = "FRACTION")]
@@ -134,43 +142,49 @@ fn zig_zag(text: &str) -> Result<[f64; 2], String> {
 
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let (document, form, exit) = match &args.what {
-        What::Predict(args) => {
-            let (vehicle, exit) = args.vehicle.vehicle()?;
-            let own = |path: &PathBuf| {
-                let opened = log::open(path, &ChannelArgs::default(), None)?;
-                let all = opened.record.window(EVERYTHING);
-                let name = path.display().to_string();
-                Ok::<_, Failure>(OwnError::of(&vehicle, args.thrust, &name, all)?)
-            };
-            let wanted = Wanted {
-                zig_zag_rad: args.zig_zag.map(|angles| angles.map(f64::to_radians)),
-                own_error: args.own_log.as_ref().map(own).transpose()?,
-                thrust: args.thrust,
-                length_m: args.form.length,
-                draws: args.draws,
-                seed: args.seed,
-            };
-            (predicted(&vehicle, &wanted)?, &args.form, exit)
-        }
-        What::Read(args) => {
-            let window = Window {
-                from_s: args.from.unwrap_or(f64::NEG_INFINITY),
-                to_s: args.to.unwrap_or(f64::INFINITY),
-            };
-            let opened = log::open(&args.log.log, &args.log.channels, None)?;
-            let name = args.log.log.display().to_string();
-            let kind = args.manoeuvre.map(|named| named.0);
-            let samples = opened.record.window(window);
-            let document = of_record(&name, samples, args.form.length, kind)?;
-            (document, &args.form, Exit::Done)
-        }
+    let args: &Predict = match &args.what {
+        Some(What::Read(args)) => return read(args, output),
+        Some(What::Predict(args)) => args,
+        None => &args.predict,
     };
-    if let Some(path) = &form.report {
-        output.save(path, render_ship_manoeuvres(&document))?;
-    }
-    output.print(&document, || text(&document))?;
+    let (vehicle, exit) = args.vehicle.vehicle()?;
+    let own = |path: &PathBuf| {
+        let opened = log::open(path, &ChannelArgs::default(), None)?;
+        let all = opened.record.window(EVERYTHING);
+        let name = path.display().to_string();
+        Ok::<_, Failure>(OwnError::of(&vehicle, args.thrust, &name, all)?)
+    };
+    let wanted = Wanted {
+        zig_zag_rad: args.zig_zag.map(|angles| angles.map(f64::to_radians)),
+        own_error: args.own_log.as_ref().map(own).transpose()?,
+        thrust: args.thrust,
+        length_m: args.form.length,
+        draws: args.draws,
+        seed: args.seed,
+    };
+    print(&predicted(&vehicle, &wanted)?, &args.form, output)?;
     Ok(exit)
+}
+
+fn read(args: &Read, output: &Output) -> Result<Exit, Failure> {
+    let window = Window {
+        from_s: args.from.unwrap_or(f64::NEG_INFINITY),
+        to_s: args.to.unwrap_or(f64::INFINITY),
+    };
+    let opened = log::open(&args.log.log, &args.log.channels, None)?;
+    let name = args.log.log.display().to_string();
+    let kind = args.manoeuvre.map(|named| named.0);
+    let samples = opened.record.window(window);
+    let document = of_record(&name, samples, args.form.length, kind)?;
+    print(&document, &args.form, output)?;
+    Ok(Exit::Done)
+}
+
+fn print(document: &ShipManoeuvres, form: &FormArgs, output: &Output) -> Result<(), Failure> {
+    if let Some(path) = &form.report {
+        output.save(path, render_ship_manoeuvres(document))?;
+    }
+    output.print(document, || text(document))
 }
 
 fn text(document: &ShipManoeuvres) -> String {

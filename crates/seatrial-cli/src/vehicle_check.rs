@@ -20,21 +20,28 @@ use crate::screen::{command, labelled, width};
 use crate::table::Table;
 
 /// Look at an autopilot before a trial, or put it back after a trial that was cut short.
+///
+/// Says whether a trial would be refused, without touching the controls. Exit 0: ready; 4: not, with the reasons.
 #[derive(clap::Args, Debug)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    after_help = "Example, on a boat that `seatrial sim mavlink` plays in another terminal:
+  seatrial plan --thrust 0.8 --out plan.toml
+  seatrial vehicle --vehicle mavlink:udp:127.0.0.1:14550 \\
+      --full-rudder-deg 14.9 --plan plan.toml"
+)]
 pub struct Args {
     #[command(subcommand)]
-    what: What,
+    what: Option<What>,
+    #[command(flatten)]
+    check: Option<CheckArgs>,
 }
 
 #[derive(Debug, Subcommand)]
 enum What {
-    /// Look whether a trial would be refused, without touching the controls. Exit 0: ready; 4: not, with the reasons.
-    #[command(
-        after_help = "Example, on a boat that `seatrial sim mavlink` plays in another terminal:
-  seatrial plan --thrust 0.8 --out plan.toml
-  seatrial vehicle check --vehicle mavlink:udp:127.0.0.1:14550 \\
-      --full-rudder-deg 14.9 --plan plan.toml"
-    )]
+    /// The old spelling of `seatrial vehicle --vehicle VEHICLE`.
+    #[command(hide = true)]
     Check(CheckArgs),
     /// Put back the parameters and the mode that a trial has changed: shows each as it is and as it will be, and asks. Exit 0: done and
     /// read back; 4: not all of it; 5: not agreed to.
@@ -90,9 +97,10 @@ struct Restored {
 
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    match &args.what {
-        What::Check(args) => check(args, output),
-        What::Restore(args) => restore(args, output),
+    match (&args.what, &args.check) {
+        (Some(What::Restore(args)), _) => restore(args, output),
+        (Some(What::Check(args)), _) | (None, Some(args)) => check(args, output),
+        (None, None) => Err(Failure::usage("say which vehicle with --vehicle VEHICLE")),
     }
 }
 
@@ -142,7 +150,9 @@ fn verdict(preflight: &Preflight, args: &CheckArgs) -> String {
     let width = width();
     match (failed.is_empty(), &args.plan) {
         (true, Some(_)) => {
-            let next = call().replacen("vehicle check", "trial", 1);
+            let next = call()
+                .replacen("vehicle check", "vehicle", 1)
+                .replacen("vehicle", "trial", 1);
             "READY\n".to_owned() + &command("Next   ", &next, width)
         }
         _ => {

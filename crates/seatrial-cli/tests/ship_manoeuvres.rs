@@ -94,7 +94,7 @@ fn cli_intervals_come_from_the_trial() {
     assert_eq!(trial.status.code(), Some(0));
     let found = document(
         folder,
-        "manoeuvres predict --logbook seatrial.db --thrust 0.8 --draws 100 --json",
+        "manoeuvres --logbook seatrial.db --thrust 0.8 --draws 100 --json",
     );
     let indices = found["indices"].as_array().unwrap();
     for index in indices

@@ -12,7 +12,7 @@ use seatrial_app::gains_export::{Format, GainsFile, check_usable};
 use seatrial_app::models::{Models, of_campaign, of_document, of_document_text, of_schedule_file};
 use seatrial_app::outputs::{OutputError, Outputs};
 use seatrial_app::turning::{MeasuredUTurn, TurningLimits};
-use seatrial_app::vehicle_export::{self, Form, Target};
+use seatrial_app::vehicle_export::{self, Form};
 use seatrial_app::vehicle_file::Stated;
 use seatrial_core::YawModel;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
@@ -216,22 +216,8 @@ pub fn export_vehicle(
     at_thrust: Option<f64>,
     accept: bool,
 ) -> PyResult<(Cow<'static, [u8]>, Vec<String>)> {
-    let form = match to {
-        "vehicle" => Form::Toml,
-        "vehicle-json" => Form::Json,
-        "fmu" => Form::Fmu,
-        "python" => Form::For(Target::Numpy),
-        "casadi" => Form::For(Target::Casadi),
-        "mujoco" => Form::For(Target::Mujoco),
-        "octave" => Form::For(Target::Octave),
-        "gazebo" => Form::For(Target::Gazebo),
-        "moos" => Form::For(Target::Moos),
-        "nav2" => Form::For(Target::Nav2),
-        "ros2_control" => Form::For(Target::Ros2Control),
-        "ros2_control-urdf" => Form::For(Target::Ros2ControlUrdf),
-        "guidance" => Form::For(Target::Guidance),
-        other => return Err(usage(py, format!("to={other:?}: no such form"))),
-    };
+    let no_form = || usage(py, format!("to={to:?}: no such form"));
+    let form = Form::named(to).ok_or_else(no_form)?;
     let models = source.models(py)?;
     let stated = Stated {
         name: said.name,
@@ -244,8 +230,8 @@ pub fn export_vehicle(
     let vehicle = stated
         .vehicle(&models)
         .map_err(|error| failed(py, &error))?;
-    if let Some(target) = form.target().filter(|_| !accept) {
-        vehicle_export::check_usable(&vehicle, target, at_thrust, models.rejected.first())
+    if !accept {
+        vehicle_export::check_usable(&vehicle, form, at_thrust, models.rejected.first())
             .map_err(|error| failed(py, &error))?;
     }
     let assumptions = vehicle.provenance.assumptions.iter().cloned();

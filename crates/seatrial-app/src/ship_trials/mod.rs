@@ -166,7 +166,7 @@ fn notes(vehicle: &IdentifiedVehicle, thrust: f64) -> Vec<String> {
     if vehicle.rudder.rate_limit_rad_s.is_none() {
         notes.push(
             "The rudder's rate is not known and taken as unlimited: a real one moves by 2 to 20 deg a second, and overshoots and periods are larger. \
-             State it: `seatrial manoeuvres predict --model MODEL --rudder-rate-deg 10`."
+             State it: `seatrial manoeuvres --model MODEL --rudder-rate-deg 10`."
                 .to_owned(),
         );
     }

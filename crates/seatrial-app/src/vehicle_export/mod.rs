@@ -19,131 +19,140 @@ use seatrial_sim::identified::IdentifiedSpeed;
 use crate::Error;
 use fmu::Fmu;
 
-/// What a vehicle is written for.
+/// What a vehicle is written as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Target {
-    /// A Python module that needs numpy only.
-    Numpy,
-    /// A Python module of CasADi functions, for MPC.
-    Casadi,
-    /// A Python module with the vehicle in MuJoCo's engine.
-    Mujoco,
-    /// Functions of Octave and Matlab.
-    Octave,
-    /// SDF of Gazebo with its hydrodynamics plugin.
-    Gazebo,
-    /// The configuration of MOOS-IvP's uSimMarine.
-    Moos,
-    /// Limits of ROS 2's Nav2: MPPI, smoother, planner.
-    Nav2,
-    /// Gains and limits of the controllers of `ros2_controllers`, YAML.
-    Ros2Control,
-    /// The joints of `ros2_control`'s hardware, an element of URDF.
-    Ros2ControlUrdf,
-    /// What a path follower has to know, TOML.
-    Guidance,
-}
-
-/// The form of a file of a vehicle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// The vehicle file, TOML.
     Toml,
     /// The vehicle file, JSON.
     Json,
+    /// A Python class that needs numpy only.
+    Python,
+    /// CasADi functions in Python, for MPC and acados.
+    Casadi,
+    /// The vehicle in MuJoCo's engine, Python.
+    Mujoco,
+    /// Functions of Octave and Matlab.
+    Octave,
     /// A Functional Mock-up Unit, FMI 3.0 for co-simulation.
     Fmu,
-    /// A text for a target.
-    For(Target),
+    /// SDF of Gazebo with its hydrodynamics plugin.
+    Gazebo,
+    /// Configuration of MOOS-IvP's uSimMarine.
+    Moos,
+    /// Limits of ROS 2's Nav2, YAML.
+    Nav2,
+    /// Gains and limits of ROS 2's ros2_controllers, YAML.
+    Ros2Control,
+    /// The joints of ros2_control's hardware, an element of URDF.
+    Ros2ControlUrdf,
+    /// Radius, rate, lookahead and waypoint radius of each speed, TOML.
+    Guidance,
 }
 
 impl Form {
-    /// How its name ends.
-    pub fn extension(self) -> &'static str {
+    /// Every form in the order of the enum, with its name and how the name of its file ends.
+    pub const ALL: [(Self, &'static str, &'static str); 13] = [
+        (Self::Toml, "vehicle", "toml"),
+        (Self::Json, "vehicle-json", "json"),
+        (Self::Python, "python", "py"),
+        (Self::Casadi, "casadi", "py"),
+        (Self::Mujoco, "mujoco", "py"),
+        (Self::Octave, "octave", "m"),
+        (Self::Fmu, "fmu", "fmu"),
+        (Self::Gazebo, "gazebo", "sdf"),
+        (Self::Moos, "moos", "moos"),
+        (Self::Nav2, "nav2", "yaml"),
+        (Self::Ros2Control, "ros2_control", "yaml"),
+        (Self::Ros2ControlUrdf, "ros2_control-urdf", "urdf"),
+        (Self::Guidance, "guidance", "toml"),
+    ];
+
+    /// What it is, in words.
+    pub fn about(self) -> &'static str {
         match self {
-            Self::Toml | Self::For(Target::Guidance) => "toml",
-            Self::Json => "json",
-            Self::Fmu => "fmu",
-            Self::For(Target::Numpy | Target::Casadi | Target::Mujoco) => "py",
-            Self::For(Target::Octave) => "m",
-            Self::For(Target::Gazebo) => "sdf",
-            Self::For(Target::Moos) => "moos",
-            Self::For(Target::Nav2 | Target::Ros2Control) => "yaml",
-            Self::For(Target::Ros2ControlUrdf) => "urdf",
+            Self::Toml => "The vehicle file, TOML",
+            Self::Json => "The vehicle file, JSON",
+            Self::Python => "A Python class that needs numpy only",
+            Self::Casadi => "CasADi functions in Python, for MPC and acados",
+            Self::Mujoco => "The vehicle in MuJoCo's engine, Python",
+            Self::Octave => "Functions of Octave and Matlab",
+            Self::Fmu => "A Functional Mock-up Unit, FMI 3.0 for co-simulation",
+            Self::Gazebo => "SDF of Gazebo with its hydrodynamics plugin",
+            Self::Moos => "Configuration of MOOS-IvP's uSimMarine",
+            Self::Nav2 => "Limits of ROS 2's Nav2, YAML",
+            Self::Ros2Control => "Gains and limits of ROS 2's ros2_controllers, YAML",
+            Self::Ros2ControlUrdf => "The joints of ros2_control's hardware, an element of URDF",
+            Self::Guidance => "Radius, rate, lookahead and waypoint radius of each speed, TOML",
         }
     }
 
-    /// The target, where it is a text for one.
-    pub fn target(self) -> Option<Target> {
-        match self {
-            Self::For(target) => Some(target),
-            Self::Toml | Self::Json | Self::Fmu => None,
-        }
+    /// The form of a name, as `export --to` takes it.
+    pub fn named(name: &str) -> Option<Self> {
+        let mut forms = Self::ALL.into_iter();
+        forms.find_map(|(form, of_form, ..)| (of_form == name).then_some(form))
+    }
+
+    /// How its name ends.
+    pub fn extension(self) -> &'static str {
+        Self::ALL[self as usize].2
     }
 }
 
-/// The bytes of a vehicle's file, and what to know about it; `thrust` as for [`text`].
+/// The bytes of a vehicle's file, and what to know about it. A form that has a model of a single speed gets that at `thrust`, the
+/// fastest without.
 ///
 /// # Errors
-/// What the target cannot carry, and a thrust that is none.
+/// What the form cannot carry, and a thrust that is none.
 pub fn file(
     vehicle: &IdentifiedVehicle,
     form: Form,
     thrust: Option<f64>,
 ) -> Result<(Vec<u8>, Option<String>), Error> {
     let unwritten = |error: &dyn Display| Error::Input(format!("{}: {error}", vehicle.name));
-    let text = match form {
-        Form::Fmu => {
+    let is_none = |thrust: f64| !(thrust > 0.0 && thrust <= 1.0);
+    let at_thrust = || operating_point(vehicle, thrust);
+    let text = match (form, thrust) {
+        (Form::Fmu, _) => {
             let fmu = Fmu::of(vehicle)?;
             let note = fmu.without_binary.map(|reason| {
                 format!("the FMU holds source code only ({reason}); `fmpy compile FILE.fmu` adds a binary")
             });
             return Ok((fmu.bytes, note));
         }
-        Form::Toml => vehicle.to_toml().map_err(|error| unwritten(&error))?,
-        Form::Json => vehicle.to_json().map_err(|error| unwritten(&error))?,
-        Form::For(target) => text(vehicle, target, thrust)?,
+        (Form::Toml, _) => vehicle.to_toml().map_err(|error| unwritten(&error))?,
+        (Form::Json, _) => vehicle.to_json().map_err(|error| unwritten(&error))?,
+        (_, Some(thrust)) if is_none(thrust) => {
+            return Err(Error::Setting(format!(
+                "--at-thrust {thrust}: expected a fraction of full, above 0 and at most 1"
+            )));
+        }
+        (Form::Python, _) => program::numpy(vehicle),
+        (Form::Casadi, _) => program::casadi(vehicle),
+        (Form::Mujoco, _) => program::mujoco(vehicle),
+        (Form::Octave, _) => program::octave(vehicle),
+        (Form::Gazebo, _) => gazebo::sdf(vehicle, &at_thrust()),
+        (Form::Moos, _) => moos::configuration(vehicle, &at_thrust())?,
+        (Form::Nav2, _) => nav2::yaml(vehicle, &at_thrust())?,
+        (Form::Ros2Control, _) => ros2_control::yaml(vehicle, &at_thrust())?,
+        (Form::Ros2ControlUrdf, _) => ros2_control::urdf(vehicle, &at_thrust()),
+        (Form::Guidance, _) => guidance::toml(vehicle)?,
     };
     Ok((text.into_bytes(), None))
 }
 
-/// Writes a vehicle for a target; one that has a model of a single speed gets that at `thrust`, the fastest without.
-pub fn text(
-    vehicle: &IdentifiedVehicle,
-    target: Target,
-    thrust: Option<f64>,
-) -> Result<String, Error> {
-    if let Some(thrust) = thrust.filter(|thrust| !(*thrust > 0.0 && *thrust <= 1.0)) {
-        return Err(Error::Setting(format!(
-            "--at-thrust {thrust}: expected a fraction of full, above 0 and at most 1"
-        )));
-    }
-    Ok(match target {
-        Target::Numpy => program::numpy(vehicle),
-        Target::Casadi => program::casadi(vehicle),
-        Target::Mujoco => program::mujoco(vehicle),
-        Target::Octave => program::octave(vehicle),
-        Target::Gazebo => gazebo::sdf(vehicle, &operating_point(vehicle, thrust)),
-        Target::Moos => moos::configuration(vehicle, &operating_point(vehicle, thrust))?,
-        Target::Nav2 => nav2::yaml(vehicle, &operating_point(vehicle, thrust))?,
-        Target::Ros2Control => ros2_control::yaml(vehicle, &operating_point(vehicle, thrust))?,
-        Target::Ros2ControlUrdf => ros2_control::urdf(vehicle, &operating_point(vehicle, thrust)),
-        Target::Guidance => guidance::toml(vehicle)?,
-    })
-}
-
-/// Refuses a target with gains where these are warned of: the models are not to be used, or not even the sign of a gain is known.
+/// Refuses a form with gains where these are warned of: the models are not to be used, or not even the sign of a gain is known.
 ///
 /// # Errors
 /// Why no file of gains is written.
 pub fn check_usable(
     vehicle: &IdentifiedVehicle,
-    target: Target,
+    form: Form,
     thrust: Option<f64>,
     rejected: Option<&String>,
 ) -> Result<(), Error> {
-    if target != Target::Ros2Control {
+    if form != Form::Ros2Control {
         return Ok(());
     }
     let unsure = || ros2_control::unsure(vehicle, &operating_point(vehicle, thrust));
