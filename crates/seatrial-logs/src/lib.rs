@@ -8,7 +8,6 @@
 
 #[cfg(all(test, feature = "mcap", feature = "rosbag2"))]
 mod agreement;
-mod alog;
 #[cfg(feature = "containers")]
 mod as_text;
 mod bytes;
@@ -22,7 +21,6 @@ mod dataflash;
 mod dataflash_text;
 mod description;
 mod error;
-mod expedition;
 pub mod formats;
 mod infer;
 mod input;

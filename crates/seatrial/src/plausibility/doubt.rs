@@ -302,7 +302,7 @@ impl Doubt {
                 action: format!("Where that is right, {}; else give the right units.", say_units(columns)),
                 ..reason
             },
-            _ => self.reason_of_time(self.reason_of_rudder(self.reason_of_heading(reason))),
+            _ => self.reason_of_heading(self.reason_of_rudder(self.reason_of_time(reason))),
         }
     }
 }

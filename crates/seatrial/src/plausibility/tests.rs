@@ -201,6 +201,23 @@ fn exact_a_chosen_time_by_which_no_vessel_turns_is_refused() {
     assert!(matches!(by(0.001)[..], [Doubt::TimeUnit { .. }]));
 }
 
+/// A heading without a unit by which no vessel turns is cured by the unit of the heading, not of the time.
+#[test]
+fn exact_a_heading_that_turns_too_fast_asks_for_its_own_unit() {
+    let doubt = |is_of_heading| Doubt::TurnsTooFast {
+        yaw_rate_rad_s: 20.0,
+        is_of_heading,
+    };
+    let [heading, time] = [true, false].map(|is_of_heading| doubt(is_of_heading).reason());
+    assert_eq!(heading.code, ReasonCode::HeadingUnitDoubtful);
+    assert!(
+        heading.action.contains("--unit heading=ddeg"),
+        "{heading:?}"
+    );
+    assert_eq!(time.code, ReasonCode::TimeUnitDoubtful);
+    assert!(time.action.contains("--unit time="), "{time:?}");
+}
+
 #[test]
 fn exact_a_course_in_place_of_the_heading_limits_the_model() {
     let course = StatedUnits {

@@ -1,5 +1,8 @@
 //! What a file is, by its content; its name does not matter.
 
+mod alog;
+mod expedition;
+
 use std::io::{self, Cursor, Read, Seek};
 use std::path::Path;
 
@@ -57,7 +60,7 @@ fn format(start: &[u8]) -> Format {
         Format::Canboat
     } else if is_nmea0183(start) {
         Format::Nmea0183
-    } else if crate::expedition::is_start(start) {
+    } else if expedition::is_start(start) {
         Format::Expedition
     } else if crate::signal_k::is_start(start) {
         Format::SignalK
@@ -228,9 +231,9 @@ fn built_in(
         Format::Slocum => joined(format, crate::slocum::Glider::open(file, path, held)),
         Format::Canboat => joined(format, crate::nmea2000::open(file)),
         Format::Nmea0183 => joined(format, crate::nmea0183::Sentences::open(file)),
-        Format::Expedition => joined(format, crate::expedition::Pairs::open(file)),
+        Format::Expedition => joined(format, expedition::Pairs::open(file)),
         Format::SignalK => joined(format, crate::signal_k::Deltas::open(file)),
-        Format::Alog => joined(format, crate::alog::Alog::open(file)),
+        Format::Alog => joined(format, alog::Alog::open(file)),
         Format::Rosbag1 => built!(
             "containers",
             "containers",
