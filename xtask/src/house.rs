@@ -40,6 +40,7 @@ struct Survey {
     findings: Vec<Finding>,
     counts: Counts,
     lines: Vec<(String, usize)>,
+    function_lengths: Vec<usize>,
     long_functions: Vec<String>,
 }
 
@@ -48,7 +49,9 @@ pub fn check(list: bool) -> Result<(), String> {
     let survey = Survey::of_workspace()?;
     survey.print_lines();
     if list {
-        survey.print_long_functions();
+        for function in &survey.long_functions {
+            println!("long-function {function}");
+        }
     }
     let faults = survey.faults();
     match faults.is_empty() {
@@ -176,6 +179,7 @@ impl Survey {
             self.add("file", &path.to_string(), detail);
         }
         for function in source.functions() {
+            self.function_lengths.push(function.lines);
             let place = format!("{path}:{}: {} lines", function.line, function.lines);
             if function.lines > FUNCTION_LINES {
                 let what = format!("{package} {}", function.name);
@@ -206,16 +210,14 @@ impl Survey {
         for (name, lines) in &self.lines {
             println!("{lines:>7}  {name}");
         }
+        let mut lengths = self.function_lengths.clone();
+        lengths.sort_unstable();
         println!(
-            "{total:>7}  lines of production code; {} functions over {LONG_FUNCTION_LINES} lines",
+            "{total:>7}  lines of production code; {} functions, half of them of at most {} lines, {} over {LONG_FUNCTION_LINES}",
+            lengths.len(),
+            lengths.get(lengths.len() / 2).unwrap_or(&0),
             self.long_functions.len()
         );
-    }
-
-    fn print_long_functions(&self) {
-        for function in &self.long_functions {
-            println!("long-function {function}");
-        }
     }
 
     fn faults(&self) -> Vec<String> {
