@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::steps::{run, skipped, succeeds};
+use crate::long_log::long_log;
+use crate::steps::{run, skipped};
 use crate::target::{binary, in_target};
 use crate::toolchain::{BROWSER, has_library, no_library};
 use crate::{cargo, page, python};
@@ -90,16 +91,9 @@ pub fn measure() -> Result<(), String> {
     if !Path::new(page::BROWSER).exists() {
         return skipped("the page beside the terminal", "chromium is missing");
     }
-    let logs = [("trial.BIN", LONG_LOG_MB), ("long.BIN", LONGEST_LOG_MB)];
-    let [log, long] = logs.map(|(name, megabytes)| {
-        let log = in_target(FOLDER).join(name);
-        let mut make = Command::new("python3");
-        make.args(["bench/waits/make.py", "bin"]);
-        match succeeds(make.arg(&log).arg(megabytes)) {
-            true => Ok(log),
-            false => Err("bench/waits/make.py".to_owned()),
-        }
-    });
+    let make = |name, megabytes| long_log(in_target(FOLDER).join(name), megabytes);
+    let log = make("trial.BIN", LONG_LOG_MB)?;
+    let long = make("long.BIN", LONGEST_LOG_MB)?;
     let mut build = cargo(&["build", "--quiet", "--package", "seatrial-cli"]);
     run(&mut build, "cargo build -p seatrial-cli")?;
     let mut measure = page::node();
@@ -107,8 +101,8 @@ pub fn measure() -> Result<(), String> {
         .arg("tests/speed.ts")
         .env("SEATRIAL_PAGE", &page)
         .env("SEATRIAL", binary())
-        .env("SEATRIAL_LOG", log?)
-        .env("SEATRIAL_LONG_LOG", long?)
+        .env("SEATRIAL_LOG", log)
+        .env("SEATRIAL_LONG_LOG", long)
         .env(
             "SEATRIAL_TABLE",
             std::path::absolute(MEASURED).unwrap_or_default(),

@@ -1,7 +1,6 @@
 //! The container file: what BlueOS reads of it, and whether its parts agree; and its command at work. No image is built here.
 
 mod at_work;
-mod client;
 mod router;
 mod sandbox;
 

@@ -1,10 +1,10 @@
 //! The dashboard's programming interface under schemathesis, which makes requests from its OpenAPI document.
 
-use std::io::{BufRead, BufReader, Read, Write};
-use std::net::TcpStream;
+use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
 use crate::environment::{Environment, NO_PYTHON, PYTHON};
+use crate::http::Client;
 use crate::steps::{run, skipped};
 use crate::target::{binary, in_target};
 
@@ -99,23 +99,15 @@ impl Served {
 
     /// Takes control, so that commands are looked at; the lease.
     fn control(&self) -> Result<String, String> {
-        let body = r#"{"name":"schemathesis"}"#;
-        let mut answer = String::new();
-        let mut stream = TcpStream::connect(&self.address).map_err(|error| error.to_string())?;
-        write!(
-            stream,
-            "POST /api/v1/control HTTP/1.1\r\nHost: {}\r\nConnection: close\r\nContent-Type: application/json\r\n\
-             Content-Length: {}\r\n\r\n{body}",
-            self.address,
-            body.len()
-        )
-        .and_then(|()| stream.read_to_string(&mut answer))
-        .map_err(|error| error.to_string())?;
-        let lease = answer
-            .split("\"lease\":\"")
-            .nth(1)
-            .and_then(|rest| rest.split('"').next());
-        lease.map(String::from).ok_or(answer)
+        let client = Client::of(&self.address);
+        let name = br#"{"name":"schemathesis"}"#;
+        let answer = client.post(
+            "/api/v1/control",
+            &[("Content-Type", "application/json")],
+            name,
+        )?;
+        let lease = answer["lease"].as_str();
+        lease.map(String::from).ok_or_else(|| answer.to_string())
     }
 }
 

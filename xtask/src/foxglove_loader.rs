@@ -11,12 +11,12 @@ use crate::target::in_target;
 
 const FOLDER: &str = "examples/foxglove-loader";
 const MODULE: &str = "wasm32-unknown-unknown/release/seatrial_foxglove_loader.wasm";
-/// A log that is opened through the module, bytes.
-const LOG: usize = 3_000_000;
+/// A log that is opened through the module.
+const LOG_MB: &str = "4";
 /// What a program in the place of Foxglove says of it: topic, encoding, messages, least and greatest.
 const SAID: [&str; 2] = [
-    "/heading_rad cdr 2459 ",
-    "/rudder_fraction cdr 2459 -0.600 0.600",
+    "/heading_rad cdr 45000 0.646 1.370",
+    "/rudder_fraction cdr 45000 -0.500 0.500",
 ];
 
 /// Runs the tests on this machine.
@@ -39,8 +39,7 @@ pub fn check_and_build() -> Result<(), String> {
 }
 
 fn opens_a_log(module: &Path) -> Result<(), String> {
-    let log = in_target(TARGET).join("log.bin");
-    std::fs::write(&log, long_log(LOG)).map_err(|error| format!("{}: {error}", log.display()))?;
+    let log = long_log(in_target(TARGET).join("log.bin"), LOG_MB)?;
     let mut node = Command::new("node");
     node.arg(Path::new(FOLDER).join("tests/host.mjs"))
         .args([module, &log]);

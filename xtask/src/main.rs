@@ -22,6 +22,7 @@ mod environment;
 mod extending;
 mod foxglove_loader;
 mod house;
+mod http;
 mod instructions;
 mod long_log;
 mod miri;

@@ -130,11 +130,7 @@ pub fn command_for(target: &str) -> Result<PathBuf, String> {
         &mut tool("cargo-zigbuild", &arguments),
         format!("cargo zigbuild -p seatrial-cli --target {linker}"),
     )?;
-    let binary = in_target(target).join("release/seatrial");
-    if platform.has_glibc() {
-        needs_no_newer_glibc(&binary)?;
-    }
-    Ok(binary)
+    Ok(in_target(target).join("release/seatrial"))
 }
 
 fn build(platform: Platform) -> Result<PathBuf, String> {
@@ -175,41 +171,6 @@ fn build(platform: Platform) -> Result<PathBuf, String> {
     wheels
         .find(is_tagged)
         .ok_or_else(|| format!("{out}: no wheel for abi3 and {}", platform.compatibility))
-}
-
-/// Fails on a program that asks for a newer C library than is said: its versions of symbols are text in the file.
-fn needs_no_newer_glibc(binary: &Path) -> Result<(), String> {
-    let bytes = std::fs::read(binary).map_err(|error| format!("{}: {error}", binary.display()))?;
-    let newest = newest_glibc(&bytes);
-    let limit = version(GLIBC);
-    match newest > limit {
-        true => Err(format!(
-            "{} needs glibc {}.{}, newer than {GLIBC}",
-            binary.display(),
-            newest.0,
-            newest.1
-        )),
-        false => Ok(()),
-    }
-}
-
-fn version(text: &str) -> (u32, u32) {
-    let mut numbers = text.split('.').map(|part| part.parse().unwrap_or(0));
-    (numbers.next().unwrap_or(0), numbers.next().unwrap_or(0))
-}
-
-fn newest_glibc(bytes: &[u8]) -> (u32, u32) {
-    const NAME: &[u8] = b"GLIBC_";
-    let starts = (0..bytes.len()).filter(|k| bytes[*k..].starts_with(NAME));
-    let versions = starts.map(|k| {
-        let rest = bytes[k + NAME.len()..].iter();
-        let text: String = rest
-            .take_while(|byte| byte.is_ascii_digit() || **byte == b'.')
-            .map(|byte| char::from(*byte))
-            .collect();
-        version(&text)
-    });
-    versions.max().unwrap_or((0, 0))
 }
 
 /// Installs the wheel where no compiler is to be found, and identifies a log with the command and with Python, s.
@@ -264,15 +225,3 @@ assert found.outcome == said['verdict']['outcome'].replace('_', ' ') == 'use', f
 assert found.document['refined'] == said['refined']
 print(found.model)
 ";
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn exact_the_newest_glibc_that_a_program_names() {
-        let bytes = b"..GLIBC_2.2.5\0GLIBC_2.28\0GLIBC_PRIVATE\0GLIBC_2.3";
-        assert_eq!(newest_glibc(bytes), (2, 28));
-        assert_eq!(newest_glibc(b"none"), (0, 0));
-    }
-}

@@ -1,7 +1,6 @@
 //! The command for Windows: built with mingw, packed, and held under Wine against the command of this machine.
 
-use std::io::{Read, Write};
-use std::net::TcpStream;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -10,6 +9,7 @@ use serde_json::Value;
 
 use crate::archive::{self, WINDOWS};
 use crate::cargo;
+use crate::http::Client;
 use crate::steps::{run, skipped, succeeds};
 use crate::target::{binary, in_target, root};
 use crate::toolchain::{has_library, no_library};
@@ -138,20 +138,14 @@ impl Both {
         command.env("WINEDEBUG", "-all").env_remove("DISPLAY");
     }
 
-    /// A simulated trial as CSV, Parquet and MCAP, and its CSV as lines of keys and as MOOS writes them.
+    /// A simulated trial as CSV, Parquet and MCAP.
     fn write_logs(&self, folder: &Path) -> Result<(), String> {
         for name in ["run.csv", "run.parquet", "run.mcap"] {
             let made = ["sim", "log", "--seed", "1", "--out", name];
             let made = self.here(&made).current_dir(folder).output();
             expect(&made.map_err(|error| error.to_string())?, 0, name)?;
         }
-        std::fs::write(folder.join("plan.toml"), PLAN).map_err(|error| error.to_string())?;
-        let csv =
-            std::fs::read_to_string(folder.join("run.csv")).map_err(|error| error.to_string())?;
-        let (keys, moos) = as_text(&csv).ok_or("run.csv has other columns")?;
-        std::fs::write(folder.join("run.txt"), keys)
-            .and_then(|()| std::fs::write(folder.join("run.alog"), moos))
-            .map_err(|error| error.to_string())
+        std::fs::write(folder.join("plan.toml"), PLAN).map_err(|error| error.to_string())
     }
 
     /// Both print equal bytes for a trial and for a model from each format.
@@ -165,7 +159,7 @@ impl Both {
             "--plan",
             "plan.toml",
         ];
-        let logs = ["run.csv", "run.parquet", "run.mcap", "run.txt", "run.alog"];
+        let logs = ["run.csv", "run.parquet", "run.mcap"];
         let identify = logs.map(|log| vec!["identify", "--json", log]);
         for arguments in std::iter::once(trial.to_vec()).chain(identify) {
             let title = arguments.join(" ");
@@ -187,10 +181,11 @@ impl Both {
     /// The dashboard's page and everything that it names.
     fn serves_the_page(&self) -> Result<(), String> {
         let address = "127.0.0.1:18042";
+        let client = Client::of(address);
         let serve = ["serve", "--listen", address];
         let mut serve = self.wine(&serve);
         let _serving = begin(serve.stdout(Stdio::null()).stderr(Stdio::null()))?;
-        let page = patiently(|| get(address, "/"))?;
+        let page = patiently(|| client.get("/").ok())?;
         let names = page.split('"').filter(|name| name.starts_with("./assets/"));
         let names: Vec<&str> = names.collect();
         if names.is_empty() {
@@ -199,7 +194,7 @@ impl Both {
         for name in &names {
             let file = root().join("crates/seatrial-dash/dist").join(name);
             let expected = std::fs::read_to_string(&file).map_err(|error| error.to_string())?;
-            if get(address, &name[1..]).as_deref() != Some(&expected) {
+            if client.get(&name[1..])? != expected {
                 return Err(format!("{name} is served with other bytes"));
             }
         }
@@ -311,54 +306,4 @@ fn patiently<T>(ask: impl Fn() -> Option<T>) -> Result<T, String> {
         std::thread::sleep(Duration::from_millis(200));
     }
     Err("no answer under Wine".into())
-}
-
-/// What a server answers with, where it answers.
-fn get(address: &str, path: &str) -> Option<String> {
-    let mut stream = TcpStream::connect(address).ok()?;
-    let request = format!("GET {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n");
-    stream.write_all(request.as_bytes()).ok()?;
-    let mut answer = String::new();
-    stream.read_to_string(&mut answer).ok()?;
-    let (head, body) = answer.split_once("\r\n\r\n")?;
-    head.starts_with("HTTP/1.1 200").then(|| body.to_owned())
-}
-
-/// A log of columns as lines of keys and in MOOS's form.
-fn as_text(csv: &str) -> Option<(String, String)> {
-    let mut lines = csv.lines();
-    let names: Vec<&str> = lines.next()?.split(',').collect();
-    let place = |name: &str| names.iter().position(|n| *n == name);
-    let [time, heading, rudder] = [
-        place("time_s")?,
-        place("heading_rad")?,
-        place("rudder_rad")?,
-    ];
-    let mut keys = String::new();
-    let mut moos = String::from("%% LOGSTART 1700000000.0\n");
-    for line in lines {
-        let cells: Vec<&str> = line.split(',').collect();
-        let (time, heading, rudder) = (cells[time], cells[heading], cells[rudder]);
-        keys += &format!("time_s={time} heading_rad={heading} rudder_rad={rudder}\n");
-        let degrees = |cell: &str| cell.parse::<f64>().ok().map(f64::to_degrees);
-        let (heading, rudder) = (degrees(heading)?, degrees(rudder)?);
-        moos +=
-            &format!("{time} NAV_HEADING pNav {heading}\n{time} DESIRED_RUDDER pHelm {rudder}\n");
-    }
-    Some((keys, moos))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn exact_a_table_as_lines_of_text() {
-        let (keys, moos) = as_text("time_s,heading_rad,rudder_rad\n0.5,0,0.1\n").unwrap();
-        assert_eq!(keys, "time_s=0.5 heading_rad=0 rudder_rad=0.1\n");
-        assert!(
-            moos.ends_with("0.5 NAV_HEADING pNav 0\n0.5 DESIRED_RUDDER pHelm 5.729577951308233\n")
-        );
-        assert_eq!(as_text("time_s,heading_rad\n0,0\n"), None);
-    }
 }

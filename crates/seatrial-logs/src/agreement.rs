@@ -1,7 +1,5 @@
 //! Every number of every message of every native log, against what other libraries read; every log as a stream, against the file.
 
-#[cfg(feature = "without-c")]
-mod bags;
 #[path = "../tests/seeds/mod.rs"]
 mod seeds;
 
@@ -74,7 +72,7 @@ fn found(path: &Path) -> Kinds {
         Some("dbd") => kinds(crate::slocum::Glider::open(file, path, &Held::default()).unwrap()),
         Some("raw" | "all") => kinds(crate::nmea2000::open(file).unwrap()),
         Some("nmea") => kinds(crate::nmea0183::Sentences::open(file).unwrap()),
-        _ => kinds(crate::rosbag::Bag::<crate::rosbag::Store>::open(file, path).unwrap()),
+        _ => kinds(crate::rosbag::Bag::open(file, path).unwrap()),
     }
 }
 

@@ -136,7 +136,7 @@ pub enum Fault {
         found: u8,
     },
     /// A known format that this build does not read.
-    #[error("is {format}, which this program was built without; build it with `{feature}`")]
+    #[error("is {format}, which {}", if cfg!(target_family = "wasm") { "this page does not read; `seatrial identify` in a terminal does".into() } else { format!("this program was built without; build it with `{feature}`") })]
     NotBuilt {
         /// Name of the format.
         format: &'static str,

@@ -167,7 +167,7 @@ impl Input {
     #[cfg(any(
         feature = "mcap-reader",
         feature = "parquet-reader",
-        feature = "bag-reader",
+        feature = "rosbag2",
         feature = "containers"
     ))]
     pub fn length(&self) -> io::Result<u64> {
@@ -202,7 +202,7 @@ impl Input {
     }
 
     /// The name by which the file system opens it; empty where it does not.
-    #[cfg(feature = "bag-reader")]
+    #[cfg(feature = "rosbag2")]
     pub fn path<'a>(&self, path: &'a Path) -> &'a Path {
         match self {
             Self::File(_) => path,

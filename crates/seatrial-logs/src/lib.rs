@@ -47,28 +47,19 @@ mod quantity;
 mod reader;
 #[cfg(feature = "containers")]
 mod ros1;
-#[cfg(any(
-    feature = "mcap-reader",
-    feature = "bag-reader",
-    feature = "containers"
-))]
+#[cfg(any(feature = "mcap-reader", feature = "rosbag2", feature = "containers"))]
 mod ros2;
-#[cfg(feature = "bag-reader")]
+#[cfg(feature = "rosbag2")]
 mod rosbag;
 mod runs;
 mod signal_k;
 mod slocum;
-#[cfg(all(feature = "without-c", any(test, not(feature = "rosbag2"))))]
-mod sqlite;
 mod table;
 mod tlog;
 mod track;
 mod ulog;
 mod unit;
-#[cfg(all(
-    feature = "without-c",
-    any(test, not(feature = "parquet"), not(feature = "rosbag2"))
-))]
+#[cfg(all(feature = "without-c", any(test, not(feature = "parquet"))))]
 mod unpack;
 mod view;
 mod words;

@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use super::client::Client;
 use super::router::Router;
 use super::sandbox::Sandbox;
 use super::{FILE, MEMORY, arguments, instructions};
 use crate::environment::NO_PYTHON;
+use crate::http::{Client, json as document};
 use crate::long_log::long_log;
 use crate::steps::skipped;
 use crate::target::in_target;
@@ -19,8 +19,11 @@ use crate::wheel;
 const STATIC: &str = "x86_64-unknown-linux-musl";
 /// Largest image, bytes.
 const IMAGE: u64 = 25_000_000;
-/// A long log of ArduPilot, bytes.
-const LONG_LOG: usize = 62_000_000;
+/// A long log of ArduPilot, MB.
+const LONG_LOG_MB: &str = "62";
+/// The programming interface.
+const API: &str = "/api/v1";
+const JSON: (&str, &str) = ("Content-Type", "application/json");
 /// How much faster than a real one the vehicle is.
 const SPEED: &str = "20";
 /// Something that a person or BlueOS does.
@@ -88,9 +91,9 @@ fn used(sandbox: &Sandbox, words: &[&str]) -> Result<u64, String> {
         .unwrap_or_default();
     let host = format!("{}:{port}", after(words, "--host")?);
     let client = Client {
-        port: port.parse().map_err(|error| format!("{port}: {error}"))?,
+        address: format!("127.0.0.1:{port}"),
         host,
-        token: container.token.clone(),
+        token: Some(container.token.clone()),
     };
     let stages: [(&str, Stage); 4] = [
         ("the page and BlueOS", the_page),
@@ -115,17 +118,17 @@ fn used(sandbox: &Sandbox, words: &[&str]) -> Result<u64, String> {
 }
 
 fn the_page(client: &Client, _: &[&str]) -> Result<(), String> {
-    let page = client.page("/")?;
+    let page = client.get("/")?;
     let scripts = page.split("./assets/").skip(1);
     let files: Vec<&str> = scripts.filter_map(|rest| rest.split('"').next()).collect();
     if files.is_empty() {
         return Err("the page names no files".into());
     }
     for file in files {
-        client.page(&format!("/assets/{file}"))?;
+        client.get(&format!("/assets/{file}"))?;
     }
-    let service = client.page("/register_service")?;
-    let service: Value = serde_json::from_str(&service).map_err(|error| error.to_string())?;
+    let service = client.get("/register_service")?;
+    let service = document(&service)?;
     holds(
         service["name"] == "seatrial",
         "BlueOS does not find the service",
@@ -135,7 +138,7 @@ fn the_page(client: &Client, _: &[&str]) -> Result<(), String> {
 
 fn a_log(client: &Client, _: &[&str]) -> Result<(), String> {
     let log = std::fs::read("docs/sample/boat.csv").map_err(|error| error.to_string())?;
-    let found = client.send("/logs/identify?name=boat.csv", &log)?;
+    let found = client.post(&format!("{API}/logs/identify?name=boat.csv"), &[], &log)?;
     let outcome = &found["document"]["verdict"]["outcome"];
     holds(
         outcome == "use",
@@ -145,7 +148,9 @@ fn a_log(client: &Client, _: &[&str]) -> Result<(), String> {
 }
 
 fn a_long_log(client: &Client, _: &[&str]) -> Result<(), String> {
-    let found = client.send("/logs/identify?name=long.bin", &long_log(LONG_LOG))?;
+    let path = long_log(in_target(FOLDER).join("long.bin"), LONG_LOG_MB)?;
+    let log = std::fs::read(path).map_err(|error| error.to_string())?;
+    let found = client.post(&format!("{API}/logs/identify?name=long.bin"), &[], &log)?;
     let source = &found["document"]["source"];
     let read = source["samples_read"].as_u64().unwrap_or(0);
     holds(read > 10_000, "the long log was not read", source)
@@ -153,15 +158,23 @@ fn a_long_log(client: &Client, _: &[&str]) -> Result<(), String> {
 
 /// One speed on the vehicle that the command names.
 fn a_trial(client: &Client, words: &[&str]) -> Result<(), String> {
-    let lease = client.post("/control", &json!({"name": "container"}), None)?;
-    let lease = lease["lease"].as_str().unwrap_or_default().to_owned();
-    let mut plan = client.get("/plans/default")?;
+    let post = |path: &str, lease: &str, body: Value| {
+        let headers = [JSON, ("seatrial-lease", lease)];
+        client.post(
+            &format!("{API}{path}"),
+            &headers,
+            body.to_string().as_bytes(),
+        )
+    };
+    let lease = post("/control", "", json!({"name": "container"}))?;
+    let lease = lease["lease"].as_str().unwrap_or_default();
+    let mut plan = document(&client.get(&format!("{API}/plans/default"))?)?;
     plan["thrusts"] = json!([0.6]);
     let order = json!({"vehicle": after(words, "--vehicle")?, "plan": plan, "agreed": true});
-    client.post("/trial", &order, Some(&lease))?;
+    post("/trial", lease, order)?;
     let begun = Instant::now();
     let trial = loop {
-        let trial = client.get("/status")?["trial"].clone();
+        let trial = document(&client.get(&format!("{API}/status"))?)?["trial"].clone();
         if trial["running"] == false {
             break trial;
         }
@@ -175,7 +188,7 @@ fn a_trial(client: &Client, words: &[&str]) -> Result<(), String> {
         "it was not finished",
         &trial,
     )?;
-    let report = client.get_text("/campaigns/1/report.html")?;
+    let report = client.get(&format!("{API}/campaigns/1/report.html"))?;
     holds(
         report.contains("</html>"),
         "no report",

@@ -185,8 +185,10 @@ fn is_test(tokens: &[TokenTree]) -> bool {
     let [mark, attribute, ..] = tokens else {
         return false;
     };
-    let text = || attribute.to_string().replace(' ', "");
-    is_mark(mark, '#') && ["[test]", "[cfg(test)]"].contains(&text().as_str())
+    let text = attribute.to_string().replace([' ', '\n'], "");
+    is_mark(mark, '#')
+        && (["[test]", "[cfg(test)]"].contains(&text.as_str())
+            || text.starts_with("[cfg(all(test,"))
 }
 
 /// Tokens of the item that begins with attributes.

@@ -217,12 +217,12 @@ fn built_in(
             Joined::new(format, crate::mcap::Mcap::open(file)?)
         ),
         Format::Rosbag => built!(
-            "bag-reader",
+            "rosbag2",
             "rosbag2",
             "rosbag2",
             Joined::new(format, {
                 let path = file.path(path);
-                crate::rosbag::Bag::<crate::rosbag::Store>::open(file, path)?
+                crate::rosbag::Bag::open(file, path)?
             })
         ),
         Format::DataFlash => joined(format, crate::dataflash::DataFlash::open(file)),

@@ -1,10 +1,7 @@
 //! rosbag2 files in SQLite (`.db3`) with ROS 2 messages in CDR.
 
 mod definitions;
-#[cfg(feature = "rosbag2")]
-mod in_c;
-#[cfg(all(feature = "without-c", any(test, not(feature = "rosbag2"))))]
-mod in_rust;
+mod sqlite;
 
 use std::fmt::Display;
 use std::io::{Read, Seek};
@@ -17,82 +14,35 @@ use crate::joined::{Kind, Message, Messages};
 use crate::ros2::{Topics, plain};
 use crate::table::Known;
 use definitions::DEFINITIONS;
-#[cfg(all(test, feature = "rosbag2", feature = "without-c"))]
-pub(crate) use in_c::Sqlite;
-#[cfg(all(test, feature = "without-c"))]
-pub(crate) use in_rust::Tables;
+use sqlite::Tables;
 
-/// What reads the database: SQLite itself, or Rust where no C is compiled.
-#[cfg(feature = "rosbag2")]
-pub(crate) type Store = in_c::Sqlite;
-#[cfg(not(feature = "rosbag2"))]
-pub(crate) type Store = in_rust::Tables;
-
-/// Messages fetched at once, and bytes of them.
-const BATCH: usize = 256;
-const BATCH_BYTES: usize = 4 << 20;
 /// Longer messages are images or clouds.
 const LONGEST_MESSAGE: usize = 1 << 20;
-/// Topics that are looked at.
-const MOST_TOPICS: usize = 10_000;
-
-/// A topic in CDR that has messages.
-pub(crate) struct Topic {
-    id: i64,
-    name: String,
-    type_name: String,
-    /// What its messages consist of, where the bag says it.
-    definition: Option<String>,
-}
-
-/// A message as it is stored.
-pub(crate) struct Stored {
-    id: i64,
-    topic: i64,
-    time_ns: i64,
-    data: Vec<u8>,
-}
-
-/// The tables of a bag.
-pub(crate) trait BagTables: Send + Sized {
-    /// Why a table cannot be read, or no further.
-    type Broken: Display;
-
-    /// Opens the database; of a cut one the pages that are whole.
-    fn open(file: &mut Input, path: &Path, size: &Size) -> Result<Self, Fault>;
-
-    /// The number of messages, or 0 where nobody knows it, and the topics in CDR that have messages. In a cut
-    /// database a topic of which none was found before the cut counts as one that has some.
-    fn topics(&mut self, is_cut: bool) -> Result<(i64, Vec<Topic>), Self::Broken>;
-
-    /// Adds the next messages, in the order of their numbers, that are not longer than [`LONGEST_MESSAGE`]. None at the end.
-    fn fetch(&mut self, fetched: &mut Vec<Stored>) -> Result<(), Self::Broken>;
-}
 
 /// A bag.
-pub(crate) struct Bag<S> {
+pub(crate) struct Bag {
     bytes: Bytes,
-    store: S,
+    tables: Tables,
     topics: Topics,
     length: u64,
     rows: i64,
     /// Number of the last message that was fetched.
     last: i64,
-    fetched: std::vec::IntoIter<Stored>,
+    fetched: std::vec::IntoIter<sqlite::Stored>,
     read: i64,
     /// Bytes that the database has when it is whole, where there are fewer.
     cut_from: Option<u64>,
     what: Option<String>,
 }
 
-impl<S: BagTables> Bag<S> {
+impl Bag {
     /// Finds the topics with messages.
     pub fn open(mut file: Input, path: &Path) -> Result<Self, Fault> {
         let length = file.length().map_err(Fault::read)?;
         let size = Size::of(&mut file)?;
         let cut_from = size.whole().filter(|whole| length < *whole);
         let mut bag = Self {
-            store: S::open(&mut file, path, &size)?,
+            tables: Tables::open(&mut file, path, &size)?,
             bytes: Bytes::new(file)?,
             topics: Topics::default(),
             length,
@@ -127,8 +77,8 @@ impl<S: BagTables> Bag<S> {
         Ok(bag)
     }
 
-    fn find_topics(&mut self) -> Result<(), S::Broken> {
-        let (rows, topics) = self.store.topics(self.cut_from.is_some())?;
+    fn find_topics(&mut self) -> Result<(), rusqlite::Error> {
+        let (rows, topics) = self.tables.topics(self.cut_from.is_some())?;
         self.rows = rows;
         for topic in topics {
             let plain_name = plain(&topic.type_name);
@@ -143,9 +93,9 @@ impl<S: BagTables> Bag<S> {
         Ok(())
     }
 
-    fn fetch(&mut self) -> Result<(), S::Broken> {
+    fn fetch(&mut self) -> Result<(), rusqlite::Error> {
         let mut fetched = Vec::new();
-        let end = self.store.fetch(&mut fetched);
+        let end = self.tables.fetch(&mut fetched);
         // Behind a number a damaged index can lead to it again, and for ever.
         let mut last = self.last;
         let in_order = fetched.iter().take_while(|message| {
@@ -197,12 +147,8 @@ impl Size {
 /// A message of a bag that packs each by zstd. No message in CDR begins like that; what cannot be unpacked is left as it is,
 /// and counted as one that cannot be decoded.
 fn unpacked(data: Vec<u8>) -> Vec<u8> {
-    #[cfg(feature = "rosbag2")]
-    let unpack = zstd::bulk::decompress;
-    #[cfg(not(feature = "rosbag2"))]
-    let unpack = crate::unpack::zstd;
     match data.starts_with(ZSTD) {
-        true => unpack(&data, LONGEST_MESSAGE).unwrap_or(data),
+        true => zstd::bulk::decompress(&data, LONGEST_MESSAGE).unwrap_or(data),
         false => data,
     }
 }
@@ -214,7 +160,7 @@ fn damaged(error: &impl Display) -> Fault {
     }
 }
 
-impl<S: BagTables> Messages for Bag<S> {
+impl Messages for Bag {
     fn kinds(&self) -> &[Kind] {
         &self.topics.kinds
     }

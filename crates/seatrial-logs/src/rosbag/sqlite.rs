@@ -1,4 +1,4 @@
-//! The tables of a bag, read by SQLite.
+//! The tables of a bag.
 
 use std::io::{Read, Seek};
 use std::path::Path;
@@ -6,14 +6,35 @@ use std::path::Path;
 use rusqlite::{Connection, OpenFlags, params};
 use tempfile::NamedTempFile;
 
-use super::{
-    BATCH, BATCH_BYTES, BagTables, LONGEST_MESSAGE, MOST_TOPICS, Size, Stored, Topic, damaged,
-};
+use super::{LONGEST_MESSAGE, Size, damaged};
 use crate::error::Fault;
 use crate::input::Input;
 
+/// Messages fetched at once, and bytes of them.
+const BATCH: usize = 256;
+const BATCH_BYTES: usize = 4 << 20;
+/// Topics that are looked at.
+const MOST_TOPICS: usize = 10_000;
+
+/// A topic in CDR that has messages.
+pub(super) struct Topic {
+    pub id: i64,
+    pub name: String,
+    pub type_name: String,
+    /// What its messages consist of, where the bag says it.
+    pub definition: Option<String>,
+}
+
+/// A message as it is stored.
+pub(super) struct Stored {
+    pub id: i64,
+    pub topic: i64,
+    pub time_ns: i64,
+    pub data: Vec<u8>,
+}
+
 /// A database that is open.
-pub(crate) struct Sqlite {
+pub(super) struct Tables {
     database: Connection,
     /// Number of the last message that was fetched.
     last: i64,
@@ -21,7 +42,7 @@ pub(crate) struct Sqlite {
     _copy: Option<NamedTempFile>,
 }
 
-impl Sqlite {
+impl Tables {
     /// Is there a table of this name? Views and computed columns, which can be of any size, are none.
     fn has_table(&self, name: &str) -> Result<bool, rusqlite::Error> {
         self.database.query_row(
@@ -42,13 +63,9 @@ impl Sqlite {
         );
         said.ok()
     }
-}
 
-impl BagTables for Sqlite {
-    type Broken = rusqlite::Error;
-
-    /// What has no name in the file system, or ends within a page, is copied first.
-    fn open(file: &mut Input, path: &Path, size: &Size) -> Result<Self, Fault> {
+    /// Opens the database. What has no name in the file system, or ends within a page, is copied first.
+    pub fn open(file: &mut Input, path: &Path, size: &Size) -> Result<Self, Fault> {
         let length = file.length().map_err(Fault::read)?;
         let is_cut = size.whole().is_some_and(|whole| length < whole);
         let is_in_page = is_cut && length % size.page > 0;
@@ -66,7 +83,9 @@ impl BagTables for Sqlite {
         })
     }
 
-    fn topics(&mut self, is_cut: bool) -> Result<(i64, Vec<Topic>), rusqlite::Error> {
+    /// The number of messages, or 0 where nobody knows it, and the topics in CDR that have messages. In a cut
+    /// database a topic of which none was found before the cut counts as one that has some.
+    pub fn topics(&mut self, is_cut: bool) -> Result<(i64, Vec<Topic>), rusqlite::Error> {
         // A cut database is opened with this alone.
         self.database.pragma_update(None, "writable_schema", true)?;
         self.database.pragma_update(None, "trusted_schema", false)?;
@@ -107,7 +126,8 @@ impl BagTables for Sqlite {
         Ok((rows, topics))
     }
 
-    fn fetch(&mut self, fetched: &mut Vec<Stored>) -> Result<(), rusqlite::Error> {
+    /// Adds the next messages, in the order of their numbers, that are not longer than [`LONGEST_MESSAGE`]. None at the end.
+    pub fn fetch(&mut self, fetched: &mut Vec<Stored>) -> Result<(), rusqlite::Error> {
         let mut statement = self.database.prepare_cached(
             "SELECT id, topic_id, timestamp, data FROM messages
              WHERE id > ?1 AND length(data) <= ?2 ORDER BY id LIMIT ?3",
