@@ -1,6 +1,6 @@
-//! The columns of the Parquet file.
+//! The columns of the Parquet file: the fields of a row.
 
-use super::Row;
+use serde::{Deserialize, Serialize};
 
 /// A cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +19,29 @@ pub enum Value<'a> {
     Texts(Option<&'a [String]>),
 }
 
+/// The cell of a field of each type.
+macro_rules! cells {
+    ($($type:ty => $cell:expr;)*) => {
+        $(impl<'a> From<&'a $type> for Value<'a> {
+            fn from(field: &'a $type) -> Self {
+                let cell: fn(&'a $type) -> Self = $cell;
+                cell(field)
+            }
+        })*
+    };
+}
+
+cells! {
+    String => |field| Self::Text(Some(field));
+    Option<String> => |field| Self::Text(field.as_deref());
+    Option<f64> => |field| Self::Number(*field);
+    u64 => |field| Self::Integer(Some(*field));
+    Option<u64> => |field| Self::Integer(*field);
+    Option<bool> => |field| Self::Bool(*field);
+    Option<i64> => |field| Self::Time(*field);
+    Option<Vec<String>> => |field| Self::Texts(field.as_deref());
+}
+
 /// A column.
 #[derive(Clone, Copy)]
 pub struct Column {
@@ -29,197 +52,73 @@ pub struct Column {
     pub(super) value: fn(&Row) -> Value<'_>,
 }
 
-const fn column(name: &'static str, meaning: &'static str, value: fn(&Row) -> Value<'_>) -> Column {
-    Column {
-        name,
-        meaning,
-        value,
-    }
+/// The fields of [`Row`], each a column: its name, its type and what it holds.
+macro_rules! columns {
+    ($($name:ident: $type:ty = $meaning:literal,)*) => {
+        /// A manoeuvre and its model, or a log that cannot be read. Missing things are `None`.
+        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+        #[serde(default)]
+        pub struct Row {
+            $(#[doc = $meaning] pub $name: $type,)*
+        }
+
+        /// Every column, in order.
+        pub const COLUMNS: &[Column] = &[$(Column {
+            name: stringify!($name),
+            meaning: $meaning,
+            value: |row| Value::from(&row.$name),
+        },)*];
+    };
 }
 
-/// Every column, in order.
-pub const COLUMNS: [Column; 46] = [
-    column("source", "The log, as it was found", |r| {
-        Value::Text(Some(&r.source))
-    }),
-    column("run", "The run within the log, with `--run-column`", |r| {
-        Value::Text(r.run.as_deref())
-    }),
-    column("format", "Format of the log", |r| {
-        Value::Text(r.format.as_deref())
-    }),
-    column("bytes", "Length of the log, bytes", |r| {
-        Value::Integer(Some(r.bytes))
-    }),
-    column("modified", "When the log was last written", |r| {
-        Value::Time(r.modified)
-    }),
-    column("etag", "Version of the log in its object store", |r| {
-        Value::Text(r.etag.as_deref())
-    }),
-    column(
-        "sha256",
-        "SHA-256 of the log; of a file of many runs missing",
-        |r| Value::Text(r.sha256.as_deref()),
-    ),
-    column(
-        "start",
-        "Second 0 of the log, where it has an epoch or calendar time",
-        |r| Value::Time(r.start),
-    ),
-    column("samples_read", "Samples of the log or run", |r| {
-        Value::Integer(r.samples_read)
-    }),
-    column(
-        "rows_left_out",
-        "Rows of the log or run that are no samples",
-        |r| Value::Integer(r.rows_left_out),
-    ),
-    column(
-        "rudder_unit",
-        "`rad`, or `full_rudder` where 1 is full rudder",
-        |r| Value::Text(r.rudder_unit.as_deref()),
-    ),
-    column(
-        "warnings",
-        "What was assumed of the log or is doubtful in it",
-        |r| Value::Texts(r.warnings.as_deref()),
-    ),
-    column(
-        "manoeuvre",
-        "`doublet`, `multistep` or `zig_zag`; `record` of a log or run that was taken as a whole",
-        |r| Value::Text(r.manoeuvre.as_deref()),
-    ),
-    column(
-        "from_s",
-        "Start of the training window, s of the log",
-        |r| Value::Number(r.from_s),
-    ),
-    column("to_s", "End of the training window, s of the log", |r| {
-        Value::Number(r.to_s)
-    }),
-    column("thrust", "Mean thrust, a fraction of full", |r| {
-        Value::Number(r.thrust)
-    }),
-    column("surge_speed_m_s", "Mean forward speed, m/s", |r| {
-        Value::Number(r.surge_speed_m_s)
-    }),
-    column(
-        "rudder_amplitude_rad",
-        "How far the rudder was deflected to either side, rad",
-        |r| Value::Number(r.rudder_amplitude_rad),
-    ),
-    column(
-        "samples_used",
-        "Samples that the estimate learnt from",
-        |r| Value::Integer(r.samples_used),
-    ),
-    column("samples_rejected", "Samples that the guard rejected", |r| {
-        Value::Integer(r.samples_rejected)
-    }),
-    column(
-        "lambda_rad_s",
-        "Pole of the state variable filter, rad/s",
-        |r| Value::Number(r.lambda_rad_s),
-    ),
-    column("method", "The estimator whose model is reported", |r| {
-        Value::Text(r.method.as_deref())
-    }),
-    column("a22_per_s", "Rotational damping a22, 1/s", |r| {
-        Value::Number(r.a22_per_s)
-    }),
-    column("b2_per_s2", "Rudder authority b2, 1/s^2", |r| {
-        Value::Number(r.b2_per_s2)
-    }),
-    column(
-        "c0_rad_per_s2",
-        "Yaw acceleration at neutral rudder C0, rad/s^2",
-        |r| Value::Number(r.c0_rad_per_s2),
-    ),
-    column(
-        "delta0_rad",
-        "C0/b2, rad; the rudder that holds a constant heading is its negative",
-        |r| Value::Number(r.delta0_rad),
-    ),
-    column(
-        "a22_low_per_s",
-        "Lower end of the 95 % interval of a22, 1/s",
-        |r| Value::Number(r.a22_low_per_s),
-    ),
-    column("a22_high_per_s", "Upper end", |r| {
-        Value::Number(r.a22_high_per_s)
-    }),
-    column(
-        "b2_low_per_s2",
-        "Lower end of the 95 % interval of b2, 1/s^2",
-        |r| Value::Number(r.b2_low_per_s2),
-    ),
-    column("b2_high_per_s2", "Upper end", |r| {
-        Value::Number(r.b2_high_per_s2)
-    }),
-    column(
-        "c0_low_rad_per_s2",
-        "Lower end of the 95 % interval of C0, rad/s^2",
-        |r| Value::Number(r.c0_low_rad_per_s2),
-    ),
-    column("c0_high_rad_per_s2", "Upper end", |r| {
-        Value::Number(r.c0_high_rad_per_s2)
-    }),
-    column("nomoto_t_s", "Nomoto's time constant T, s", |r| {
-        Value::Number(r.nomoto_t_s)
-    }),
-    column("nomoto_k_per_s", "Nomoto's gain K, 1/s", |r| {
-        Value::Number(r.nomoto_k_per_s)
-    }),
-    column(
-        "online_a22_per_s",
-        "a22 of the estimator that runs on the vehicle, 1/s",
-        |r| Value::Number(r.online_a22_per_s),
-    ),
-    column("online_b2_per_s2", "b2 of it, 1/s^2", |r| {
-        Value::Number(r.online_b2_per_s2)
-    }),
-    column("online_c0_rad_per_s2", "C0 of it, rad/s^2", |r| {
-        Value::Number(r.online_c0_rad_per_s2)
-    }),
-    column(
-        "r2_heading",
-        "R^2 of heading on the best excited other manoeuvre of the same speed",
-        |r| Value::Number(r.r2_heading),
-    ),
-    column(
-        "r2_heading_offset_refit",
-        "The same with the offset estimated again",
-        |r| Value::Number(r.r2_heading_offset_refit),
-    ),
-    column("r2_yaw_rate", "R^2 of yaw rate on it", |r| {
-        Value::Number(r.r2_yaw_rate)
-    }),
-    column("accepted", "May the model be used?", |r| {
-        Value::Bool(r.accepted)
-    }),
-    column(
-        "verdict",
-        "Code of the first reason; `ok` where it may",
-        |r| Value::Text(r.verdict.as_deref()),
-    ),
-    column("reasons", "Codes of all reasons", |r| {
-        Value::Texts(r.reasons.as_deref())
-    }),
-    column("verdict_text", "The first reason for people", |r| {
-        Value::Text(r.verdict_text.as_deref())
-    }),
-    column(
-        "error",
-        "Code of an error row; missing in every other",
-        |r| Value::Text(r.error.as_deref()),
-    ),
-    column(
-        "error_text",
-        "What is wrong with the log and what to do",
-        |r| Value::Text(r.error_text.as_deref()),
-    ),
-];
+columns! {
+    source: String = "The log, as it was found",
+    run: Option<String> = "The run within the log, with `--run-column`",
+    format: Option<String> = "Format of the log",
+    bytes: u64 = "Length of the log, bytes",
+    modified: Option<i64> = "When the log was last written",
+    etag: Option<String> = "Version of the log in its object store",
+    sha256: Option<String> = "SHA-256 of the log; of a file of many runs missing",
+    start: Option<i64> = "Second 0 of the log, where it has an epoch or calendar time",
+    samples_read: Option<u64> = "Samples of the log or run",
+    rows_left_out: Option<u64> = "Rows of the log or run that are no samples",
+    rudder_unit: Option<String> = "`rad`, or `full_rudder` where 1 is full rudder",
+    warnings: Option<Vec<String>> = "What was assumed of the log or is doubtful in it",
+    manoeuvre: Option<String> = "`doublet`, `multistep` or `zig_zag`; `record` of a log or run that was taken as a whole",
+    from_s: Option<f64> = "Start of the training window, s of the log",
+    to_s: Option<f64> = "End of the training window, s of the log",
+    thrust: Option<f64> = "Mean thrust, a fraction of full",
+    surge_speed_m_s: Option<f64> = "Mean forward speed, m/s",
+    rudder_amplitude_rad: Option<f64> = "How far the rudder was deflected to either side, rad",
+    samples_used: Option<u64> = "Samples that the estimate learnt from",
+    samples_rejected: Option<u64> = "Samples that the guard rejected",
+    lambda_rad_s: Option<f64> = "Pole of the state variable filter, rad/s",
+    method: Option<String> = "The estimator whose model is reported",
+    a22_per_s: Option<f64> = "Rotational damping a22, 1/s",
+    b2_per_s2: Option<f64> = "Rudder authority b2, 1/s^2",
+    c0_rad_per_s2: Option<f64> = "Yaw acceleration at neutral rudder C0, rad/s^2",
+    delta0_rad: Option<f64> = "C0/b2, rad; the rudder that holds a constant heading is its negative",
+    a22_low_per_s: Option<f64> = "Lower end of the 95 % interval of a22, 1/s",
+    a22_high_per_s: Option<f64> = "Upper end",
+    b2_low_per_s2: Option<f64> = "Lower end of the 95 % interval of b2, 1/s^2",
+    b2_high_per_s2: Option<f64> = "Upper end",
+    c0_low_rad_per_s2: Option<f64> = "Lower end of the 95 % interval of C0, rad/s^2",
+    c0_high_rad_per_s2: Option<f64> = "Upper end",
+    nomoto_t_s: Option<f64> = "Nomoto's time constant T, s",
+    nomoto_k_per_s: Option<f64> = "Nomoto's gain K, 1/s",
+    online_a22_per_s: Option<f64> = "a22 of the estimator that runs on the vehicle, 1/s",
+    online_b2_per_s2: Option<f64> = "b2 of it, 1/s^2",
+    online_c0_rad_per_s2: Option<f64> = "C0 of it, rad/s^2",
+    r2_heading: Option<f64> = "R^2 of heading on the best excited other manoeuvre of the same speed",
+    r2_heading_offset_refit: Option<f64> = "The same with the offset estimated again",
+    r2_yaw_rate: Option<f64> = "R^2 of yaw rate on it",
+    accepted: Option<bool> = "May the model be used?",
+    verdict: Option<String> = "Code of the first reason; `ok` where it may",
+    reasons: Option<Vec<String>> = "Codes of all reasons",
+    verdict_text: Option<String> = "The first reason for people",
+    error: Option<String> = "Code of an error row; missing in every other",
+    error_text: Option<String> = "What is wrong with the log and what to do",
+}
 
 #[cfg(test)]
 mod tests {

@@ -16,11 +16,10 @@ mod row;
 mod source;
 mod table;
 
-pub use columns::{COLUMNS, Column, Value};
+pub use columns::{COLUMNS, Column, Row, Value};
 pub use job::{Job, Progress, work_on};
 pub use journal::{Entry, Journal, JournalError, Summary};
 pub use log::{Estimate, Options};
 pub use log_file::{Found, Source};
 pub use objects::{ObjectError, is_object};
-pub use row::Row;
 pub use source::{NotFound, find};

@@ -2,60 +2,8 @@
 
 use seatrial::Window;
 use seatrial::identification::{Identification, Verdict};
-use serde::{Deserialize, Serialize};
 
-/// A manoeuvre and its model, or a log that cannot be read. Missing things are `None`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-#[expect(missing_docs, reason = "each is a column, and COLUMNS says what it is")]
-pub struct Row {
-    pub source: String,
-    pub run: Option<String>,
-    pub format: Option<String>,
-    pub bytes: u64,
-    pub modified: Option<i64>,
-    pub etag: Option<String>,
-    pub sha256: Option<String>,
-    pub start: Option<i64>,
-    pub samples_read: Option<u64>,
-    pub rows_left_out: Option<u64>,
-    pub rudder_unit: Option<String>,
-    pub warnings: Option<Vec<String>>,
-    pub manoeuvre: Option<String>,
-    pub from_s: Option<f64>,
-    pub to_s: Option<f64>,
-    pub thrust: Option<f64>,
-    pub surge_speed_m_s: Option<f64>,
-    pub rudder_amplitude_rad: Option<f64>,
-    pub samples_used: Option<u64>,
-    pub samples_rejected: Option<u64>,
-    pub lambda_rad_s: Option<f64>,
-    pub method: Option<String>,
-    pub a22_per_s: Option<f64>,
-    pub b2_per_s2: Option<f64>,
-    pub c0_rad_per_s2: Option<f64>,
-    pub delta0_rad: Option<f64>,
-    pub a22_low_per_s: Option<f64>,
-    pub a22_high_per_s: Option<f64>,
-    pub b2_low_per_s2: Option<f64>,
-    pub b2_high_per_s2: Option<f64>,
-    pub c0_low_rad_per_s2: Option<f64>,
-    pub c0_high_rad_per_s2: Option<f64>,
-    pub nomoto_t_s: Option<f64>,
-    pub nomoto_k_per_s: Option<f64>,
-    pub online_a22_per_s: Option<f64>,
-    pub online_b2_per_s2: Option<f64>,
-    pub online_c0_rad_per_s2: Option<f64>,
-    pub r2_heading: Option<f64>,
-    pub r2_heading_offset_refit: Option<f64>,
-    pub r2_yaw_rate: Option<f64>,
-    pub accepted: Option<bool>,
-    pub verdict: Option<String>,
-    pub reasons: Option<Vec<String>>,
-    pub verdict_text: Option<String>,
-    pub error: Option<String>,
-    pub error_text: Option<String>,
-}
+use super::Row;
 
 impl Row {
     /// Puts a model in.

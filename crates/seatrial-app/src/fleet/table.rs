@@ -84,7 +84,7 @@ impl<'a> TableWriter<'a> {
 
     fn write_group(&mut self) -> io::Result<()> {
         let mut group = self.writer.next_row_group()?;
-        for column in &COLUMNS {
+        for column in COLUMNS {
             write_column(&mut group, column, &self.rows)?;
         }
         group.close()?;
