@@ -296,7 +296,23 @@ fn packed(name: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// Where each file of the archive goes.
+/// Where files of the archive go.
+const INSTALLED: [(&str, &str); 4] = [
+    ("seatrial", "bin/seatrial"),
+    (
+        "completions/seatrial.bash",
+        "share/bash-completion/completions/seatrial",
+    ),
+    (
+        "completions/_seatrial",
+        "share/zsh/vendor-completions/_seatrial",
+    ),
+    (
+        "completions/seatrial.fish",
+        "share/fish/vendor_completions.d/seatrial.fish",
+    ),
+];
+
 fn debian_package(folder: &Path, target: &str) -> Result<PathBuf, String> {
     let architecture = match target.split('-').next() {
         Some("aarch64") => "arm64",
@@ -306,40 +322,20 @@ fn debian_package(folder: &Path, target: &str) -> Result<PathBuf, String> {
     let _ = std::fs::remove_dir_all(&root);
     let failed = |error: std::io::Error| format!("{}: {error}", root.display());
     let put = |from: PathBuf, to: &str| {
-        let to = root.join(to);
+        let to = root.join("usr").join(to);
         std::fs::create_dir_all(to.parent().unwrap_or(&root)).map_err(failed)?;
         std::fs::copy(&from, &to).map_err(failed)?;
         Ok::<PathBuf, String>(to)
     };
-    put(folder.join("seatrial"), "usr/bin/seatrial")?;
-    put(
-        folder.join("completions/seatrial.bash"),
-        "usr/share/bash-completion/completions/seatrial",
-    )?;
-    put(
-        folder.join("completions/_seatrial"),
-        "usr/share/zsh/vendor-completions/_seatrial",
-    )?;
-    put(
-        folder.join("completions/seatrial.fish"),
-        "usr/share/fish/vendor_completions.d/seatrial.fish",
-    )?;
-    let mut compressed = vec![put(
-        "CHANGELOG.md".into(),
-        "usr/share/doc/seatrial/changelog",
-    )?];
-    put(
-        "packaging/copyright".into(),
-        "usr/share/doc/seatrial/copyright",
-    )?;
+    for (from, to) in INSTALLED {
+        put(folder.join(from), to)?;
+    }
+    put("packaging/copyright".into(), "share/doc/seatrial/copyright")?;
+    let mut compressed = vec![put("CHANGELOG.md".into(), "share/doc/seatrial/changelog")?];
     for entry in std::fs::read_dir(folder.join("man")).map_err(failed)? {
-        let page = entry.map_err(failed)?.path();
-        let name = page
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        compressed.push(put(page, &format!("usr/share/man/man1/{name}"))?);
+        let page = entry.map_err(failed)?;
+        let to = Path::new("share/man/man1").join(page.file_name());
+        compressed.push(put(page.path(), &to.to_string_lossy())?);
     }
     run(Command::new("gzip").arg("-9n").args(&compressed), "gzip")?;
     std::fs::create_dir_all(root.join("DEBIAN")).map_err(failed)?;

@@ -33,7 +33,6 @@ pub fn check() -> Result<(), String> {
     let _ = std::fs::remove_dir_all(&source);
     copy(Path::new(DOCS), &source)?;
     write(&source.join(VERBS), &verbs()?)?;
-    list_the_others()?;
     run(
         Command::new(program).arg("build").arg(&source),
         format!("mdbook build {}", source.display()),
@@ -43,7 +42,8 @@ pub fn check() -> Result<(), String> {
         lead_out(page)?;
     }
     put_alone()?;
-    let broken: Vec<String> = pages.iter().flat_map(|page| broken_links(page)).collect();
+    let mut broken = unlisted()?;
+    broken.extend(pages.iter().flat_map(|page| broken_links(page)));
     if !broken.is_empty() {
         return Err(broken.join("\n"));
     }
@@ -172,27 +172,16 @@ fn contents() -> Result<Vec<(String, String)>, String> {
     Ok(summary.lines().filter_map(entry).collect())
 }
 
-/// Pages that nobody has put into the table of contents stand at its end.
-fn list_the_others() -> Result<(), String> {
+/// Pages that nobody has put into the table of contents, which the site would lack.
+fn unlisted() -> Result<Vec<String>, String> {
     let source = in_target(SOURCE);
-    let listed: BTreeSet<PathBuf> = contents()?
-        .into_iter()
-        .map(|(_, file)| source.join(file))
-        .collect();
-    let path = source.join("SUMMARY.md");
-    let mut summary = read(&path)?;
-    summary += "\n# More\n\n";
-    for page in of_suffix(&source, "md")? {
-        if page == path || listed.contains(&page) {
-            continue;
-        }
-        let text = read(&page)?;
-        let title = text.lines().find_map(|line| line.strip_prefix("# "));
-        let file = page.strip_prefix(&source).unwrap_or(&page);
-        let title = title.map_or_else(|| file.display().to_string(), str::to_owned);
-        let _ = writeln!(summary, "- [{title}]({})", file.display());
-    }
-    write(&path, &summary)
+    let listed = contents()?.into_iter().map(|(_, file)| source.join(file));
+    let listed: BTreeSet<PathBuf> = listed.chain([source.join("SUMMARY.md")]).collect();
+    let pages = of_suffix(&source, "md")?.into_iter();
+    let others = pages.filter(|page| !listed.contains(page));
+    Ok(others
+        .map(|page| format!("{}: is not in SUMMARY.md", page.display()))
+        .collect())
 }
 
 fn of_suffix(folder: &Path, suffix: &str) -> Result<Vec<PathBuf>, String> {

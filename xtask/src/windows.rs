@@ -167,7 +167,7 @@ impl Both {
                 [self.here(&arguments), self.wine(&arguments)].map(|mut c| c.output());
             let [here, wine] = [here, wine].map(|said| said.map_err(|error| error.to_string()));
             let (here, wine) = (here?, wine?);
-            // Text without units may leave a model that is not validated.
+            // A log of one pair of doublets may leave a model that is not validated.
             let is_done = matches!(here.status.code(), Some(0 | 4));
             if !is_done || here.status.code() != wine.status.code() || here.stdout != wine.stdout {
                 let text = String::from_utf8_lossy(&wine.stdout).into_owned();
