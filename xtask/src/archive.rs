@@ -9,7 +9,7 @@ use crate::environment::NO_PYTHON;
 use crate::steps::{run, skipped, succeeds};
 use crate::target::{binary as built_for_tests, in_target};
 use crate::toolchain::{CORTEX_M, has_library, no_library};
-use crate::{cargo, wheel};
+use crate::{run_cargo, wheel};
 
 const OUT: &str = "archives";
 /// Linked statically; built where the compiler has its standard library.
@@ -169,10 +169,8 @@ fn quietly(command: &mut Command) -> bool {
 /// The command as it runs here, which writes its own completions and pages for `man`.
 fn of_any_machine(binary: &Path, machine: Machine) -> Result<Command, String> {
     if machine == Machine::Absent {
-        return match succeeds(&mut cargo(&["build", "--quiet", "-p", "seatrial-cli"])) {
-            true => Ok(Command::new(built_for_tests())),
-            false => Err("cargo build -p seatrial-cli".into()),
-        };
+        run_cargo("build --quiet -p seatrial-cli")?;
+        return Ok(Command::new(built_for_tests()));
     }
     let own = match machine {
         Machine::EmptyRoot => Machine::Own,
@@ -224,24 +222,9 @@ fn c_libraries(folder: &Path, target: &str) -> Result<(), String> {
         if !has_library(target) {
             return skipped("the library for C", &no_library(target));
         }
-        let arguments = [
-            "rustc",
-            "--quiet",
-            "-p",
-            "seatrial-ffi",
-            "--profile",
-            "embedded",
-            "--no-default-features",
-            "--features",
-            feature,
-            "--target",
-            target,
-            "--crate-type",
-            "staticlib",
-        ];
-        if !succeeds(&mut cargo(&arguments)) {
-            return Err(format!("cargo {}", arguments.join(" ")));
-        }
+        run_cargo(&format!(
+            "rustc --quiet -p seatrial-ffi --profile embedded --no-default-features --features={feature} --target {target} --crate-type staticlib"
+        ))?;
         let library = c_library(folder, target);
         std::fs::create_dir_all(library.parent().unwrap_or(folder)).map_err(failed)?;
         let built = in_target(target).join("embedded/libseatrial_ffi.a");
@@ -278,18 +261,12 @@ fn c_program_runs(folder: &Path, target: &str) -> Result<(), String> {
 fn packed(name: &str) -> Result<PathBuf, String> {
     let archive = in_target(OUT).join(format!("{name}.tar.gz"));
     let mut tar = Command::new("tar");
-    tar.args([
-        "--sort=name",
-        "--owner=0",
-        "--group=0",
-        "--numeric-owner",
-        "--mtime=@0",
-    ])
-    .args(["--use-compress-program=gzip -9n", "-cf"])
-    .arg(&archive)
-    .arg("-C")
-    .arg(in_target(OUT))
-    .arg(name);
+    tar.args("--sort=name --owner=0 --group=0 --numeric-owner --mtime=@0".split(' '))
+        .args(["--use-compress-program=gzip -9n", "-cf"])
+        .arg(&archive)
+        .arg("-C")
+        .arg(in_target(OUT))
+        .arg(name);
     match succeeds(&mut tar) {
         true => Ok(archive),
         false => Err("tar".into()),
@@ -401,14 +378,8 @@ fn installed_package_works(package: &Path, machine: Machine) -> Result<(), Strin
         let mut command = Command::new("dpkg");
         command.arg(format!("--root={}", root.display()));
         // The root has no C library of its own.
-        command
-            .args([
-                "--force-depends",
-                "--force-architecture",
-                "--force-not-root",
-                "--log=/dev/null",
-            ])
-            .args(what);
+        let forces = "--force-depends --force-architecture --force-not-root --log=/dev/null";
+        command.args(forces.split(' ')).args(what);
         run(&mut command, format!("dpkg {}", what.join(" ")))
     };
     dpkg(&["--install", &package.display().to_string()])?;
@@ -438,15 +409,7 @@ mod tests {
     /// `cargo binstall` finds what is packed here, under its name.
     #[test]
     fn exact_the_archives_are_where_binstall_looks() {
-        let mut metadata = cargo(&[
-            "metadata",
-            "--no-deps",
-            "--offline",
-            "--format-version",
-            "1",
-        ]);
-        let metadata = metadata.output().unwrap().stdout;
-        let metadata: serde_json::Value = serde_json::from_slice(&metadata).unwrap();
+        let metadata = crate::packages::metadata().unwrap();
         let packages = metadata["packages"].as_array().unwrap();
         let command = packages
             .iter()

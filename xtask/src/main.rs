@@ -284,6 +284,12 @@ fn cargo_or_nextest(command: &str) -> Result<Command, String> {
     }
 }
 
+/// Runs cargo with the words of a command, between blanks.
+fn run_cargo(words: &str) -> Result<(), String> {
+    let arguments: Vec<&str> = words.split_whitespace().collect();
+    run(&mut cargo(&arguments), format!("cargo {words}"))
+}
+
 fn cargo(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO"));
     command.args(arguments).env("CARGO_TARGET_DIR", target());

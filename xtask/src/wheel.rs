@@ -118,17 +118,11 @@ pub fn has_tools() -> bool {
 pub fn command_for(target: &str) -> Result<PathBuf, String> {
     let platform = Platform::named(target)?;
     let linker = platform.of_linker();
-    let arguments = [
-        "zigbuild",
-        "--release",
-        "-p",
-        "seatrial-cli",
-        "--target",
-        &linker,
-    ];
+    let words = format!("zigbuild --release -p seatrial-cli --target {linker}");
+    let arguments: Vec<&str> = words.split(' ').collect();
     run(
         &mut tool("cargo-zigbuild", &arguments),
-        format!("cargo zigbuild -p seatrial-cli --target {linker}"),
+        format!("cargo {words}"),
     )?;
     Ok(in_target(target).join("release/seatrial"))
 }
@@ -142,18 +136,11 @@ fn build(platform: Platform) -> Result<PathBuf, String> {
     std::fs::copy(&binary, data.join("scripts/seatrial")).map_err(failed)?;
     let folder = in_target(OUT);
     let out = folder.display().to_string();
-    let arguments = [
-        "build",
-        "--release",
-        "--strip",
-        "--zig",
-        "--compatibility",
-        platform.compatibility,
-        "--target",
-        platform.target,
-        "--out",
-        &out,
-    ];
+    let words = format!(
+        "build --release --strip --zig --compatibility {} --target {} --out",
+        platform.compatibility, platform.target
+    );
+    let arguments: Vec<&str> = words.split(' ').chain([out.as_str()]).collect();
     let built = succeeds(tool("maturin", &arguments).current_dir(PACKAGE));
     std::fs::remove_dir_all(&data).map_err(failed)?;
     if !built {

@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 
 use crate::archive::{self, WINDOWS};
-use crate::cargo;
 use crate::http::Client;
-use crate::steps::{run, skipped, succeeds};
+use crate::run_cargo;
+use crate::steps::{run, skipped};
 use crate::target::{binary, in_target, root};
 use crate::toolchain::{has_library, no_library};
 
@@ -33,10 +33,7 @@ pub fn check() -> Result<(), String> {
     let zip = archive::zipped(&exe)?;
     let bytes = std::fs::metadata(&zip).map_or(0, |file| file.len());
     eprintln!("== {} of {:.1} MB", zip.display(), bytes as f64 / 1e6);
-    run(
-        &mut cargo(&["build", "--quiet", "-p", "seatrial-cli"]),
-        "cargo build -p seatrial-cli",
-    )?;
+    run_cargo("build --quiet -p seatrial-cli")?;
     let both = Both::prepare(&exe)?;
     both.says_the_same()?;
     both.serves_the_page()?;
@@ -57,21 +54,12 @@ fn missing() -> Option<String> {
 
 /// The command, without its symbols.
 fn build() -> Result<PathBuf, String> {
-    let arguments = [
-        "build",
-        "--quiet",
-        "--release",
-        "-p",
-        "seatrial-cli",
-        "--target",
-        WINDOWS,
-    ];
+    run_cargo(&format!(
+        "build --quiet --release -p seatrial-cli --target {WINDOWS}"
+    ))?;
     let exe = in_target(WINDOWS).join("release/seatrial.exe");
-    let is_built = succeeds(&mut cargo(&arguments))
-        && succeeds(Command::new("x86_64-w64-mingw32-strip").arg(&exe));
-    is_built
-        .then_some(exe)
-        .ok_or(format!("cargo {}", arguments.join(" ")))
+    let strip = "x86_64-w64-mingw32-strip";
+    run(Command::new(strip).arg(&exe), strip).map(|()| exe)
 }
 
 /// The command of Windows and that of this machine, each in a folder of its own with the same files.
@@ -150,18 +138,12 @@ impl Both {
 
     /// Both print equal bytes for a trial and for a model from each format.
     fn says_the_same(&self) -> Result<(), String> {
-        let trial = [
-            "trial",
-            "--yes",
-            "--json",
-            "--seed",
-            "7",
-            "--plan",
-            "plan.toml",
-        ];
+        let trial: Vec<&str> = "trial --yes --json --seed 7 --plan plan.toml"
+            .split(' ')
+            .collect();
         let logs = ["run.csv", "run.parquet", "run.mcap"];
         let identify = logs.map(|log| vec!["identify", "--json", log]);
-        for arguments in std::iter::once(trial.to_vec()).chain(identify) {
+        for arguments in std::iter::once(trial).chain(identify) {
             let title = arguments.join(" ");
             let [here, wine] =
                 [self.here(&arguments), self.wine(&arguments)].map(|mut c| c.output());
@@ -210,17 +192,11 @@ impl Both {
         let address = "127.0.0.1:18550";
         let mut vehicle = self.here(&["sim", "mavlink", "--udp", address]);
         let _vehicle = begin(vehicle.stdout(Stdio::null()).stderr(Stdio::null()))?;
-        let place = format!("mavlink:udp:{address}");
-        let rest = [
-            "--full-rudder-deg",
-            "14.9",
-            "--plan",
-            "plan.toml",
-            "--logbook",
-            "mavlink.db",
-        ];
-        let trial = ["trial", "--yes", "--json", "--vehicle", &place];
-        let said = self.wine(&[&trial[..], &rest].concat()).output();
+        let trial = format!(
+            "trial --yes --json --vehicle mavlink:udp:{address} --full-rudder-deg 14.9 --plan plan.toml --logbook mavlink.db"
+        );
+        let trial: Vec<&str> = trial.split(' ').collect();
+        let said = self.wine(&trial).output();
         let said = said.map_err(|error| error.to_string())?;
         expect(&said, 0, "a trial over MAVLink")?;
         let document = json(&said)?;
