@@ -12,7 +12,7 @@ use super::chart::{Chart, Layer, Panel};
 use super::number::percent;
 use super::speed_figures::{Speed, gain_interval, points};
 use seatrial::gains::{DAMPING_RATIO, least_damped_schedule};
-use seatrial::sea_trials::field::{Control, HeadingStepRun, HeadingStepSample, HeadingSteps};
+use seatrial::sea_trials::field::{Control, HeadingStepSample, HeadingSteps};
 
 /// A speed with its gain and its thrust in per cent.
 type Designed<'a> = (&'a Speed<'a>, HeadingGain<f64>, f64);
@@ -114,7 +114,11 @@ pub(super) fn heading_steps(speeds: &[Speed], rudder_limit_rad: f64) -> Option<F
     // Constant and scheduled come in pairs, one pair a thrust.
     let pairs = runs.chunks_exact(2).enumerate();
     let panels: Vec<Panel> = pairs
-        .map(|(k, pair)| step_panel(&pair[0], &pair[1], k == 0))
+        .map(|(k, pair)| {
+            let [constant, scheduled] = [&pair[0], &pair[1]];
+            let thrust = constant.point.thrust;
+            step_panel(thrust, &constant.series, &scheduled.series, k == 0)
+        })
         .collect();
     let worst = |control: Control| {
         let runs = runs.iter().filter(|run| run.control == control);
@@ -145,12 +149,17 @@ pub(super) fn heading_steps(speeds: &[Speed], rudder_limit_rad: f64) -> Option<F
 }
 
 /// The steps at one thrust with both gains; `named` puts the names in the legend.
-fn step_panel(constant: &HeadingStepRun, scheduled: &HeadingStepRun, named: bool) -> Panel {
-    let degrees = |run: &HeadingStepRun, of: fn(&HeadingStepSample) -> f64| -> Vec<[f64; 2]> {
-        let samples = run.series.iter();
-        samples.map(|s| [s.time_s, of(s).to_degrees()]).collect()
+pub(super) fn step_panel(
+    thrust: Option<f64>,
+    constant: &[HeadingStepSample],
+    scheduled: &[HeadingStepSample],
+    named: bool,
+) -> Panel {
+    let degrees = |steps: &[HeadingStepSample], of: fn(&HeadingStepSample) -> f64| {
+        let degrees = steps.iter().map(|s| [s.time_s, of(s).to_degrees()]);
+        degrees.collect::<Vec<_>>()
     };
-    let thrust = constant.point.thrust.map_or(String::new(), percent);
+    let thrust = thrust.map_or(String::new(), percent);
     let name = |text: &'static str| if named { text } else { "" };
     let layers = vec![
         Layer::line("zero", name("wanted"), degrees(constant, |s| s.command_rad)),

@@ -2,14 +2,14 @@
 
 use super::axis::extent;
 use super::chart::{Chart, Layer, Panel};
+use super::control_figures::step_panel;
 use super::headline::{Headline, Tone};
 use super::number::{decimals, percent, spoken};
 use super::plan_view::{PlanView, Room};
 use super::tables::{Cell, Table, columns};
 use super::{Figure, Page, recorded, speed_figures};
 use seatrial::campaign::Campaign;
-use seatrial::sea_trials::field::{Control, HeadingStepSample};
-use seatrial::sea_trials::field::{Field, SteeredSteps, UTurn};
+use seatrial::sea_trials::field::{Control, Field, SteeredSteps, UTurn};
 use seatrial_core::{HeadingGain, SchedulePoint};
 
 /// The page of the field experiments after a trial.
@@ -335,31 +335,13 @@ fn heading_steps(field: &Field) -> Option<Figure> {
             .iter()
             .filter(move |steps| steps.control == control)
     };
-    let degrees = |steps: &SteeredSteps, of: fn(&HeadingStepSample) -> f64| -> Vec<[f64; 2]> {
-        let samples = steps.series.iter();
-        samples.map(|s| [s.time_s, of(s).to_degrees()]).collect()
-    };
     let pairs = of(Control::Constant)
         .zip(of(Control::Scheduled))
         .enumerate();
     let panels: Vec<Panel> = pairs
         .map(|(k, (constant, scheduled))| {
-            let name = |text: &'static str| if k == 0 { text } else { "" };
-            let layers = vec![
-                Layer::line("zero", name("wanted"), degrees(constant, |s| s.command_rad)),
-                Layer::line(
-                    "c",
-                    name("constant gain"),
-                    degrees(constant, |s| s.heading_rad),
-                ),
-                Layer::line(
-                    "b",
-                    name("scheduled"),
-                    degrees(scheduled, |s| s.heading_rad),
-                ),
-            ];
-            let thrust = scheduled.point.thrust.map_or(String::new(), percent);
-            Panel::linear(format!("{thrust}: heading, °"), 62.0, layers)
+            let thrust = scheduled.point.thrust;
+            step_panel(thrust, &constant.series, &scheduled.series, k == 0)
         })
         .collect();
     let chart = Chart {
