@@ -1,7 +1,6 @@
 //! Tables II, III, IV and V as printed.
 
-use seatrial_core::schedule::{ScheduleKey, SchedulePoint};
-use seatrial_core::{SpeedSchedule, YawModel};
+use seatrial_core::YawModel;
 
 use super::Printed;
 
@@ -85,15 +84,6 @@ impl Row {
         YawModel::from_theta([self.a22_per_s, self.b2_per_s2, self.c0_rad_per_s2])
     }
 
-    /// The row as a point of a schedule.
-    pub fn point(&self) -> SchedulePoint<f64> {
-        SchedulePoint {
-            thrust: Some(f64::from(self.thrust_percent) / 100.0),
-            surge_speed_m_s: Some(self.surge_speed_m_s),
-            model: self.model(),
-        }
-    }
-
     pub(super) fn speed(&self) -> Printed {
         printed(self.surge_speed_m_s, 2)
     }
@@ -117,13 +107,6 @@ impl Row {
     pub(super) fn r2(&self) -> Printed {
         printed(self.r2, 3)
     }
-}
-
-/// Table V with its first 80 % run as a schedule by thrust.
-pub fn table_v_schedule() -> SpeedSchedule<f64> {
-    let [a, b, c, _, d, e] = TABLE_V.map(|row| row.point());
-    SpeedSchedule::new(ScheduleKey::Thrust, &[a, b, c, d, e])
-        .expect("five printed points at different thrusts")
 }
 
 pub(super) const fn printed(value: f64, decimals: i32) -> Printed {
