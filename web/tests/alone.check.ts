@@ -182,7 +182,10 @@ test("rosbag2 is refused, and what reads it is named", async () => {
   const bag = join(scratch, "boat.db3");
   new DatabaseSync(bag).exec("CREATE TABLE topics(id INTEGER PRIMARY KEY)");
   const answer = await ask([["boat.db3", bag]], { ask: "identify", log: "boat.db3" });
-  assert.match(JSON.stringify(answer), /is rosbag2, which this page does not read; `seatrial identify` in a terminal does/);
+  assert.match(
+    JSON.stringify(answer),
+    /is rosbag2, which this page does not read; `seatrial identify` in a terminal does/,
+  );
 });
 
 /** The messages of an MCAP file again, in chunks packed by lz4 in C. */
