@@ -35,7 +35,7 @@ pub struct Args {
     #[command(subcommand)]
     what: Option<What>,
     #[command(flatten)]
-    check: Option<CheckArgs>,
+    check: CheckArgs,
 }
 
 #[derive(Debug, Subcommand)]
@@ -55,8 +55,8 @@ enum What {
 struct CheckArgs {
     /// The vehicle: mavlink:udp:HOST:PORT, mavlink:udpout:HOST:PORT, mavlink:tcp:HOST:PORT, mavlink:serial:DEVICE:BAUD
     /// or ros2:FILE.toml.
-    #[arg(long, value_name = "VEHICLE")]
-    vehicle: String,
+    #[arg(long, value_name = "VEHICLE", required = true)]
+    vehicle: Option<String>,
     /// The plan, a TOML file as `seatrial plan` writes it.
     #[arg(long, value_name = "FILE")]
     plan: Option<PathBuf>,
@@ -97,23 +97,25 @@ struct Restored {
 
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    match (&args.what, &args.check) {
-        (Some(What::Restore(args)), _) => restore(args, output),
-        (Some(What::Check(args)), _) | (None, Some(args)) => check(args, output),
-        (None, None) => Err(Failure::usage("say which vehicle with --vehicle VEHICLE")),
+    match &args.what {
+        Some(What::Restore(args)) => restore(args, output),
+        Some(What::Check(args)) => check(args, output),
+        None => check(&args.check, output),
     }
 }
 
 fn check(args: &CheckArgs, output: &Output) -> Result<Exit, Failure> {
+    let no_vehicle = || Failure::usage("say which vehicle with --vehicle VEHICLE");
+    let vehicle = args.vehicle.as_deref().ok_or_else(no_vehicle)?;
     let plan = load_plan(args.plan.as_deref(), None)?;
     let abort = Arc::new(AtomicBool::new(false));
     let is_given = args.plan.is_some();
-    let preflight = match args.vehicle.strip_prefix("ros2:") {
+    let preflight = match vehicle.strip_prefix("ros2:") {
         Some(path) => inspect_ros2(Path::new(path), &plan, is_given)?,
         None => args
             .link
             .options()?
-            .open(address(&args.vehicle)?, Some(&plan), is_given, &abort)?
+            .open(address(vehicle)?, Some(&plan), is_given, &abort)?
             .inspect(),
     };
     let checked = Checked {
