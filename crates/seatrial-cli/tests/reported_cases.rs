@@ -7,23 +7,18 @@ use serde_json::Value;
 enum Right {
     /// T and K, each to this share.
     Model(f64, f64, f64),
-    /// Of a log without validation data, too.
-    Unvalidated(f64, f64, f64),
     /// The code of the first reason.
     Refused(&'static str),
     /// What stands in the error of the reader.
     Unreadable(&'static str),
 }
-use Right::{Model, Refused, Unreadable, Unvalidated};
+use Right::{Model, Refused, Unreadable};
 
 /// Shares: noise of 0.2 to 0.3 deg leaves 2 %; times of days with six decimals 4 %.
 const CASES: [(&str, Right); 20] = [
     ("01_time_100ns_ticks.csv", Model(2.0, 0.6, 0.02)),
     ("02_heading_tenths.csv", Unreadable("ddeg")),
-    (
-        "03_rudder_order_slow_gear.csv",
-        Unvalidated(10.0, 0.1, 0.02),
-    ),
+    ("03_rudder_order_slow_gear.csv", Model(10.0, 0.1, 0.02)),
     ("03_truth_measured_rudder.csv", Model(10.0, 0.1, 0.02)),
     (
         "05_rowcount_time_derived_rate.csv",
@@ -60,9 +55,8 @@ fn cli_every_reported_case_is_identified_or_refused_by_name() {
         let document: Value =
             serde_json::from_str(&said).unwrap_or_else(|_| panic!("{name}: {error}"));
         let outcome = document["verdict"]["outcome"].as_str().unwrap();
-        let (t_s, k_per_s, share, is_validated) = match right {
-            Model(t_s, k_per_s, share) => (t_s, k_per_s, share, true),
-            Unvalidated(t_s, k_per_s, share) => (t_s, k_per_s, share, false),
+        let (t_s, k_per_s, share) = match right {
+            Model(t_s, k_per_s, share) => (t_s, k_per_s, share),
             Refused(code) => {
                 assert_eq!(outcome, "do_not_use", "{name}");
                 assert_eq!(document["verdict"]["reasons"][0]["code"], code, "{name}");
@@ -71,7 +65,7 @@ fn cli_every_reported_case_is_identified_or_refused_by_name() {
             Unreadable(_) => unreachable!("looked at above"),
         };
         let is_accepted = matches!(outcome, "use" | "use_with_care");
-        assert_eq!(is_accepted, is_validated, "{name}: {outcome}");
+        assert!(is_accepted, "{name}: {outcome}");
         let found = &document["nomoto"];
         for (key, truth) in [("t_s", t_s), ("k_per_s", k_per_s)] {
             let found = found[key].as_f64().unwrap();

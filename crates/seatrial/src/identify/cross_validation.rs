@@ -2,7 +2,7 @@
 //!
 //! The model that is handed over comes from the whole manoeuvre. A second one, from its first legs alone, is simulated
 //! over the remaining legs, which it has not seen. Where that one may be used, the whole is validated. Else each fifth of a record of more than a
-//! doublet is predicted by the hull of the other four: where none is predicted badly, the whole is validated.
+//! doublet is predicted by a model of the other four: where none is predicted badly, the whole is validated.
 
 use super::mission::LEAST_STROKES;
 use super::{ExaminedRecord, IdentifySettings, OrderSearch, ValidationData, identify_with};
@@ -50,7 +50,7 @@ pub(super) fn validated_by_legs(
     }
 }
 
-/// The identification validated by the fifths that the engine left out, where the hull predicts each.
+/// The identification validated by the fifths that the engine left out, where a model of the others predicts each.
 fn validated_by_fifths(mut whole: Identification, samples: &[Sample<f64>]) -> Identification {
     let left_out = whole
         .higher_order
@@ -73,7 +73,7 @@ fn validated_by_fifths(mut whole: Identification, samples: &[Sample<f64>]) -> Id
         confirm(
             &mut whole.verdict,
             format!(
-                "each fifth of the record is predicted by a hull of the others: R^2 of heading at least {}",
+                "each fifth of the record is predicted by a model of the others: R^2 of heading at least {}",
                 r2_text(Some(r2))
             ),
         );
