@@ -5,6 +5,7 @@
 //! doublet is predicted by a model of the other four: where none is predicted badly, the whole is validated.
 
 use super::mission::LEAST_STROKES;
+use super::steering_validation::simulated;
 use super::{ExaminedRecord, IdentifySettings, OrderSearch, ValidationData, identify_with};
 use crate::figures::r2_text;
 use crate::identification::{
@@ -12,9 +13,11 @@ use crate::identification::{
 };
 use crate::legs::{LegSplit, split_by_legs};
 use crate::likelihood::BLOCKS;
+use crate::likelihood::leg::deviation;
 use crate::manoeuvre::Manoeuvre;
 use crate::record::{Window, duration_s};
-use seatrial_core::Sample;
+use crate::record_series::RecordSeries;
+use seatrial_core::{Real, Sample};
 
 /// The identification of a window that nothing validated, validated by its own legs; as it was where the window holds too
 /// few legs, or where the other legs do not confirm a model of its first ones.
@@ -52,16 +55,15 @@ pub(super) fn validated_by_legs(
 
 /// The identification validated by the fifths that the engine left out, where a model of the others predicts each.
 fn validated_by_fifths(mut whole: Identification, samples: &[Sample<f64>]) -> Identification {
-    let left_out = whole
-        .higher_order
-        .as_ref()
-        .and_then(|h| h.least_r2_left_out);
+    let hull = whole.higher_order.as_ref();
+    let left_out = hull.and_then(|hull| hull.least_r2_left_out);
     let strokes = Manoeuvre::find(samples).map_or(0, |m| m.strokes.len());
     let is_only_unvalidated = whole.verdict.outcome() == Outcome::NotValidated;
-    let Some(r2) = left_out.filter(|r2| *r2 > LEAST_R2 && strokes >= LEAST_STROKES) else {
+    let Some(left_out) = left_out.filter(|r2| *r2 > LEAST_R2 && is_only_unvalidated) else {
         return whole;
     };
-    if is_only_unvalidated {
+    let r2 = r2_over_fifths(&whole, samples);
+    if let Some(r2) = r2.filter(|r2| *r2 > LEAST_R2 && strokes >= LEAST_STROKES) {
         whole.validation = Some(Validation {
             window: whole.training,
             r2_heading: Some(r2),
@@ -74,11 +76,24 @@ fn validated_by_fifths(mut whole: Identification, samples: &[Sample<f64>]) -> Id
             &mut whole.verdict,
             format!(
                 "each fifth of the record is predicted by a model of the others: R^2 of heading at least {}",
-                r2_text(Some(r2))
+                r2_text(Some(left_out))
             ),
         );
     }
     whole
+}
+
+/// R^2 of the heading of the model that is handed over, which starts again with each fifth, its offset too.
+fn r2_over_fifths(found: &Identification, samples: &[Sample<f64>]) -> Option<f64> {
+    let (mut left, mut all) = (0.0, 0.0);
+    for fifth in samples.chunks(samples.len().div_ceil(BLOCKS).max(1)) {
+        let errors = (fifth.iter().zip(simulated(found, fifth, true)))
+            .map(|(sample, state)| (sample.heading_rad - state.heading_rad).wrapped());
+        left += errors.map(|error| error * error).sum::<f64>();
+        let headings = RecordSeries::new(fifth, 1).heading_rad;
+        all += deviation(&headings).powi(2) * headings.len() as f64;
+    }
+    (all > 0.0).then(|| 1.0 - left / all)
 }
 
 /// Accepts what was not validated.
