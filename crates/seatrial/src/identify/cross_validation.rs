@@ -8,9 +8,7 @@ use super::mission::LEAST_STROKES;
 use super::steering_validation::simulated;
 use super::{ExaminedRecord, IdentifySettings, OrderSearch, ValidationData, identify_with};
 use crate::figures::r2_text;
-use crate::identification::{
-    Identification, LEAST_R2, Outcome, Reason, ReasonCode, Validation, Verdict,
-};
+use crate::identification::{Identification, LEAST_R2, Outcome, Reason, ReasonCode, Validation};
 use crate::legs::{LegSplit, split_by_legs};
 use crate::likelihood::BLOCKS;
 use crate::likelihood::leg::deviation;
@@ -54,33 +52,31 @@ pub(super) fn validated_by_legs(
 }
 
 /// The identification validated by the fifths that the engine left out, where a model of the others predicts each.
-fn validated_by_fifths(mut whole: Identification, samples: &[Sample<f64>]) -> Identification {
-    let hull = whole.higher_order.as_ref();
-    let left_out = hull.and_then(|hull| hull.least_r2_left_out);
-    let strokes = Manoeuvre::find(samples).map_or(0, |m| m.strokes.len());
+fn validated_by_fifths(whole: Identification, samples: &[Sample<f64>]) -> Identification {
     let is_only_unvalidated = whole.verdict.outcome() == Outcome::NotValidated;
-    let Some(left_out) = left_out.filter(|r2| *r2 > LEAST_R2 && is_only_unvalidated) else {
+    let hull = whole.higher_order.as_ref().filter(|_| is_only_unvalidated);
+    let left_out = hull.and_then(|hull| hull.least_r2_left_out);
+    let Some(left_out) = left_out.filter(|r2| *r2 > LEAST_R2) else {
         return whole;
     };
+    let strokes = Manoeuvre::find(samples).map_or(0, |m| m.strokes.len());
     let r2 = r2_over_fifths(&whole, samples);
-    if let Some(r2) = r2.filter(|r2| *r2 > LEAST_R2 && strokes >= LEAST_STROKES) {
-        whole.validation = Some(Validation {
-            window: whole.training,
-            r2_heading: Some(r2),
-            r2_heading_offset_refit: Some(r2),
-            r2_yaw_rate: None,
-            samples: samples.len(),
-            horizon_s: Some(duration_s(samples) / BLOCKS as f64),
-        });
-        confirm(
-            &mut whole.verdict,
-            format!(
-                "each fifth of the record is predicted by a model of the others: R^2 of heading at least {}",
-                r2_text(Some(left_out))
-            ),
-        );
+    if r2.is_none_or(|r2| r2 <= LEAST_R2) || strokes < LEAST_STROKES {
+        return whole;
     }
-    whole
+    let validation = Validation {
+        window: whole.training,
+        r2_heading: r2,
+        r2_heading_offset_refit: r2,
+        r2_yaw_rate: None,
+        samples: samples.len(),
+        horizon_s: Some(duration_s(samples) / BLOCKS as f64),
+    };
+    let how = format!(
+        "each fifth of the record is predicted by a model of the others: R^2 of heading at least {}",
+        r2_text(Some(left_out))
+    );
+    validated(whole, Some(validation), how)
 }
 
 /// R^2 of the heading of the model that is handed over, which starts again with each fifth, its offset too.
@@ -96,38 +92,38 @@ fn r2_over_fifths(found: &Identification, samples: &[Sample<f64>]) -> Option<f64
     (all > 0.0).then(|| 1.0 - left / all)
 }
 
-/// Accepts what was not validated.
-fn confirm(verdict: &mut Verdict, how: String) {
-    (verdict.reasons).retain(|reason| reason.code != ReasonCode::NotValidated);
-    verdict.reasons.insert(0, Reason::new(ReasonCode::Ok, how));
-    verdict.accepted = true;
-}
-
 /// The whole manoeuvre's identification with the validation of its first legs.
 fn confirmed_by(
     first_legs: &Identification,
-    mut whole: Identification,
+    whole: Identification,
     split: &LegSplit,
 ) -> Identification {
+    let validation = first_legs.validation;
+    let r2 = validation.and_then(|validation| validation.r2_heading_offset_refit);
+    let how = format!(
+        "a model of the first {} legs predicts the other {}: R^2 of heading with the offset estimated again {}",
+        split.training_legs,
+        split.validation_legs,
+        r2_text(r2)
+    );
+    validated(whole, validation, how)
+}
+
+/// The identification with a validation; accepted where nothing else was missing.
+fn validated(
+    mut whole: Identification,
+    validation: Option<Validation>,
+    how: String,
+) -> Identification {
     let is_only_unvalidated = whole.verdict.outcome() == Outcome::NotValidated;
-    whole.validation = first_legs.validation;
+    whole.validation = validation;
     let verdict = &mut whole.verdict;
     verdict
         .reasons
         .retain(|reason| reason.code != ReasonCode::NotValidated);
     if is_only_unvalidated {
-        let r2 = first_legs
-            .validation
-            .and_then(|validation| validation.r2_heading_offset_refit);
-        confirm(
-            verdict,
-            format!(
-                "a model of the first {} legs predicts the other {}: R^2 of heading with the offset estimated again {}",
-                split.training_legs,
-                split.validation_legs,
-                r2_text(r2)
-            ),
-        );
+        verdict.reasons.insert(0, Reason::new(ReasonCode::Ok, how));
+        verdict.accepted = true;
     }
     whole
 }

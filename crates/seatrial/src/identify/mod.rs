@@ -159,14 +159,13 @@ fn steering_model_of(
         return Ok(None);
     };
     let a22_per_s = steering.refined.model.a22_per_s;
-    let hull = (!steering.predicts()).then(|| hull_of(samples, a22_per_s));
-    let hull = hull.flatten();
+    let hull = match steering.predicts() {
+        true => None,
+        false => hull_of(samples, a22_per_s),
+    };
     let held_out = ValidationData {
+        record: data.map_or(record.record(), |data| data.record),
         window: steering.held_out.window,
-        ..data.unwrap_or(ValidationData {
-            record: record.record(),
-            window: Window::ALL,
-        })
     };
     let is_hull = |hull: &HigherOrder| {
         predicts_much_better(&hull.model, &steering.steering_model(), Some(held_out))

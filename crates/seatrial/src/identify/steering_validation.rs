@@ -289,17 +289,16 @@ impl<'a> ValidationRun<'a> {
         if direct.1 > GOOD_FIT || self.is_start_known {
             return Some(direct);
         }
-        let mut change = Change::zeros();
+        let (mut from, mut patient) = (Change::zeros(), None);
         for share in BEGINNINGS {
             let beginning = self.beginning(share);
             let part = &measured[..beginning.samples.len()];
-            if let Some((fitted, _)) = beginning.fitted_from(signal, part, &free, change) {
-                change = fitted;
-            }
+            patient = beginning.fitted_from(signal, part, &free, from);
+            from = patient.map_or(from, |(change, _)| change);
         }
-        let patient = self.r2_at(signal, measured, change);
+        // The last beginning is the whole.
         Some(match patient {
-            Some(r2) if r2 > direct.1 => (change, r2),
+            Some(patient) if patient.1 > direct.1 => patient,
             _ => direct,
         })
     }

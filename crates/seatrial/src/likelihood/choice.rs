@@ -6,7 +6,7 @@ use super::left_out::{blocks, free_run_rad2, heading_variance_rad2, without};
 use super::leg::Leg;
 use super::sea_test::{NEGLIGIBLE, SeaTest, sea_test};
 use crate::draw::Draw;
-use crate::record::{GAP, duration_s, median_interval_s};
+use crate::record::{between_gaps, duration_s, median_interval_s};
 use nalgebra::DVector;
 use seatrial_core::Sample;
 use serde::{Deserialize, Serialize};
@@ -61,8 +61,7 @@ pub fn contest_of_hulls<'a>(
     legs: &'a mut Vec<Leg>,
 ) -> Option<Contest<'a>> {
     let usual_s = median_interval_s(samples)?;
-    let follows = |a: &Sample<f64>, b: &Sample<f64>| b.time_s - a.time_s < GAP * usual_s;
-    let parts: Vec<&[Sample<f64>]> = (samples.chunk_by(follows))
+    let parts: Vec<&[Sample<f64>]> = between_gaps(samples)
         .filter(|part| part.len() > LEAST_COMPARISONS)
         .collect();
     *legs = legs_of(&parts);
