@@ -1,5 +1,6 @@
 //! Turning limits to either side, from models and over speed.
 
+use seatrial::identification::with_steady_gain;
 use seatrial_core::RudderUnit;
 use seatrial_core::authority::{AuthorityFit, AuthorityForm};
 use seatrial_core::turning::{RadiusMinimum, TurningOverSpeed};
@@ -197,39 +198,17 @@ fn ratio(u_turn: MeasuredUTurn, source: &Models) -> Result<f64, Error> {
     Ok(u_turn.radius_m / predicted_m)
 }
 
-/// Deviation of ln |K| beyond which how tight a long turn gets is not known.
-const MOST_OPEN: f64 = 0.3;
-
-/// Why there is no turn then.
+/// Why there is no turn where the hypotheses leave it open.
 const OPEN_TURN: &str = "the record does not show how tight a long turn gets: vehicles that explain it alike turn at very different rates; record a turn that is held until the yaw rate settles";
 
-/// The model with the steady turn of the hypotheses that explain its record, where it is not made of them:
-///
-/// ```text
-/// a22 = -|b2|/K_h,   var a22 = a22^2 (var ln K_h + var b2/b2^2)
-/// ```
-///
-/// `None` where they leave the turn open.
+/// The model with the steady turn of the hypotheses that explain its record, where it is not made of them. `None` where they leave the turn open.
 fn with_steady_turn(point: &ModelPoint) -> Option<ModelPoint> {
-    let Some([mean, variance]) = point.steady_log_gain else {
+    let Some(log_gain) = point.steady_log_gain else {
         return Some(*point);
     };
-    if variance.is_nan() || variance > MOST_OPEN * MOST_OPEN {
-        return None;
-    }
-    let [_, b2, c0] = point.point.model.theta();
-    let share = -b2.signum() * (-mean).exp();
-    let covariance = point.covariance.map(|of| {
-        let mut covariance = of;
-        let a22_by_b2 = [share * share * of[1][1], share * of[1][1], share * of[1][2]];
-        covariance[0] = a22_by_b2;
-        covariance[0][0] += (share * b2).powi(2) * variance;
-        (covariance[1][0], covariance[2][0]) = (a22_by_b2[1], a22_by_b2[2]);
-        covariance
-    });
     let mut turning = *point;
-    turning.point.model = YawModel::from_theta([share * b2, b2, c0]);
-    turning.covariance = covariance;
+    (turning.point.model, turning.covariance) =
+        with_steady_gain(&point.point.model, point.covariance.as_ref(), log_gain)?;
     Some(turning)
 }
 

@@ -1,7 +1,7 @@
 //! Vehicles that are not of first order, each identified from one doublet each way: `cargo run -p seatrial --example hulls -- SEED COUNT`.
 //!
-//! Each is simulated by itself, with steps of 2 ms. Of each kind: how many are accepted, how often the steady yaw rate at the
-//! manoeuvre's rudder is told and inside its interval, how often there is a gain that overshoots a course change of 40 deg by more than a
+//! Each is simulated by itself, with steps of 2 ms. Of each kind: how many are accepted, how often the steady yaw rates at the
+//! manoeuvre's rudder to both sides are told and inside their intervals, how often there is a gain that overshoots a course change of 40 deg by more than a
 //! quarter or swings for ever on the vehicle itself, how often that overshoot is inside the one that is promised, and what was said of sound parts.
 
 use std::collections::BTreeMap;
@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
-use seatrial::identification::interval_95;
+use seatrial::identification::{interval_95, with_steady_gain};
 use seatrial::identify::{IdentifySettings, ValidationData, identify};
 use seatrial::{
     COURSE_CHANGE_RAD, CourseChange, GainAllowance, Identification, Record, Sample, Window,
@@ -35,6 +35,42 @@ pub struct Hull {
     pub sea_rad_s2: f64,
     /// Yaw acceleration without rudder, rad/s^2.
     pub offset_rad_s2: f64,
+    /// Two thrusters in place of the rudder.
+    pub thrusters: Option<Thrusters>,
+}
+
+/// Two thrusters that steer and drive at once; the record has half the difference of what each was asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Thrusters {
+    /// Strength of the port and the starboard one, shares of the usual.
+    pub strength: [f64; 2],
+    /// Strength of one that runs in reverse, a share of ahead.
+    pub reverse: f64,
+    /// What both are asked for to drive, a share of full.
+    pub ahead: f64,
+    /// Exponent of the force over what is asked for: 1 of a force, 2 of turns per second.
+    pub exponent: f64,
+}
+
+impl Thrusters {
+    /// The rudder angle, rad, at which half the difference of what is asked for is full.
+    const FULL_RAD: f64 = 0.6;
+
+    /// The rudder angle that turns as they do, rad.
+    fn effect_rad(&self, rudder_rad: f64) -> f64 {
+        let share = rudder_rad / Self::FULL_RAD;
+        let force = |asked: f64| {
+            let force = asked.abs().min(1.0).powf(self.exponent);
+            if asked < 0.0 {
+                -self.reverse * force
+            } else {
+                force
+            }
+        };
+        let [port, starboard] = self.strength;
+        let moment = port * force(self.ahead + share) - starboard * force(self.ahead - share);
+        0.5 * Self::FULL_RAD * moment
+    }
 }
 
 /// Where a simulation stands.
@@ -74,7 +110,11 @@ impl Hull {
         let u = 1.0 - x.speed_lost;
         let [linear, quadratic] = self.damping;
         let r = x.rate_rad_s;
-        let push = u * u * self.authority_per_s2 * x.rudder_rad + self.offset_rad_s2 + sea_rad_s2;
+        let effect_rad = match &self.thrusters {
+            Some(thrusters) => thrusters.effect_rad(x.rudder_rad),
+            None => x.rudder_rad,
+        };
+        let push = u * u * self.authority_per_s2 * effect_rad + self.offset_rad_s2 + sea_rad_s2;
         let [coupling, sway_s] = self.sway;
         x.rate_rad_s +=
             STEP_S * (push - u * linear * r - quadratic * r * r.abs() + coupling * x.sway);
@@ -88,23 +128,25 @@ impl Hull {
         x.heading_rad += STEP_S * 0.5 * (r + x.rate_rad_s);
     }
 
-    /// Mean steady yaw rate to both sides at this rudder angle over the speed, of which it is 1 at first, rad/s.
-    fn steady_rad_s(&self, rudder_rad: f64, length_s: f64) -> f64 {
+    /// Steady yaw rates to starboard and to port at this rudder angle over the speed, of which it is 1 at first, rad/s.
+    fn steady_rad_s(&self, rudder_rad: f64, length_s: f64) -> [f64; 2] {
         let to = |sign: f64| {
             let mut x = State::default();
             for _ in 0..(length_s / STEP_S) as usize {
                 self.advance(&mut x, sign * rudder_rad, 0.0);
             }
-            sign * x.rate_rad_s / (1.0 - x.speed_lost)
+            x.rate_rad_s / (1.0 - x.speed_lost)
         };
-        0.5 * (to(1.0) + to(-1.0))
+        [to(1.0), to(-1.0)]
     }
 
     /// Overshoot of a course change of 40 deg and how far it swings in the end, shares of it, under a gain and a largest rudder.
     fn step(&self, gain: f64, largest_rad: f64, interval_s: f64, length_s: f64) -> [f64; 2] {
         // What is left of it is trim, not the gain.
         let hull = Self {
-            offset_rad_s2: 0.0,
+            offset_rad_s2: self.thrusters.map_or(0.0, |thrusters| {
+                -self.authority_per_s2 * thrusters.effect_rad(0.0)
+            }),
             ..*self
         };
         let mut x = State::default();
@@ -228,7 +270,21 @@ fn lagging_in_a_sea(random: &mut Pcg64) -> (Hull, f64) {
     (hull, time_s)
 }
 
-const KINDS: [Kind; 11] = [
+fn two_thrusters(random: &mut Pcg64) -> (Hull, f64) {
+    let (mut hull, time_s) = plain(random);
+    hull.offset_rad_s2 = 0.0;
+    hull.gear[1] = between(random, 0.0, 0.2);
+    hull.thrusters = Some(Thrusters {
+        strength: [1.0, between(random, 0.6, 1.0)],
+        reverse: between(random, 0.5, 1.0),
+        ahead: between(random, 0.1, 0.6),
+        exponent: between(random, 1.0, 2.0),
+    });
+    (hull, time_s)
+}
+
+const KINDS: [Kind; 12] = [
+    ("two thrusters", two_thrusters),
     ("first order", plain),
     ("in a sea", in_a_sea),
     ("lag to 0.3 s", lagging_gear),
@@ -246,8 +302,6 @@ const AMPLITUDE_RAD: f64 = 0.26;
 const INTERVAL_S: f64 = 0.05;
 /// The smallest overshoot that the promise tells from none, 1 deg.
 const LEAST_OVERSHOOT_RAD: f64 = 0.01745;
-/// Deviation of ln K beyond which `turn` refuses.
-const MOST_OPEN: f64 = 0.3;
 
 /// Doublets to starboard and port first, each with calm water before and after, and the window of each.
 pub fn record(hull: &Hull, time_s: f64, random: &mut Pcg64) -> (Record, [Window; 2]) {
@@ -294,19 +348,23 @@ pub fn record(hull: &Hull, time_s: f64, random: &mut Pcg64) -> (Record, [Window;
     )
 }
 
-/// Steady yaw rate at the manoeuvre's rudder without offset, rad/s, and its 95 % interval: of the hypotheses where the model is not made of
-/// them, as `seatrial turn` takes it. `None` where they leave it open.
-fn steady_95(found: &Identification) -> Option<(f64, [f64; 2])> {
-    if let Some([mean, variance]) = found.steady_log_gain() {
-        let at = |deviations: f64| (mean + deviations * variance.sqrt()).exp() * AMPLITUDE_RAD;
-        return (variance.sqrt() < MOST_OPEN).then(|| (at(0.0), [at(-1.96), at(1.96)]));
-    }
+/// Steady yaw rates to starboard and to port at the manoeuvre's rudder, rad/s, each with its 95 % interval, as `seatrial turn` takes them.
+/// `None` where the hypotheses leave the turn open.
+fn steady_95(found: &Identification) -> Option<[(f64, [f64; 2]); 2]> {
     let refined = found.refined.as_ref()?;
-    let rate = |model: &YawModel<f64>| -model.b2_per_s2 / model.a22_per_s * AMPLITUDE_RAD;
-    let interval = interval_95(&refined.model, &refined.covariance, |model| {
-        Some(rate(model))
-    });
-    Some((rate(&refined.model), interval?))
+    let (mut model, mut covariance) = (refined.model, refined.covariance);
+    if let Some(log_gain) = found.steady_log_gain() {
+        let (turning, spread) = with_steady_gain(&model, Some(&covariance), log_gain)?;
+        (model, covariance) = (turning, spread?);
+    }
+    let side = |sign: f64| {
+        let rate = |model: &YawModel<f64>| {
+            let acceleration = sign * model.b2_per_s2 * AMPLITUDE_RAD + model.c0_rad_per_s2;
+            Some(-acceleration / model.a22_per_s)
+        };
+        Some((rate(&model)?, interval_95(&model, &covariance, rate)?))
+    };
+    Some([side(1.0)?, side(-1.0)?])
 }
 
 #[derive(Default)]
@@ -395,7 +453,7 @@ impl Tally {
         let steady = steady_95(&found);
         if verbose {
             println!(
-                "R2 {:.3?} beyond {:.3?} {} {:?} {:?} truth {truth:.4} found {steady:.4?} over {over:.2} of {:.2?} swing {swing:.2} {:?}",
+                "R2 {:.3?} beyond {:.3?} {} {:?} {:?} truth {truth:.4?} found {steady:.4?} over {over:.2} of {:.2?} swing {swing:.2} {:?}",
                 found.validation.and_then(|v| v.r2_heading_offset_refit),
                 found
                     .higher_order
@@ -427,7 +485,7 @@ impl Tally {
             self.promised[0] += 1;
             self.promised[1] += usize::from(is_inside);
         }
-        if let Some((rate, [low, high])) = steady {
+        for ((rate, [low, high]), truth) in steady.into_iter().flatten().zip(truth) {
             self.inside += usize::from((low..=high).contains(&truth));
             self.errors.push((rate / truth - 1.0).abs());
         }

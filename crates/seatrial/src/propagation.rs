@@ -57,6 +57,48 @@ pub fn covariance_of_intervals(intervals: [[f64; 2]; 3]) -> [[f64; 3]; 3] {
     covariance
 }
 
+/// Deviation of ln |K| beyond which how tight a long turn gets is not known.
+const MOST_OPEN: f64 = 0.3;
+
+/// The first-order model with the steady turn of the hypotheses that explain its record, and its covariance, by mean and variance of ln |K|,
+/// K in 1/s:
+///
+/// ```text
+/// a22 = -|b2|/K,   var a22 = a22^2 (var ln K + var b2/b2^2)
+/// ```
+///
+/// `None` where the hypotheses leave the turn open: a deviation of ln |K| over 0.3.
+///
+/// ```
+/// use seatrial::identification::with_steady_gain;
+/// use seatrial_core::YawModel;
+///
+/// let model = YawModel::from_theta([-1.0, 0.5, 0.0]);
+/// let (turning, _) = with_steady_gain(&model, None, [0.8_f64.ln(), 0.0025]).unwrap();
+/// assert!((turning.a22_per_s + 0.625).abs() < 1e-12);
+/// ```
+pub fn with_steady_gain(
+    model: &YawModel<f64>,
+    covariance: Option<&[[f64; 3]; 3]>,
+    log_gain: [f64; 2],
+) -> Option<(YawModel<f64>, Option<[[f64; 3]; 3]>)> {
+    let [mean, variance] = log_gain;
+    if variance.is_nan() || variance > MOST_OPEN * MOST_OPEN {
+        return None;
+    }
+    let [_, b2, c0] = model.theta();
+    let share = -b2.signum() * (-mean).exp();
+    let covariance = covariance.map(|of| {
+        let mut covariance = *of;
+        let a22_by_b2 = [share * share * of[1][1], share * of[1][1], share * of[1][2]];
+        covariance[0] = a22_by_b2;
+        covariance[0][0] += (share * b2).powi(2) * variance;
+        (covariance[1][0], covariance[2][0]) = (a22_by_b2[1], a22_by_b2[2]);
+        covariance
+    });
+    Some((YawModel::from_theta([share * b2, b2, c0]), covariance))
+}
+
 /// Models that data do not tell apart: ln a22, ln b2 and C0 are drawn from a normal distribution, which is wider on the side of less damping
 /// where the 95 % interval is: its end is `least_damped_per_s`, 1/s. Damping keeps its sign: a vehicle that is not course-stable is another
 /// hypothesis. `None` where the covariance is none, or the interval leaves no damping.

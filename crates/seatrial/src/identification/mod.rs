@@ -18,7 +18,9 @@ use seatrial_core::{Nomoto, RejectedCounts, YawModel};
 use serde::{Deserialize, Serialize};
 
 use crate::likelihood::{SteeringModel, Structure, Weighed};
-pub use crate::propagation::{NORMAL_95, covariance_of_intervals, drawn, interval_95};
+pub use crate::propagation::{
+    NORMAL_95, covariance_of_intervals, drawn, interval_95, with_steady_gain,
+};
 use crate::record::Window;
 use crate::servo::Servo;
 use crate::time_scale::LambdaReason;
