@@ -5,6 +5,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use crate::formats::Formats;
+use crate::name::motors_that_steer;
 use crate::{Quantity, Unit};
 
 /// What the user said about a log; everything else is found out. The default says nothing.
@@ -72,6 +73,18 @@ impl ChannelChoice {
             None => {
                 self.columns.insert(quantity, name);
             }
+        }
+    }
+
+    /// Takes half the difference of the two motors among these columns for the rudder, where nothing else is the rudder.
+    pub(crate) fn take_motors(&mut self, columns: &[String], is_known: bool) {
+        let is_chosen = self.columns.contains_key(&Quantity::Rudder)
+            || self.half_differences.contains_key(&Quantity::Rudder);
+        if is_known || is_chosen {
+            return;
+        }
+        if let Some(pair) = motors_that_steer(columns) {
+            self.half_differences.insert(Quantity::Rudder, pair);
         }
     }
 

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 
 use crate::error::Fault;
+use crate::name::is_of_a_motor;
 use crate::{Quantity, Unit};
 
 /// The first rows of a log: numbers as they stand there, NaN where there is none.
@@ -176,9 +177,15 @@ impl FirstRows {
         let largest = self.largest(Quantity::Rudder);
         let because = format!("reaches {largest}");
         let values = self.of(Quantity::Rudder).unwrap_or_default();
+        // A motor has no angle.
+        let is_of_motors = columns
+            .get(&Quantity::Rudder)
+            .is_some_and(|column| is_of_a_motor(column));
         let is_pulse = largest <= 2300.0 && values.iter().all(|v| !v.is_finite() || *v >= 700.0);
         if is_pulse && largest > 0.0 {
             Ok((Unit::PulseWidth, "lies between 700 and 2300".into()))
+        } else if is_of_motors && largest <= LARGEST_FRACTION {
+            Ok((Unit::Fraction, format!("two motors reach {largest}")))
         } else if largest <= LARGEST_RUDDER_RAD {
             Ok((Unit::Radian, because))
         } else if largest <= LARGEST_RUDDER_DEG {

@@ -108,7 +108,10 @@ pub(crate) fn match_columns(
         let Some(column) = column else { continue };
         let channel = known.of(quantity, &columns[column]);
         let said = (choice.units.get(&quantity), channel);
-        let stated = match said_unit(&columns[column], quantity, said, &mut found.warnings) {
+        // The first of two columns names the unit of half their difference.
+        let pair = choice.half_differences.get(&quantity);
+        let name = pair.map_or(&columns[column], |[first, _]| first);
+        let stated = match said_unit(name, quantity, said, &mut found.warnings) {
             Ok(stated) => stated,
             Err(fault) => {
                 faults.extend(fault);

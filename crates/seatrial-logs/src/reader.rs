@@ -38,6 +38,7 @@ pub struct LogReader {
     previous: Option<Sample<f64>>,
     /// Of the sample before, where its integral is the heading.
     rate_rad_s: Option<f64>,
+    half_differences: BTreeMap<Quantity, [String; 2]>,
     counts: Counts,
     is_finished: bool,
     positions: Option<Positions>,
@@ -139,6 +140,7 @@ impl LogReader {
             cells: Vec::new(),
             previous: None,
             rate_rad_s: None,
+            half_differences: choice.half_differences,
             counts: Counts::default(),
             is_finished: false,
             positions: None,
@@ -148,6 +150,11 @@ impl LogReader {
     /// What the log is and how it is read.
     pub fn description(&self) -> &LogDescription {
         &self.description
+    }
+
+    /// The quantities that are half the difference of two columns, and those: as chosen, or two motors where nothing else is the rudder.
+    pub fn half_differences(&self) -> &BTreeMap<Quantity, [String; 2]> {
+        &self.half_differences
     }
 
     /// Latitude and longitude, deg, of north and east 0, where the log or its file of positions has them. Call it after the last sample.

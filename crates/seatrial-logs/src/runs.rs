@@ -83,6 +83,7 @@ impl Runs {
         run_column: &str,
     ) -> Result<Self, Fault> {
         let mut choice = choice.clone();
+        choice.take_motors(table.columns(), !table.known().is_empty());
         // Each run takes half differences itself.
         let halves = std::mem::take(&mut choice.half_differences);
         let (mut table, mut choice) = with_computed(wanted_rows(table, &choice)?, choice)?;

@@ -58,6 +58,7 @@ pub(crate) fn with_computed(
     mut choice: ChannelChoice,
 ) -> Result<(Box<dyn Table>, ChannelChoice), Fault> {
     let is_known = !table.known().is_empty();
+    choice.take_motors(table.columns(), is_known);
     // Logs of autopilots hold positions of several estimators.
     let has_coordinates = !is_known || matches!(table.format(), Format::Nmea0183 | Format::Canboat);
     let computed = computed(table.columns(), is_known, has_coordinates, &choice)?;

@@ -197,16 +197,32 @@ fn io_yaw_rate_has_the_unit_that_integrates_to_the_heading() {
 
 /// One motor of two by itself gives a model of half the steering.
 #[test]
-fn io_two_motors_are_told_to_be_taken_together() {
-    let fault = read_with(
-        "t,yaw,left_motor_pwm,right_motor_pwm\n0,0.1,1600,1400\n1,0.2,1700,1300\n",
-        &ChannelChoice::default(),
-    );
-    let text = fault.err().unwrap().to_string();
-    assert!(
-        text.contains("--rudder 'left_motor_pwm,right_motor_pwm'"),
-        "{text}"
-    );
+fn io_half_the_difference_of_two_motors_is_the_rudder_where_nothing_else_is() {
+    let rows = "0,0.1,1400,1600\n1,0.2,1300,1700\n";
+    for names in ["right_motor_pwm,left_motor_pwm", "starboard_pwm,port_pwm"] {
+        let read = read(format!("t,yaw,{names}\n{rows}"));
+        let (unit, _) = unit(&read, Quantity::Rudder);
+        assert_eq!(unit, Unit::PulseWidth);
+        assert_close(read.samples[0].rudder_rad, 100.0 / 400.0);
+    }
+    let shares = read("t,yaw,thruster_left,thruster_right\n0,0.1,0.5,0.1\n1,0.2,0.1,0.5\n");
+    assert_eq!(unit(&shares, Quantity::Rudder).0, Unit::Fraction);
+    assert_close(shares.samples[0].rudder_rad, 0.2);
+}
+
+/// Fins may turn with each other, and of two pairs of motors nobody knows which steers.
+#[test]
+fn io_two_columns_that_may_not_turn_against_each_other_are_not_taken_together() {
+    let told = "--rudder 'left_fin_pwm,right_fin_pwm'";
+    for (names, says) in [
+        ("left_fin_pwm,right_fin_pwm", told),
+        ("left_motor,right_motor,left_prop", "no column for rudder"),
+    ] {
+        let text = format!("t,yaw,{names}\n0,0.1,1600,1400,1500\n1,0.2,1700,1300,1500\n");
+        let fault = read_with(&text, &ChannelChoice::default());
+        let text = fault.err().unwrap().to_string();
+        assert!(text.contains(says), "{text}");
+    }
 }
 
 /// A compass that jumped is left out by the option, and the gyro is no witness of itself.

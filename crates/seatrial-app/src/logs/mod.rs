@@ -173,9 +173,10 @@ pub fn open(
     observer: &mut dyn Observer,
 ) -> Result<OpenedLog, Error> {
     let mapping = settings.mapping()?;
-    let choice = mapping.under(settings.channels.clone());
+    let mut choice = mapping.under(settings.channels.clone());
     let mut reader = seatrial_logs::open_held(path, &settings.held, &choice)
         .map_err(|error| mapping.error_of(error))?;
+    choice.half_differences = reader.half_differences().clone();
     let servo = settings.servo;
     observer.opened(path, reader.description(), servo);
     let mut warnings = reader.description().warnings.clone();
