@@ -47,6 +47,11 @@ pub struct Fit {
     pub log_evidence: f64,
 }
 
+/// Deviation of what is believed of the scaled offset of a leg, whose mean is 0: 1 is a steady turn at the record's usual yaw rate with the rudder at
+/// neutral. An offset that balances a slow sway over the whole record explains it, too, and predicts no other: without this the hull of KVLCC2's
+/// 10/10 zig-zag had 8.9 deg of neutral rudder. 0.5, 1 and 2 predict other records by yaw rate with mean ranks of 2.67, 2.44 and 2.61 of six.
+const OFFSET_DEVIATION: f64 = 1.0;
+
 /// How carefully a fit is looked for.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
@@ -240,6 +245,9 @@ impl<'a> Problem<'a> {
         for (i, parameter) in self.parameters.iter().enumerate() {
             information[i] = parameter.prior_deviation().map_or(1e-6, |d| 1.0 / (d * d));
         }
+        for at in self.offsets() {
+            information[at] = 1.0 / (OFFSET_DEVIATION * OFFSET_DEVIATION);
+        }
         information
     }
 
@@ -251,7 +259,15 @@ impl<'a> Problem<'a> {
                 believed[i] = x[i];
             }
         }
+        for at in self.offsets() {
+            believed[at] = x[at];
+        }
         believed
+    }
+
+    /// Places of the legs' offsets.
+    fn offsets(&self) -> impl Iterator<Item = usize> {
+        (0..self.legs.len()).map(|leg| self.first_of_leg(leg) + 2)
     }
 
     /// Samples beyond the parameters.
