@@ -3,10 +3,14 @@
 //! ```text
 //! cargo run -p seatrial --example missions -- SEED COUNT
 //! cargo run -p seatrial --example missions -- SEED COUNT watch
+//! cargo run -p seatrial --example missions -- SEED COUNT hulls
 //! ```
 //!
 //! With `watch` each boat sails eleven missions: the first is the reference, and `health --watch` reads the other ten, of the same boat and of one
 //! whose rudder is 20 % weaker.
+//!
+//! With `hulls` the boats are not of first order: damping that grows with the turn, sway, or a gear with play. Their steady turn at the
+//! largest rudder of the log and the course change of 40 deg under the gain that is handed out are simulated.
 //!
 //! A boat is simulated in steps of 1 ms; its compass and, in seven of ten, its gyro are noisy, its rudder may lag, and the log says nothing of
 //! that. The rough sea is a sum of fifteen waves and a Gauss-Markov disturbance: no hypothesis has that spectrum.
@@ -20,8 +24,9 @@ use rand_pcg::Pcg64Mcg;
 use seatrial::health::{
     Finding, HealthError, HealthSettings, Reference, SpeedModel, Watch, WatchReport,
 };
+use seatrial::identification::{interval_95, with_steady_gain};
 use seatrial::identify::{IdentifySettings, identify};
-use seatrial::{Record, Sample, Window};
+use seatrial::{COURSE_CHANGE_RAD, GainAllowance, Identification, Record, Sample, Window};
 
 const KINDS: [&str; 6] = [
     "survey, calm",
@@ -54,10 +59,34 @@ struct Boat {
     waves: Vec<[f64; 3]>,
     /// Proportional, rate, integral.
     gains: [f64; 3],
+    hull: Hull,
+}
+
+/// What a boat has beside first order.
+#[derive(Clone, Copy, Default)]
+struct Hull {
+    /// Damping that grows with the yaw rate, 1/rad.
+    quadratic_per_rad: f64,
+    /// Yaw moment per sway, 1/s^2, and time constant of sway, s; 0 is none.
+    sway: [f64; 2],
+    /// Play of the gear from stop to stop, rad.
+    play_rad: f64,
+}
+
+/// Motion of a boat.
+#[derive(Clone, Copy, Default)]
+struct Motion {
+    heading_rad: f64,
+    rate_rad_s: f64,
+    sway: f64,
+    lagging_rad: f64,
+    acting_rad: f64,
 }
 
 const FULL_RAD: f64 = 0.524;
 const STEP_S: f64 = 0.001;
+/// Time in which every boat turns steadily, s.
+const STEADY_S: f64 = 200.0;
 
 impl Boat {
     fn draw(seed: u64, rng: &mut Pcg64Mcg) -> Self {
@@ -110,7 +139,87 @@ impl Boat {
                 ((1.6 * natural - 1.0 / time_constant_s) / b2_per_s2).max(0.0),
                 0.02 * gain,
             ],
+            hull: Hull::default(),
         }
+    }
+
+    /// With a hull or a gear beyond first order.
+    fn beyond_first_order(mut self, hull: usize, rng: &mut Pcg64Mcg) -> Self {
+        let mut between = |from: f64, to: f64| from + (to - from) * rng.random::<f64>();
+        let damping = -self.a22_per_s;
+        match hull {
+            0 => {
+                self.hull.quadratic_per_rad = between(1.5, 6.0);
+                self.a22_per_s *= between(0.2, 0.6);
+            }
+            1 => {
+                let sway_s = between(1.0, 4.0) / damping;
+                self.hull.sway = [between(0.2, 0.6) * damping / sway_s, sway_s];
+            }
+            _ => self.hull.play_rad = between(0.02, 0.09),
+        }
+        self
+    }
+
+    /// One step under a command of the gear.
+    fn step(&self, x: &mut Motion, command_rad: f64, disturbed_rad_s2: f64) {
+        let share = if self.lag_s > 0.0 {
+            1.0 - (-STEP_S / self.lag_s).exp()
+        } else {
+            1.0
+        };
+        x.lagging_rad += share * (command_rad - x.lagging_rad);
+        let half = 0.5 * self.hull.play_rad;
+        x.acting_rad = x
+            .acting_rad
+            .clamp(x.lagging_rad - half, x.lagging_rad + half);
+        let [coupling, sway_s] = self.hull.sway;
+        let rate = x.rate_rad_s;
+        let turning = self.a22_per_s * rate - self.hull.quadratic_per_rad * rate * rate.abs()
+            + coupling * x.sway
+            + self.b2_per_s2 * (x.acting_rad + self.offset_rad)
+            + disturbed_rad_s2;
+        if sway_s > 0.0 {
+            x.sway += STEP_S * (rate - x.sway / sway_s);
+        }
+        x.heading_rad += STEP_S * rate + 0.5 * STEP_S * STEP_S * turning;
+        x.rate_rad_s += STEP_S * turning;
+    }
+
+    /// In calm water without trim.
+    fn calm(&self) -> Self {
+        Self {
+            offset_rad: 0.0,
+            ..self.clone()
+        }
+    }
+
+    /// Steady yaw rate at a rudder angle, rad/s.
+    fn steady_rad_s(&self, rudder_rad: f64) -> f64 {
+        let (calm, mut x) = (self.calm(), Motion::default());
+        for _ in 0..(STEADY_S / STEP_S) as usize {
+            calm.step(&mut x, rudder_rad, 0.0);
+        }
+        x.rate_rad_s
+    }
+
+    /// Overshoot of a course change of 40 deg under a gain, and how far the heading swings in the end, shares of it.
+    fn course_change(&self, gain: f64) -> [f64; 2] {
+        let (calm, mut x) = (self.calm(), Motion::default());
+        let parts = (self.interval_s / STEP_S).round() as usize;
+        let rows = (STEADY_S / self.interval_s) as usize;
+        let (mut most, mut low, mut high) = (0.0_f64, f64::INFINITY, f64::NEG_INFINITY);
+        for k in 0..rows {
+            let command = (gain * (COURSE_CHANGE_RAD - x.heading_rad)).clamp(-FULL_RAD, FULL_RAD);
+            for _ in 0..parts {
+                calm.step(&mut x, command, 0.0);
+            }
+            most = most.max(x.heading_rad - COURSE_CHANGE_RAD);
+            if 4 * k > 3 * rows {
+                (low, high) = (low.min(x.heading_rad), high.max(x.heading_rad));
+            }
+        }
+        [most, high - low].map(|rad| rad / COURSE_CHANGE_RAD)
     }
 
     fn disturbance_rad_s2(&self, time_s: f64, wander: f64) -> f64 {
@@ -141,13 +250,14 @@ impl Boat {
         let steps = (self.interval_s / STEP_S).round() as usize;
         let forget_s = -2.0 / self.a22_per_s;
         let mut goal_rad = rng.random_range(-3.0..3.0);
-        let (mut heading, mut rate, mut act, mut command) = (goal_rad, 0.0, 0.0, 0.0);
+        let (mut x, mut command) = (Motion::default(), 0.0);
+        x.heading_rad = goal_rad;
         let (mut wander, mut integral, mut until_s, mut leg) = (0.0, 0.0, self.leg_s, 0);
         let mut record = Record::default();
         for k in 0..(self.duration_s / self.interval_s) as usize {
             let time_s = k as f64 * self.interval_s;
-            let seen_rad = heading + self.compass_rad * normal(rng);
-            let gyro = rate + self.gyro_bias_rad_s + self.gyro_rad_s * normal(rng);
+            let seen_rad = x.heading_rad + self.compass_rad * normal(rng);
+            let gyro = x.rate_rad_s + self.gyro_bias_rad_s + self.gyro_rad_s * normal(rng);
             if time_s > until_s {
                 (goal_rad, until_s) = self.next_leg(leg, goal_rad, until_s, rng);
                 leg += 1;
@@ -166,19 +276,10 @@ impl Boat {
                 ..Sample::default()
             });
             for step in 0..steps {
-                let share = if self.lag_s > 0.0 {
-                    1.0 - (-STEP_S / self.lag_s).exp()
-                } else {
-                    1.0
-                };
-                act += share * (command - act);
                 wander += -wander * STEP_S / forget_s
                     + self.sea_rad_s2 * (2.0 * STEP_S / forget_s).sqrt() * normal(rng);
                 let disturbed = self.disturbance_rad_s2(time_s + step as f64 * STEP_S, wander);
-                let turning =
-                    self.a22_per_s * rate + self.b2_per_s2 * (act + self.offset_rad) + disturbed;
-                heading += STEP_S * rate + 0.5 * STEP_S * STEP_S * turning;
-                rate += STEP_S * turning;
+                self.step(&mut x, command, disturbed);
             }
         }
         record
@@ -242,6 +343,101 @@ fn watched(seed: u64, count: u64) -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
+const HULLS: [&str; 3] = ["quadratic damping", "stable sway", "play"];
+
+#[derive(Default)]
+struct OfHulls {
+    missions: u32,
+    accepted: u32,
+    /// Steady turns told, and inside their intervals.
+    turns: [u32; 2],
+    gains: u32,
+    overshooting: u32,
+}
+
+fn of_hulls(seed: u64, count: u64) {
+    println!(
+        "| hull | missions | accepted | turn inside of those told | gains | overshooting over 25 % or swinging |\n|---|---|---|---|---|---|"
+    );
+    let mut rows: [OfHulls; 3] = Default::default();
+    for seed in seed..seed + count {
+        let mut rng = Pcg64Mcg::seed_from_u64(seed);
+        let hull = (seed / 6 % 3) as usize;
+        let boat = Boat::draw(seed, &mut rng).beyond_first_order(hull, &mut rng);
+        let record = boat.sail(&mut rng);
+        let row = &mut rows[hull];
+        row.missions += 1;
+        let found = identify(&record, Window::ALL, None, &IdentifySettings::default());
+        let Ok(found) = found else { continue };
+        let gain = GainAllowance::of(&found)
+            .design(&found.model(), core::f64::consts::FRAC_1_SQRT_2)
+            .ok();
+        let amplitude_rad = amplitude_rad(&record);
+        let truth = boat.steady_rad_s(amplitude_rad);
+        let told = steady_95(&found, amplitude_rad);
+        let step = gain
+            .as_ref()
+            .map(|gain| boat.course_change(gain.proportional_gain));
+        if std::env::var("VERBOSE").is_ok() {
+            println!(
+                "{seed} {} {} {} {:.3?} b2 {:.3}: {:.3?} turn {truth:.4} {told:.4?} step {step:.2?} {:?}",
+                HULLS[hull],
+                KINDS[boat.kind],
+                found.verdict.accepted,
+                found.model().theta(),
+                boat.b2_per_s2,
+                found.method(),
+                found
+                    .verdict
+                    .reasons
+                    .iter()
+                    .map(|r| r.code.to_string())
+                    .collect::<Vec<_>>()
+            );
+        }
+        if !found.verdict.accepted {
+            continue;
+        }
+        row.accepted += 1;
+        if let Some([low, high]) = told {
+            row.turns[0] += 1;
+            row.turns[1] += u32::from((low..=high).contains(&truth));
+        }
+        if let Some([over, swing]) = step {
+            row.gains += 1;
+            row.overshooting += u32::from(over > 0.25 || swing > 0.1);
+        }
+    }
+    for (name, row) in HULLS.iter().zip(rows) {
+        let [told, inside] = row.turns;
+        println!(
+            "| {name} | {} | {} | {inside} of {told} | {} | {} |",
+            row.missions, row.accepted, row.gains, row.overshooting
+        );
+    }
+}
+
+/// Largest rudder that is used for a hundredth of the time to either side, rad.
+fn amplitude_rad(record: &Record) -> f64 {
+    let mut rudders: Vec<f64> = record.samples.iter().map(|s| s.rudder_rad).collect();
+    rudders.sort_by(f64::total_cmp);
+    let at = |share: f64| rudders[(share * rudders.len() as f64) as usize];
+    0.5 * (at(0.99) - at(0.01))
+}
+
+/// 95 % interval of the steady yaw rate at a rudder angle, rad/s, as `seatrial turn` takes it.
+fn steady_95(found: &Identification, rudder_rad: f64) -> Option<[f64; 2]> {
+    let refined = found.refined.as_ref()?;
+    let (mut model, mut covariance) = (refined.model, refined.covariance);
+    if let Some(log_gain) = found.steady_log_gain() {
+        let (turning, spread) = with_steady_gain(&model, Some(&covariance), log_gain)?;
+        (model, covariance) = (turning, spread?);
+    }
+    interval_95(&model, &covariance, |model| {
+        Some(-model.b2_per_s2 / model.a22_per_s * rudder_rad)
+    })
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut numbers = std::env::args()
         .skip(1)
@@ -249,8 +445,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .map(|text| text.parse::<u64>());
     let seed = numbers.next().unwrap_or(Ok(0))?;
     let count = numbers.next().unwrap_or(Ok(60))?;
-    if std::env::args().nth(3).is_some_and(|mode| mode == "watch") {
-        return watched(seed, count);
+    match std::env::args().nth(3).as_deref() {
+        Some("watch") => return watched(seed, count),
+        Some("hulls") => {
+            of_hulls(seed, count);
+            return Ok(());
+        }
+        _ => {}
     }
     let is_verbose = std::env::var("VERBOSE").is_ok();
     let mut rows: BTreeMap<usize, Row> = BTreeMap::new();

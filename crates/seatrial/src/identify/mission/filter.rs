@@ -1,11 +1,12 @@
 //! Innovations of heading and yaw rate of an ordinary log, linear in rudder effect, offset and bias of the gyro.
 //!
 //! ```text
-//! psi' = r,   r' = -d(u) r + b g(u) delta_a + c g(u) + d + w
-//! d' = -d/T_d + noise,   w'' = -w0^2 w - 2 z w0 w' + noise
+//! psi' = r,   r' = -(d(u) + d2 |r^|) r + k v + b g(u) delta_a + c g(u) + d + w
+//! d' = -d/T_d + noise,   w'' = -w0^2 w - 2 z w0 w' + noise,   v' = r - v/T_v
 //! y = psi + e,   y_r = r + b_r + e_r
 //! ```
 //!
+//! |r^| is the yaw rate that a filter of first order saw until then: damping that grows with the turn stays linear, and depends on no later measurement.
 //! Variances are relative to that of the heading noise. The filter is linear, and its gains do not depend on what is measured: it runs once on
 //! the measurements, once on the rudder, the offset and the bias of the gyro each, and b, c and b_r follow by least squares.
 
@@ -49,11 +50,16 @@ pub struct Point {
     pub speed_late_s: f64,
     /// How the speed matters.
     pub law: SpeedLaw,
+    /// Damping that grows with the yaw rate, 1/rad, and the mean yaw rate for which the gains are computed, rad/s.
+    pub growth: [f64; 2],
+    /// Yaw moment per sway, 1/s^2, and time constant of sway, s; 0 for none.
+    pub sway: [f64; 2],
 }
 
 /// Columns: the measurements, rudder, offset, bias of the gyro.
 pub const COLUMNS: usize = 4;
-const STATES: usize = 5;
+/// Heading, yaw rate, sea, waves and their rate, sway.
+const STATES: usize = 6;
 type State = [f64; STATES];
 type Square = [[f64; STATES]; STATES];
 
@@ -132,6 +138,8 @@ struct Step {
     sea_left: f64,
     sea_mean: f64,
     wave: [[f64; 2]; 2],
+    sway: [f64; 2],
+    sway_left: f64,
 }
 
 impl<'a> Run<'a> {
@@ -147,6 +155,9 @@ impl<'a> Run<'a> {
         p[2][2] = point.sea[0].powi(2);
         p[3][3] = point.wave[0].powi(2);
         p[4][4] = (point.wave[0] * point.wave[1]).powi(2);
+        if point.sway[0] != 0.0 {
+            p[5][5] = p[1][1] * point.sway[1].powi(2);
+        }
         let mut x = [[0.0; STATES]; COLUMNS];
         x[0][0] = leg.heading_rad.first().copied().unwrap_or(0.0);
         Self {
@@ -209,6 +220,11 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// The yaw rate after the measurements of a comparison, rad/s.
+    pub fn yaw_rate_rad_s(&self, linear: &[f64; 3]) -> f64 {
+        combined(&self.x.map(|x| x[1]), linear)
+    }
+
     /// Goes on to the next comparison.
     pub fn advance(&mut self, i: usize) {
         let Some(next_s) = self.leg.time_s.get(i + 1) else {
@@ -224,8 +240,9 @@ impl<'a> Run<'a> {
         }
         let act = self.gear.advance(self.commands[i], h);
         let [damping, effect] = self.factors(i);
-        self.step
-            .update(self.point, damping * self.point.damping_per_s, h);
+        let turning_rad_s = self.leg.turning_rad_s.get(i).copied().unwrap_or(0.0);
+        let damping = damping * self.point.damping_per_s + self.point.growth[0] * turning_rad_s;
+        self.step.update(self.point, damping, h);
         for (c, x) in self.x.iter_mut().enumerate() {
             let push = match c {
                 1 => effect * act,
@@ -255,7 +272,8 @@ impl<'a> Run<'a> {
             let h = self.leg.time_s[k + 1] - self.leg.time_s[k];
             let act = gear.advance(self.commands[k], h);
             let [damping, effect] = self.factors(k);
-            step.update(self.point, damping * self.point.damping_per_s, h);
+            let damping = damping * self.point.damping_per_s + self.point.growth[0] * x[1].abs();
+            step.update(self.point, damping, h);
             step.advance(&mut x, effect * (linear[0] * act + linear[1]));
             states.push([x[0], x[1]]);
         }
@@ -282,6 +300,11 @@ impl Step {
             self.sea_left = libm::exp(-z);
             self.sea_mean = (1.0 - self.sea_left) / z;
             self.wave = wave_transition(point, h);
+            self.sway = point.sway;
+            self.sway_left = match point.sway[0] != 0.0 {
+                true => libm::exp(-h / point.sway[1]),
+                false => 0.0,
+            };
         } else if damping_per_s == self.damping_per_s {
             return;
         }
@@ -295,7 +318,18 @@ impl Step {
             self.wave[1][0] * x[3] + self.wave[1][1] * x[4],
         ];
         let push = push + self.sea_mean * x[2] + 0.5 * (x[3] + wave[0]);
-        x[0] += self.once * x[1] + self.twice * push;
+        let [coupling, sway_s] = self.sway;
+        let push = match coupling != 0.0 {
+            // Sway in the middle of the interval.
+            true => push + coupling * (x[5] + 0.5 * self.h * (x[1] - x[5] / sway_s)),
+            false => push,
+        };
+        let turned_rad = self.once * x[1] + self.twice * push;
+        if coupling != 0.0 {
+            let share = (1.0 - self.sway_left) * sway_s / self.h;
+            x[5] = self.sway_left * x[5] + share * turned_rad;
+        }
+        x[0] += turned_rad;
         x[1] = self.left * x[1] + self.once * push;
         x[2] *= self.sea_left;
         [x[3], x[4]] = wave;
@@ -331,19 +365,16 @@ struct Transition {
 impl Transition {
     fn new(point: &Point, h: f64) -> Self {
         let [wave, frequency, ratio] = point.wave;
-        let a: Square = [
-            [0.0, 1.0, 0.0, 0.0, 0.0],
-            [0.0, -point.damping_per_s, 1.0, 1.0, 0.0],
-            [0.0, 0.0, -1.0 / point.sea[1], 0.0, 0.0],
-            [0.0, 0.0, 0.0, 0.0, 1.0],
-            [
-                0.0,
-                0.0,
-                0.0,
-                -frequency * frequency,
-                -2.0 * ratio * frequency,
-            ],
-        ];
+        let mut a: Square = [[0.0; STATES]; STATES];
+        a[0][1] = 1.0;
+        a[1][1] = -point.damping_per_s - point.growth[0] * point.growth[1];
+        (a[1][2], a[1][3], a[1][5]) = (1.0, 1.0, point.sway[0]);
+        a[2][2] = -1.0 / point.sea[1];
+        a[3][4] = 1.0;
+        (a[4][3], a[4][4]) = (-frequency * frequency, -2.0 * ratio * frequency);
+        if point.sway[0] != 0.0 {
+            (a[5][1], a[5][5]) = (1.0, -1.0 / point.sway[1]);
+        }
         let of_sea = 2.0 * point.sea[0].powi(2) / point.sea[1];
         let of_wave = 4.0 * ratio * frequency.powi(3) * wave * wave;
         let mut q = [[0.0; STATES]; STATES];

@@ -4,7 +4,11 @@ use nalgebra::{DMatrix, DVector, Vector4};
 
 use super::filter::{COLUMNS, Point, SpeedLaw, Sums, each_innovation};
 use super::record::Legs;
+use crate::identify::robust::estimate::LEAST_EVIDENCE;
 use crate::likelihood::fit::log_determinant;
+use crate::likelihood::hypothesis::Parameter;
+use crate::likelihood::steering_model::steady_gain;
+use crate::likelihood::{Structure, Vehicle};
 
 /// What is supposed of vehicle and disturbance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,6 +19,26 @@ pub struct Hypothesis {
     pub lag: bool,
     /// Are there waves of a narrow band?
     pub waves: bool,
+    /// Does damping grow with the turn?
+    pub growth: bool,
+    /// Does sway act on yaw?
+    pub sway: bool,
+}
+
+impl Hypothesis {
+    /// What the hull has beside linear damping.
+    pub fn hull_parameters(&self) -> Vec<Parameter> {
+        let hull = Structure {
+            quadratic: self.growth,
+            sway: self.sway,
+            ..Structure::FIRST_ORDER
+        };
+        let is_linear = |p: &Parameter| matches!(p, Parameter::Damping | Parameter::Authority);
+        hull.parameters()
+            .into_iter()
+            .filter(|p| !is_linear(p))
+            .collect()
+    }
 }
 
 /// Sizes of the log by which parameters are scaled.
@@ -57,6 +81,28 @@ impl Fit {
             self.point.shift_s + self.point.lag_s,
         )
     }
+
+    /// Log of K, 1/s, of the steady turn at a rudder amplitude, rad.
+    pub fn log_gain(&self, amplitude_rad: f64) -> f64 {
+        libm::log(steady_gain(&self.vehicle(), amplitude_rad).abs())
+    }
+
+    /// The vehicle behind its delay.
+    pub fn vehicle(&self) -> Vehicle {
+        let point = &self.point;
+        let [coupling_per_s2, sway_s] = point.sway;
+        Vehicle {
+            damping_per_s: point.damping_per_s,
+            authority_per_s2: self.linear[0],
+            shift_s: 0.0,
+            lag_s: 0.0,
+            rate_limit_rad_s: f64::INFINITY,
+            play_rad: 0.0,
+            quadratic_per_rad: point.growth[0],
+            coupling_per_s2,
+            sway_s: if coupling_per_s2 == 0.0 { 1.0 } else { sway_s },
+        }
+    }
 }
 
 pub(super) const SHIFT: usize = 1;
@@ -65,9 +111,12 @@ const SEA: usize = 3;
 const SEA_TIME: usize = 4;
 const SPEED_LATE: usize = 5;
 pub(super) const LAG: usize = 6;
-const WAVE: usize = 7;
-const WAVE_FREQUENCY: usize = 8;
-const WAVE_RATIO: usize = 9;
+const GROWTH: usize = 7;
+const COUPLING: usize = 8;
+const SWAY_TIME: usize = 9;
+const WAVE: usize = 10;
+const WAVE_FREQUENCY: usize = 11;
+const WAVE_RATIO: usize = 12;
 
 /// Prior deviation of the logarithm of a lag about 0.15 time constants.
 pub(super) const LAG_DEVIATION: f64 = 1.2;
@@ -102,6 +151,8 @@ impl<'a> Problem<'a> {
             law: SpeedLaw::Constant,
             lag: false,
             waves: false,
+            growth: false,
+            sway: false,
         };
         let mut best: Option<(Self, Fit)> = None;
         for k in 0..LOOKS {
@@ -141,6 +192,8 @@ impl<'a> Problem<'a> {
         let is_free = |i: &usize| match *i {
             GYRO => self.scale.has_gyro,
             LAG => hypothesis.lag,
+            GROWTH => hypothesis.growth,
+            COUPLING | SWAY_TIME => hypothesis.sway,
             SPEED_LATE => hypothesis.law == SpeedLaw::Proportional,
             _ => true,
         };
@@ -171,6 +224,17 @@ impl<'a> Problem<'a> {
             },
             speed_late_s: x[SPEED_LATE].clamp(-2.0, 2.0) / rate,
             law: hypothesis.law,
+            growth: match hypothesis.growth {
+                true => [
+                    0.3 * exp(x[GROWTH]) * rate / self.scale.yaw_rate_rad_s,
+                    self.legs.mean_turning_rad_s(),
+                ],
+                false => [0.0; 2],
+            },
+            sway: match hypothesis.sway {
+                true => [x[COUPLING] * rate * rate, exp(x[SWAY_TIME]) / rate],
+                false => [0.0; 2],
+            },
         }
     }
 
@@ -330,6 +394,37 @@ impl<'a> Problem<'a> {
     }
 }
 
+impl Problem<'_> {
+    /// Fits a hull from the two starts from which a step of scoring promises most. `None` where no step promises that it is clearly likelier than a
+    /// fit without.
+    pub fn with_hull(&self, simpler: &Fit, hypothesis: Hypothesis) -> Option<Fit> {
+        // Without a coupling the slope tells of one, whatever its sign.
+        const SWAYS: [[f64; 2]; 4] = [[0.0, 0.0], [0.0, 1.0], [-0.35, 0.0], [0.35, 0.0]];
+        let starts = if hypothesis.sway {
+            &SWAYS[..]
+        } else {
+            &SWAYS[..1]
+        };
+        let mut looks: Vec<(f64, Fit)> = (starts.iter())
+            .filter_map(|[coupling, time]| {
+                let mut x = simpler.x.clone();
+                (x[COUPLING], x[SWAY_TIME]) = (*coupling, *time);
+                x[GROWTH] = Parameter::Quadratic.starts()[0];
+                let here = self.at(hypothesis, &x)?;
+                Some((here.cost - self.next_gain(&here)?, here))
+            })
+            .collect();
+        looks.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (cost, _) = looks.first()?;
+        if simpler.cost - cost <= LEAST_EVIDENCE {
+            return None;
+        }
+        let fits = looks.iter().take(2);
+        let fits = fits.filter_map(|(_, look)| self.fit(hypothesis, &look.x));
+        fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
+    }
+}
+
 /// Mean and deviation of what is believed of a scaled parameter; `None` of the damping.
 pub(super) fn belief(parameter: usize) -> Option<[f64; 2]> {
     match parameter {
@@ -339,6 +434,9 @@ pub(super) fn belief(parameter: usize) -> Option<[f64; 2]> {
         SEA => Some([-1.0, 4.0]),
         SEA_TIME => Some([0.7, 1.0]),
         LAG => Some([0.0, LAG_DEVIATION]),
+        GROWTH => Some([0.0, Parameter::Quadratic.prior_deviation()?]),
+        COUPLING => Some([0.0, Parameter::Coupling.prior_deviation()?]),
+        SWAY_TIME => Some([0.0, Parameter::SwayTime.prior_deviation()?]),
         WAVE_FREQUENCY => Some([0.5, 1.0]),
         WAVE_RATIO => Some([0.0, 0.7]),
         _ => Some([0.0, 4.0]),

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, Matrix4};
 
 use super::filter::{COLUMNS, Point, combined, each_innovation};
-use super::fit::{Fit, LAG, LAG_DEVIATION, Problem, SHIFT, belief};
+use super::fit::{Fit, Hypothesis, LAG, LAG_DEVIATION, Problem, SHIFT, belief};
 use crate::likelihood::fit::log_determinant;
 
 /// Parts of the record whose scatter tells how uncertain the estimate is.
@@ -12,11 +12,17 @@ const BLOCKS: usize = 12;
 /// Student's 95 % for twelve blocks over that of a normal deviate, squared.
 const STUDENT: f64 = 1.26;
 
+/// d, b, c, the delay, and the log of the steady turn.
+const ROWS: usize = 5;
+const LOG_GAIN: usize = 4;
+
 /// What a fit leaves uncertain.
 #[derive(Clone, Debug)]
 pub struct Uncertainty {
     /// Covariance of [d, b, c, shift + lag].
     pub covariance: Matrix4<f64>,
+    /// Variance of the log of the steady turn per rudder at the rudder's amplitude.
+    pub log_gain_variance: f64,
     /// Log evidence.
     pub log_evidence: f64,
 }
@@ -46,35 +52,59 @@ impl Problem<'_> {
         let columns = self.rows(fit, &derivatives.parameters).transpose();
         let of = |covariance: &DMatrix<f64>| columns.tr_mul(&covariance.tr_mul(&columns));
         let (own, other) = (of(&inverse), of(&sandwich));
-        let times: Vec<f64> = (0..4)
+        let times: Vec<f64> = (0..ROWS)
             .map(|i| {
                 (STUDENT * other[(i, i)] / own[(i, i)].max(f64::MIN_POSITIVE))
                     .max(1.0)
                     .sqrt()
             })
             .collect();
-        let covariance = Matrix4::from_fn(|i, j| own[(i, j)] * times[i] * times[j]);
-        let priors = if fit.hypothesis.lag {
-            libm::log(LAG_DEVIATION)
-        } else {
-            0.0
-        } + if fit.hypothesis.waves {
-            libm::log(4.0 * 0.7)
-        } else {
-            0.0
+        let widened = |i: usize, j: usize| own[(i, j)] * times[i] * times[j];
+        let Hypothesis { lag, waves, .. } = fit.hypothesis;
+        let believed = |is_free: bool, deviation: f64| match is_free {
+            true => libm::log(deviation),
+            false => 0.0,
         };
+        let hull = fit.hypothesis.hull_parameters();
+        let of_hull = hull.iter().filter_map(|p| p.prior_deviation());
+        let priors = believed(lag, LAG_DEVIATION)
+            + believed(waves, 4.0 * 0.7)
+            + of_hull.map(libm::log).sum::<f64>();
         Some(Uncertainty {
-            covariance,
+            covariance: Matrix4::from_fn(widened),
+            log_gain_variance: widened(LOG_GAIN, LOG_GAIN),
             // The cost has the linear parameters' determinant already.
             log_evidence: -fit.cost - 0.5 * (log_determinant - of_linear) - priors,
         })
     }
 
-    /// Slopes of d, b, c and the delay with the parameters.
+    /// Slopes of d, b, c, the delay and the log of the steady turn with the parameters.
     fn rows(&self, fit: &Fit, all: &[Parameter]) -> DMatrix<f64> {
         let rate = self.scale.rate_per_s;
-        DMatrix::from_fn(4, all.len() + 1, |row, i| {
+        let amplitude_rad = self.legs.rudder_amplitude_rad();
+        let here = fit.log_gain(amplitude_rad);
+        let of_gain = |parameter: Parameter| {
+            const STEP: f64 = 1e-4;
+            let mut there = fit.clone();
+            let step = match parameter {
+                Parameter::Own(i) => {
+                    let mut x = fit.x.clone();
+                    x[i] += STEP;
+                    there.point = self.point(fit.hypothesis, &x);
+                    STEP
+                }
+                Parameter::Linear(j) => {
+                    let step = STEP * fit.linear[0].abs();
+                    there.linear[j] += step;
+                    step
+                }
+            };
+            (there.log_gain(amplitude_rad) - here) / step
+        };
+        let of_gain: Vec<f64> = all.iter().map(|parameter| of_gain(*parameter)).collect();
+        DMatrix::from_fn(ROWS, all.len() + 1, |row, i| {
             match (row, all.get(i).copied()) {
+                (LOG_GAIN, Some(_)) => of_gain[i],
                 (0, Some(Parameter::Own(0))) => rate,
                 (1, Some(Parameter::Linear(0))) | (2, Some(Parameter::Linear(1))) => 1.0,
                 (3, Some(Parameter::Own(SHIFT))) => 1.0 / rate,

@@ -35,7 +35,8 @@ use crate::identification::{
     EstimateMethod, HigherOrder, Identification, LEAST_R2, Refined, Settings, ValidRange,
     Validation, Verdict,
 };
-use crate::likelihood::{SteeringModel, Structure};
+use crate::likelihood::steering_model::steady_gain;
+use crate::likelihood::{SteeringModel, Structure, Vehicle};
 use crate::manoeuvre::Manoeuvre;
 use crate::propagation::NORMAL_95;
 use crate::record::{Window, logged_s};
@@ -71,6 +72,10 @@ const TELLING: f64 = 0.6;
 /// Log of how much likelier each comparison must be with play: seas of eight waves, which no hypothesis has, made it likelier by up to half of that in 20
 /// missions of 6,000 comparisons, and play of 1 to 3 deg by 1.6 times that at least.
 const EVIDENCE_OF_A_SEA: f64 = 0.008;
+
+/// Log of how much likelier a log must be with a hull beyond first order to be surely of one: seas of eight waves made it likelier by up to 12 in 72
+/// missions of vehicles of first order, and hulls by 15 to 140 where a sea hid them.
+const SURE_HULL: f64 = 20.0;
 
 /// A hypothesis of less weight is passed over.
 const NEGLIGIBLE: f64 = 0.01;
@@ -125,14 +130,124 @@ fn fits(legs: &Legs) -> Option<(Vec<(Fit, Uncertainty)>, Scale)> {
             .filter(|fit| waves || !fit.hypothesis.lag)
             .min_by(|a, b| a.cost.total_cmp(&b.cost))?;
         let law = simpler.hypothesis.law;
-        let extended = problem.extended(simpler, Hypothesis { law, lag, waves });
+        let extended = problem.extended(
+            simpler,
+            Hypothesis {
+                law,
+                lag,
+                waves,
+                ..simple
+            },
+        );
         fits.extend(extended);
     }
-    let uncertain = fits.into_iter().filter_map(|fit| {
-        let uncertainty = problem.uncertainty(&fit)?;
-        Some((fit, uncertainty))
-    });
-    Some((uncertain.collect(), problem.scale))
+    Some((uncertain(&problem, fits), problem.scale))
+}
+
+fn uncertain(problem: &Problem, fits: Vec<Fit>) -> Vec<(Fit, Uncertainty)> {
+    let of = |fit: Fit| Some((fit.clone(), problem.uncertainty(&fit)?));
+    fits.into_iter().filter_map(of).collect()
+}
+
+/// Hulls beyond first order, each fitted from the likeliest vehicle of first order.
+fn hulls(legs: &Legs, scale: Scale, heaviest: &Fit) -> Vec<(Fit, Uncertainty)> {
+    let legs = &legs.with_turning(heaviest);
+    let problem = Problem { legs, scale };
+    let of = |growth, sway| Hypothesis {
+        growth,
+        sway,
+        ..heaviest.hypothesis
+    };
+    let mut fits: Vec<Fit> = Vec::new();
+    for hypothesis in [of(true, false), of(false, true)] {
+        fits.extend(problem.with_hull(heaviest, hypothesis));
+    }
+    let sway = fits.iter().find(|fit| fit.hypothesis.sway);
+    let both = sway.and_then(|sway| problem.extended(sway, of(true, true)));
+    fits.extend(both);
+    uncertain(&problem, fits)
+}
+
+/// A vehicle beyond first order that may have made the log.
+struct Beyond {
+    log_evidence: f64,
+    vehicle: Vehicle,
+    offset_rad_s2: f64,
+    /// Mean and variance of ln |K|, K in 1/s, at the log's rudder amplitude.
+    log_gain: [f64; 2],
+    /// Log evidence from which it alone explains the log.
+    sure: f64,
+}
+
+impl Beyond {
+    fn of((fit, uncertainty): &(Fit, Uncertainty), play_rad: f64, legs: &Legs, sure: f64) -> Self {
+        let vehicle = Vehicle {
+            play_rad,
+            ..fit.vehicle()
+        };
+        let gain = steady_gain(&vehicle, legs.rudder_amplitude_rad()).abs();
+        let model_error: f64 = MODEL_ERROR.iter().map(|share| share * share).sum();
+        Self {
+            log_evidence: uncertainty.log_evidence,
+            vehicle,
+            offset_rad_s2: fit.linear[1],
+            log_gain: [libm::log(gain), uncertainty.log_gain_variance + model_error],
+            sure,
+        }
+    }
+}
+
+/// How a long turn ends where first order does not explain the log.
+struct LongTurn {
+    /// The likeliest vehicle.
+    vehicle: Vehicle,
+    /// Its offset, rad/s^2.
+    offset_rad_s2: f64,
+    /// Mean and variance of ln |K|, K in 1/s, at the log's rudder amplitude.
+    log_gain: [f64; 2],
+}
+
+impl LongTurn {
+    /// Of vehicles beyond first order, where one is likelier than one of first order, whose own log evidence and ln |K| these are.
+    ///
+    /// Where that is not sure the variance reaches the turn of first order, too.
+    fn of(all: &[Beyond], first_order: (f64, f64)) -> Option<Self> {
+        let (log_evidence, first_gain) = first_order;
+        let likeliest = all
+            .iter()
+            .max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
+        let lead = likeliest.log_evidence - log_evidence;
+        if lead.is_nan() || lead <= LEAST_EVIDENCE {
+            return None;
+        }
+        let evidence = all.iter().map(|beyond| beyond.log_evidence);
+        let weights = shares(evidence);
+        let weighed = || all.iter().zip(&weights);
+        let mean: f64 = weighed().map(|(beyond, w)| w * beyond.log_gain[0]).sum();
+        let variance: f64 = weighed()
+            .map(|(beyond, w)| w * (beyond.log_gain[1] + (beyond.log_gain[0] - mean).powi(2)))
+            .sum();
+        let away = match lead < likeliest.sure {
+            true => (first_gain - mean) / NORMAL_95,
+            false => 0.0,
+        };
+        Some(Self {
+            vehicle: likeliest.vehicle,
+            offset_rad_s2: likeliest.offset_rad_s2,
+            log_gain: [mean, variance + away * away],
+        })
+    }
+}
+
+/// Shares of the weight by log evidence.
+fn shares(evidence: impl Iterator<Item = f64> + Clone) -> Vec<f64> {
+    let most = evidence.clone().fold(f64::NEG_INFINITY, f64::max);
+    let weights: Vec<f64> = evidence
+        .map(|log_evidence| libm::exp(log_evidence - most))
+        .map(|weight| if weight > NEGLIGIBLE { weight } else { 0.0 })
+        .collect();
+    let total: f64 = weights.iter().sum();
+    weights.into_iter().map(|w| w / total).collect()
 }
 
 /// What all hypotheses say of a log.
@@ -147,6 +262,8 @@ struct Estimate {
     pub log_evidence: f64,
     /// Play of the rudder from stop to stop, rad, where the log asks for it: the covariance holds the model behind it.
     pub play_rad: Option<f64>,
+    /// How a long turn ends, where that is not K of the mean.
+    pub long_turn: Option<LongTurn>,
 }
 
 impl Estimate {
@@ -155,11 +272,24 @@ impl Estimate {
         let (found, scale) = fits(legs)?;
         let estimate = Self::of_fits(&found)?;
         let behind = play::likely_play_rad(legs, scale, &estimate.heaviest)
-            .and_then(|play_rad| Some((play_rad, fits(&legs.behind_play(play_rad))?.0)))
-            .and_then(|(play_rad, found)| Some((play_rad, Self::of_fits(&found)?)));
-        let least = LEAST_EVIDENCE.max(EVIDENCE_OF_A_SEA * legs.len() as f64);
+            .and_then(|play_rad| Some((play_rad, fits(&legs.behind_play(play_rad))?.0)));
+        let of_a_sea = LEAST_EVIDENCE.max(EVIDENCE_OF_A_SEA * legs.len() as f64);
+        let mut beyond: Vec<Beyond> = hulls(legs, scale, &estimate.heaviest)
+            .iter()
+            .map(|hull| Beyond::of(hull, 0.0, legs, SURE_HULL))
+            .collect();
+        if let Some((play_rad, fits)) = &behind {
+            let of = |fit| Beyond::of(fit, *play_rad, legs, of_a_sea);
+            beyond.extend(fits.iter().map(of));
+        }
+        let first_gain = estimate.heaviest.log_gain(legs.rudder_amplitude_rad());
+        let estimate = Self {
+            long_turn: LongTurn::of(&beyond, (estimate.log_evidence, first_gain)),
+            ..estimate
+        };
+        let behind = behind.and_then(|(play_rad, fits)| Some((play_rad, Self::of_fits(&fits)?)));
         Some(match behind {
-            Some((play_rad, behind)) if behind.log_evidence - estimate.log_evidence > least => {
+            Some((play_rad, behind)) if behind.log_evidence - estimate.log_evidence > of_a_sea => {
                 estimate.reaching_behind(play_rad, &behind)
             }
             _ => estimate,
@@ -179,13 +309,9 @@ impl Estimate {
     /// Of all hypotheses, weighed by their evidence.
     fn of_fits(found: &[(Fit, Uncertainty)]) -> Option<Self> {
         let evidence = found.iter().map(|(_, u)| u.log_evidence);
-        let most = evidence.fold(f64::NEG_INFINITY, f64::max);
-        let weights: Vec<f64> = (found.iter())
-            .map(|(_, u)| libm::exp(u.log_evidence - most))
-            .map(|weight| if weight > NEGLIGIBLE { weight } else { 0.0 })
-            .collect();
-        let total: f64 = weights.iter().sum();
-        let weighed = || found.iter().zip(weights.iter().map(|w| w / total));
+        let most = evidence.clone().fold(f64::NEG_INFINITY, f64::max);
+        let weights = shares(evidence);
+        let weighed = || found.iter().zip(weights.iter().copied());
         let mean: Vector4<f64> = weighed().map(|((fit, _), w)| fit.values() * w).sum();
         let covariance = weighed()
             .map(|((fit, u), w)| {
@@ -200,6 +326,7 @@ impl Estimate {
             heaviest: heaviest.clone(),
             log_evidence: most,
             play_rad: None,
+            long_turn: None,
         })
     }
 
@@ -246,15 +373,30 @@ impl Estimate {
         })
     }
 
-    /// The gear's lag with its interval, as documents have it.
-    fn lagging(&self) -> Option<HigherOrder> {
-        let model = self.steering_model()?;
+    /// The gear's lag with its interval and the hull, as documents have them.
+    fn beyond_first_order(&self) -> Option<HigherOrder> {
+        let lagging = self.steering_model();
         let half_s = NORMAL_95 * self.covariance[(3, 3)].sqrt();
+        let lag_s = lagging.map(|model| model.rudder_lag_s);
+        let hull = self.long_turn.as_ref().map(|turn| {
+            let vehicle = Vehicle {
+                lag_s: lag_s.unwrap_or(0.0),
+                ..turn.vehicle
+            };
+            SteeringModel::new(&vehicle, turn.offset_rad_s2)
+        });
+        let model = hull.or(lagging)?;
         Some(HigherOrder {
-            structure: Structure::LAG,
-            lag_interval_s: Some([model.rudder_lag_s - half_s, model.rudder_lag_s + half_s]),
+            structure: Structure {
+                lag: lag_s.is_some(),
+                quadratic: model.quadratic_per_rad > 0.0,
+                sway: model.a21_per_s2 != 0.0,
+                play: model.play_rad.is_some(),
+                ..Structure::LAG
+            },
+            lag_interval_s: lag_s.map(|lag_s| [lag_s - half_s, lag_s + half_s]),
             model,
-            steady_log_gain: None,
+            steady_log_gain: self.long_turn.as_ref().map(|turn| turn.log_gain),
             least_r2_left_out: None,
             hypotheses: Vec::new(),
             gain_vehicle: None,
@@ -278,8 +420,8 @@ pub(super) struct Steering {
     pub speed_m_s: Option<f64>,
     /// The model.
     pub refined: Refined,
-    /// The model behind the delay of its rudder, where there is one.
-    pub lagging: Option<HigherOrder>,
+    /// The model behind the delay of its rudder, or of another hull, where there is one.
+    pub beyond_first_order: Option<HigherOrder>,
     /// Play of the rudder from stop to stop, rad, where the log asks for it.
     pub play_rad: Option<f64>,
     /// What it was validated on.
@@ -312,7 +454,7 @@ impl Steering {
             usual_speed_m_s: legs.speed_m_s,
             speed_m_s: (legs.speed_m_s).filter(|_| legs.speed_change() > LEAST_SPEED_CHANGE),
             refined: estimate.refined(),
-            lagging: estimate.lagging(),
+            beyond_first_order: estimate.beyond_first_order(),
             play_rad: estimate.play_rad,
             samples,
             held_out,
@@ -328,8 +470,8 @@ impl Steering {
 
     /// The model, behind the delay of its rudder where there is one.
     pub fn steering_model(&self) -> SteeringModel {
-        let lagging = self.lagging.as_ref().map(|found| found.model);
-        lagging.unwrap_or_else(|| SteeringModel::first_order(&self.refined.model, 0.0))
+        let beyond = self.beyond_first_order.as_ref().map(|found| found.model);
+        beyond.unwrap_or_else(|| SteeringModel::first_order(&self.refined.model, 0.0))
     }
 
     /// The identification with its verdict.
@@ -343,7 +485,8 @@ impl Steering {
     ) -> Identification {
         let (refined, prediction) = (self.refined, &self.held_out.prediction);
         let interval_s = logged_s(&self.samples) / self.samples.len().max(1) as f64;
-        let lag_s = (self.lagging.as_ref()).map_or(0.0, |found| found.model.rudder_lag_s);
+        let lag_s =
+            (self.beyond_first_order.as_ref()).map_or(0.0, |found| found.model.rudder_lag_s);
         let noise_rad = refined.heading_noise_rad;
         Identification {
             training: training.known_part(&self.samples),
@@ -360,7 +503,7 @@ impl Steering {
                 samples: prediction.samples,
                 horizon_s: Some(prediction.horizon_s),
             }),
-            higher_order: self.lagging,
+            higher_order: self.beyond_first_order,
             lag_effect: None,
             loop_timing: Some(sampled(interval_s, lag_s)),
             valid_range: valid_range(&[&self.samples, validated], &refined.model, noise_rad).map(

@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use seatrial_core::{Real, Sample};
 
+use super::filter::Run;
+use super::fit::Fit;
 use crate::identify::pace::Pace;
 use crate::identify::robust::play::fin_behind;
 use crate::likelihood::leg::{Commands, deviation};
@@ -39,6 +41,8 @@ pub struct Leg {
     pub yaw_rate_rad_s: Vec<f64>,
     /// Speeds there over the usual one; 1 where none is logged.
     pub speed: Vec<f64>,
+    /// Size of the yaw rate that a filter saw until then, rad/s; empty before one ran.
+    pub turning_rad_s: Vec<f64>,
     /// The command, which the parts of a leg share.
     commands: Arc<Commands>,
 }
@@ -155,6 +159,30 @@ impl Legs {
             (Some(least), Some(most)) => 0.5 * (most - least),
             _ => 0.0,
         }
+    }
+
+    /// The legs with the yaw rates that a fit of first order saw.
+    pub fn with_turning(&self, fit: &Fit) -> Self {
+        let yaw_rate_rad_s = self.yaw_rate_deviation_rad_s();
+        let mut turning = self.clone();
+        for (leg, of) in turning.legs.iter_mut().zip(&self.legs) {
+            let mut run = Run::new(of, &fit.point, self.interval_s, yaw_rate_rad_s);
+            leg.turning_rad_s = (0..of.len())
+                .map(|i| {
+                    run.measure(i, |_, _| {});
+                    let rate = run.yaw_rate_rad_s(&fit.linear);
+                    run.advance(i);
+                    rate.abs()
+                })
+                .collect();
+        }
+        turning
+    }
+
+    /// Mean size of the yaw rate that a filter saw, rad/s; 0 before one ran.
+    pub fn mean_turning_rad_s(&self) -> f64 {
+        let all = self.legs.iter().flat_map(|leg| &leg.turning_rad_s);
+        all.sum::<f64>() / self.len().max(1) as f64
     }
 
     /// Standard deviation of the speed over its mean.
@@ -312,6 +340,7 @@ impl Leg {
                 false => Vec::new(),
             },
             speed: picked().map(speed).collect(),
+            turning_rad_s: Vec::new(),
             commands: Arc::new(Commands::new(
                 samples.iter().map(|s| s.time_s).collect(),
                 samples.iter().map(|s| s.rudder_rad).collect(),
@@ -344,6 +373,7 @@ impl Leg {
             heading_rad: of(&self.heading_rad),
             yaw_rate_rad_s: of(&self.yaw_rate_rad_s),
             speed: of(&self.speed),
+            turning_rad_s: of(&self.turning_rad_s),
             ..self.clone()
         }
     }
