@@ -206,9 +206,14 @@ fn with_steady_turn(point: &ModelPoint) -> Option<ModelPoint> {
     let Some(log_gain) = point.steady_log_gain else {
         return Some(*point);
     };
+    let (model, covariance) = with_steady_gain(
+        &point.point.model,
+        &point.covariance.unwrap_or_default(),
+        log_gain,
+    )?;
     let mut turning = *point;
-    (turning.point.model, turning.covariance) =
-        with_steady_gain(&point.point.model, point.covariance.as_ref(), log_gain)?;
+    turning.point.model = model;
+    turning.covariance = point.covariance.and(Some(covariance));
     Some(turning)
 }
 

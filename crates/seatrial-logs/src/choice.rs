@@ -5,7 +5,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use crate::formats::Formats;
-use crate::name::motors_that_steer;
+use crate::motors::motors_that_steer;
 use crate::{Quantity, Unit};
 
 /// What the user said about a log; everything else is found out. The default says nothing.
@@ -86,6 +86,12 @@ impl ChannelChoice {
         if let Some(pair) = motors_that_steer(columns) {
             self.half_differences.insert(Quantity::Rudder, pair);
         }
+    }
+
+    /// The column that names the unit of half the difference of two: the first.
+    pub(crate) fn names_unit(&self, quantity: Quantity) -> Option<&String> {
+        let pair = self.half_differences.get(&quantity);
+        pair.map(|[first, _]| first)
     }
 
     /// Is it half the difference of two columns that count alike? Their trims cancel.

@@ -4,8 +4,9 @@ use std::fmt;
 use std::io;
 
 use crate::Quantity;
+use crate::motors::{of_two_sides, without};
 pub(crate) use crate::name::clipped;
-use crate::name::{list, of_two_sides, without};
+use crate::name::list;
 
 /// Binary formats that are read, for messages.
 const BINARY_FORMATS: &str = "Parquet, ArduPilot DataFlash (.bin), MAVLink telemetry (.tlog), PX4 ULog (.ulg), Slocum (.dbd), MCAP and rosbag2 (.db3)";

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use crate::error::Fault;
-use crate::name::is_of_a_motor;
+use crate::motors::is_of_a_motor;
 use crate::{Quantity, Unit};
 
 /// The first rows of a log: numbers as they stand there, NaN where there is none.

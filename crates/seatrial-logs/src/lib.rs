@@ -35,6 +35,7 @@ mod matching;
 mod matlab;
 #[cfg(feature = "mcap-reader")]
 mod mcap;
+mod motors;
 mod name;
 mod nmea0183;
 mod nmea2000;

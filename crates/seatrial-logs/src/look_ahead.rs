@@ -146,3 +146,14 @@ pub(crate) fn inferred_units(
         warnings,
     })
 }
+
+/// Why a table has no rows: damage, or a logger that was not running.
+pub(crate) fn no_rows(table: &dyn Table) -> Fault {
+    match table.is_damaged() {
+        true => Fault::Damaged {
+            format: "the",
+            what: table.warnings().join("; "),
+        },
+        false => Fault::HeaderOnly,
+    }
+}

@@ -108,9 +108,7 @@ pub(crate) fn match_columns(
         let Some(column) = column else { continue };
         let channel = known.of(quantity, &columns[column]);
         let said = (choice.units.get(&quantity), channel);
-        // The first of two columns names the unit of half their difference.
-        let pair = choice.half_differences.get(&quantity);
-        let name = pair.map_or(&columns[column], |[first, _]| first);
+        let name = choice.names_unit(quantity).unwrap_or(&columns[column]);
         let stated = match said_unit(name, quantity, said, &mut found.warnings) {
             Ok(stated) => stated,
             Err(fault) => {

@@ -11,7 +11,9 @@ use crate::content::table;
 use crate::description::{Channel, Counts, LogDescription};
 use crate::error::{Fault, Place, ReadError, clipped};
 use crate::input::Held;
-use crate::look_ahead::{Inferred, InferredUnits, Row, inferred_units, leave_out_text, look_ahead};
+use crate::look_ahead::{
+    Inferred, InferredUnits, Row, inferred_units, leave_out_text, look_ahead, no_rows,
+};
 use crate::loose::{from_long, from_sparse, is_sparse};
 use crate::matching::{Match, match_columns};
 use crate::table::{Cell, Table};
@@ -63,17 +65,6 @@ pub fn open_held(path: &Path, held: &Held, choice: &ChannelChoice) -> Result<Log
         })?);
     }
     Ok(reader)
-}
-
-/// Why there are none: damage, or a logger that was not running.
-fn no_rows(table: &dyn Table) -> Fault {
-    match table.is_damaged() {
-        true => Fault::Damaged {
-            format: "the",
-            what: table.warnings().join("; "),
-        },
-        false => Fault::HeaderOnly,
-    }
 }
 
 impl LogReader {

@@ -354,8 +354,7 @@ fn steady_95(found: &Identification) -> Option<[(f64, [f64; 2]); 2]> {
     let refined = found.refined.as_ref()?;
     let (mut model, mut covariance) = (refined.model, refined.covariance);
     if let Some(log_gain) = found.steady_log_gain() {
-        let (turning, spread) = with_steady_gain(&model, Some(&covariance), log_gain)?;
-        (model, covariance) = (turning, spread?);
+        (model, covariance) = with_steady_gain(&model, &covariance, log_gain)?;
     }
     let side = |sign: f64| {
         let rate = |model: &YawModel<f64>| {

@@ -430,8 +430,7 @@ fn steady_95(found: &Identification, rudder_rad: f64) -> Option<[f64; 2]> {
     let refined = found.refined.as_ref()?;
     let (mut model, mut covariance) = (refined.model, refined.covariance);
     if let Some(log_gain) = found.steady_log_gain() {
-        let (turning, spread) = with_steady_gain(&model, Some(&covariance), log_gain)?;
-        (model, covariance) = (turning, spread?);
+        (model, covariance) = with_steady_gain(&model, &covariance, log_gain)?;
     }
     interval_95(&model, &covariance, |model| {
         Some(-model.b2_per_s2 / model.a22_per_s * rudder_rad)

@@ -74,28 +74,26 @@ const MOST_OPEN: f64 = 0.3;
 /// use seatrial_core::YawModel;
 ///
 /// let model = YawModel::from_theta([-1.0, 0.5, 0.0]);
-/// let (turning, _) = with_steady_gain(&model, None, [0.8_f64.ln(), 0.0025]).unwrap();
+/// let (turning, _) = with_steady_gain(&model, &[[0.0; 3]; 3], [0.8_f64.ln(), 0.0025]).unwrap();
 /// assert!((turning.a22_per_s + 0.625).abs() < 1e-12);
 /// ```
 pub fn with_steady_gain(
     model: &YawModel<f64>,
-    covariance: Option<&[[f64; 3]; 3]>,
+    covariance: &[[f64; 3]; 3],
     log_gain: [f64; 2],
-) -> Option<(YawModel<f64>, Option<[[f64; 3]; 3]>)> {
+) -> Option<(YawModel<f64>, [[f64; 3]; 3])> {
     let [mean, variance] = log_gain;
     if variance.is_nan() || variance > MOST_OPEN * MOST_OPEN {
         return None;
     }
     let [_, b2, c0] = model.theta();
-    let share = -b2.signum() * (-mean).exp();
-    let covariance = covariance.map(|of| {
-        let mut covariance = *of;
-        let a22_by_b2 = [share * share * of[1][1], share * of[1][1], share * of[1][2]];
-        covariance[0] = a22_by_b2;
-        covariance[0][0] += (share * b2).powi(2) * variance;
-        (covariance[1][0], covariance[2][0]) = (a22_by_b2[1], a22_by_b2[2]);
-        covariance
-    });
+    let share = -b2.signum() * libm::exp(-mean);
+    let of = covariance;
+    let a22_by_b2 = [share * share * of[1][1], share * of[1][1], share * of[1][2]];
+    let mut covariance = *of;
+    covariance[0] = a22_by_b2;
+    covariance[0][0] += (share * b2).powi(2) * variance;
+    (covariance[1][0], covariance[2][0]) = (a22_by_b2[1], a22_by_b2[2]);
     Some((YawModel::from_theta([share * b2, b2, c0]), covariance))
 }
 

@@ -13,8 +13,27 @@ const B2_PER_S2: f64 = 0.7;
 const INTERVAL_S: f64 = 0.1;
 const STEP_S: f64 = 0.002;
 
+/// Damping that grows with the turn, 1/rad, yaw moment per sway, 1/s^2, and time constant of sway, s.
+#[derive(Clone, Copy)]
+struct Hull {
+    quadratic_per_rad: f64,
+    coupling_per_s2: f64,
+    sway_s: f64,
+}
+
+const FIRST_ORDER: Hull = Hull {
+    quadratic_per_rad: 0.0,
+    coupling_per_s2: 0.0,
+    sway_s: 1.0,
+};
+
 /// Six minutes with a new course every 20 s, under a rudder that lags and in a sea; 10 Hz, compass 0.3 deg, gyro 0.2 deg/s.
 fn mission(seed: u64, lag_s: f64, sea_rad_s2: f64) -> Record {
+    mission_of(FIRST_ORDER, seed, lag_s, sea_rad_s2)
+}
+
+fn mission_of(hull: Hull, seed: u64, lag_s: f64, sea_rad_s2: f64) -> Record {
+    let mut sway = 0.0;
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let mut normal = move || -> f64 { StandardNormal.sample(&mut rng) };
     let mut courses = Pcg64Mcg::seed_from_u64(seed + 1);
@@ -42,7 +61,9 @@ fn mission(seed: u64, lag_s: f64, sea_rad_s2: f64) -> Record {
             };
             act += share * (rudder - act);
             sea += -0.5 * sea * STEP_S + sea_rad_s2 * STEP_S.sqrt() * normal();
-            rate += STEP_S * (A22_PER_S * rate + B2_PER_S2 * (act + 0.02) + sea);
+            let of_hull = hull.coupling_per_s2 * sway - hull.quadratic_per_rad * rate * rate.abs();
+            sway += STEP_S * (rate - sway / hull.sway_s);
+            rate += STEP_S * (A22_PER_S * rate + of_hull + B2_PER_S2 * (act + 0.02) + sea);
             heading += STEP_S * rate;
         }
     }
@@ -86,6 +107,43 @@ fn recover_a_model_from_ordinary_steering() {
         }
     }
     assert!(hold >= 14, "{hold}");
+}
+
+/// Course changes do not last until a turn is steady: in the long run a first-order model of them turns a twentieth too fast here, or much too slowly.
+#[test]
+fn recover_the_steady_turn_of_a_hull_beyond_first_order() {
+    const RUDDER_RAD: f64 = 0.5;
+    let growing = Hull {
+        quadratic_per_rad: 3.0,
+        ..FIRST_ORDER
+    };
+    let swaying = Hull {
+        coupling_per_s2: 0.15,
+        sway_s: 2.5,
+        ..FIRST_ORDER
+    };
+    let push = B2_PER_S2 * RUDDER_RAD;
+    let root = (A22_PER_S * A22_PER_S + 4.0 * 3.0 * push).sqrt();
+    for (hull, steady_rad_s) in [
+        (growing, (root + A22_PER_S) / (2.0 * 3.0)),
+        (swaying, push / (-A22_PER_S - 0.15 * 2.5)),
+    ] {
+        let found = identified(&mission_of(hull, 3, 0.0, 0.005));
+        assert!(found.verdict.accepted, "{:?}", found.verdict);
+        let [log_gain, variance] = found.steady_log_gain().unwrap();
+        let away = (steady_rad_s / RUDDER_RAD).ln() - log_gain;
+        assert!(away.abs() < 1.96 * variance.sqrt(), "{away} {variance}");
+        let own = found.model();
+        let of_first_order = (-own.b2_per_s2 / own.a22_per_s).ln();
+        let missed = (steady_rad_s / RUDDER_RAD).ln() - of_first_order;
+        assert!(missed.abs() > 0.05, "{missed}");
+        let structure = found.higher_order.unwrap().structure;
+        assert_eq!(structure.sway, hull.coupling_per_s2 > 0.0);
+        assert_eq!(structure.quadratic, hull.quadratic_per_rad > 0.0);
+    }
+    // A boat of first order has no other turn.
+    let found = identified(&mission(3, 0.0, 0.005));
+    assert!(found.steady_log_gain().is_none(), "{found:?}");
 }
 
 #[test]

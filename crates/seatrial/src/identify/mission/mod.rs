@@ -16,6 +16,7 @@
 mod filter;
 mod fit;
 mod information;
+mod long_turn;
 mod play;
 mod prediction;
 mod record;
@@ -35,7 +36,6 @@ use crate::identification::{
     EstimateMethod, HigherOrder, Identification, LEAST_R2, Refined, Settings, ValidRange,
     Validation, Verdict,
 };
-use crate::likelihood::steering_model::steady_gain;
 use crate::likelihood::{SteeringModel, Structure, Vehicle};
 use crate::manoeuvre::Manoeuvre;
 use crate::propagation::NORMAL_95;
@@ -44,6 +44,7 @@ use crate::segmentation::{self, Kind};
 use filter::SpeedLaw;
 use fit::{Fit, Hypothesis, Problem, Scale};
 use information::Uncertainty;
+use long_turn::{Beyond, LongTurn, SURE_HULL, hulls};
 pub(super) use prediction::LEAST_HORIZON_S;
 use prediction::Prediction;
 use record::Legs;
@@ -72,10 +73,6 @@ const TELLING: f64 = 0.6;
 /// Log of how much likelier each comparison must be with play: seas of eight waves, which no hypothesis has, made it likelier by up to half of that in 20
 /// missions of 6,000 comparisons, and play of 1 to 3 deg by 1.6 times that at least.
 const EVIDENCE_OF_A_SEA: f64 = 0.008;
-
-/// Log of how much likelier a log must be with a hull beyond first order to be surely of one: seas of eight waves made it likelier by up to 12 in 72
-/// missions of vehicles of first order, and hulls by 15 to 140 where a sea hid them.
-const SURE_HULL: f64 = 20.0;
 
 /// A hypothesis of less weight is passed over.
 const NEGLIGIBLE: f64 = 0.01;
@@ -147,96 +144,6 @@ fn fits(legs: &Legs) -> Option<(Vec<(Fit, Uncertainty)>, Scale)> {
 fn uncertain(problem: &Problem, fits: Vec<Fit>) -> Vec<(Fit, Uncertainty)> {
     let of = |fit: Fit| Some((fit.clone(), problem.uncertainty(&fit)?));
     fits.into_iter().filter_map(of).collect()
-}
-
-/// Hulls beyond first order, each fitted from the likeliest vehicle of first order.
-fn hulls(legs: &Legs, scale: Scale, heaviest: &Fit) -> Vec<(Fit, Uncertainty)> {
-    let legs = &legs.with_turning(heaviest);
-    let problem = Problem { legs, scale };
-    let of = |growth, sway| Hypothesis {
-        growth,
-        sway,
-        ..heaviest.hypothesis
-    };
-    let mut fits: Vec<Fit> = Vec::new();
-    for hypothesis in [of(true, false), of(false, true)] {
-        fits.extend(problem.with_hull(heaviest, hypothesis));
-    }
-    let sway = fits.iter().find(|fit| fit.hypothesis.sway);
-    let both = sway.and_then(|sway| problem.extended(sway, of(true, true)));
-    fits.extend(both);
-    uncertain(&problem, fits)
-}
-
-/// A vehicle beyond first order that may have made the log.
-struct Beyond {
-    log_evidence: f64,
-    vehicle: Vehicle,
-    offset_rad_s2: f64,
-    /// Mean and variance of ln |K|, K in 1/s, at the log's rudder amplitude.
-    log_gain: [f64; 2],
-    /// Log evidence from which it alone explains the log.
-    sure: f64,
-}
-
-impl Beyond {
-    fn of((fit, uncertainty): &(Fit, Uncertainty), play_rad: f64, legs: &Legs, sure: f64) -> Self {
-        let vehicle = Vehicle {
-            play_rad,
-            ..fit.vehicle()
-        };
-        let gain = steady_gain(&vehicle, legs.rudder_amplitude_rad()).abs();
-        let model_error: f64 = MODEL_ERROR.iter().map(|share| share * share).sum();
-        Self {
-            log_evidence: uncertainty.log_evidence,
-            vehicle,
-            offset_rad_s2: fit.linear[1],
-            log_gain: [libm::log(gain), uncertainty.log_gain_variance + model_error],
-            sure,
-        }
-    }
-}
-
-/// How a long turn ends where first order does not explain the log.
-struct LongTurn {
-    /// The likeliest vehicle.
-    vehicle: Vehicle,
-    /// Its offset, rad/s^2.
-    offset_rad_s2: f64,
-    /// Mean and variance of ln |K|, K in 1/s, at the log's rudder amplitude.
-    log_gain: [f64; 2],
-}
-
-impl LongTurn {
-    /// Of vehicles beyond first order, where one is likelier than one of first order, whose own log evidence and ln |K| these are.
-    ///
-    /// Where that is not sure the variance reaches the turn of first order, too.
-    fn of(all: &[Beyond], first_order: (f64, f64)) -> Option<Self> {
-        let (log_evidence, first_gain) = first_order;
-        let likeliest = all
-            .iter()
-            .max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
-        let lead = likeliest.log_evidence - log_evidence;
-        if lead.is_nan() || lead <= LEAST_EVIDENCE {
-            return None;
-        }
-        let evidence = all.iter().map(|beyond| beyond.log_evidence);
-        let weights = shares(evidence);
-        let weighed = || all.iter().zip(&weights);
-        let mean: f64 = weighed().map(|(beyond, w)| w * beyond.log_gain[0]).sum();
-        let variance: f64 = weighed()
-            .map(|(beyond, w)| w * (beyond.log_gain[1] + (beyond.log_gain[0] - mean).powi(2)))
-            .sum();
-        let away = match lead < likeliest.sure {
-            true => (first_gain - mean) / NORMAL_95,
-            false => 0.0,
-        };
-        Some(Self {
-            vehicle: likeliest.vehicle,
-            offset_rad_s2: likeliest.offset_rad_s2,
-            log_gain: [mean, variance + away * away],
-        })
-    }
 }
 
 /// Shares of the weight by log evidence.

@@ -4,8 +4,6 @@ use std::sync::Arc;
 
 use seatrial_core::{Real, Sample};
 
-use super::filter::Run;
-use super::fit::Fit;
 use crate::identify::pace::Pace;
 use crate::identify::robust::play::fin_behind;
 use crate::likelihood::leg::{Commands, deviation};
@@ -159,24 +157,6 @@ impl Legs {
             (Some(least), Some(most)) => 0.5 * (most - least),
             _ => 0.0,
         }
-    }
-
-    /// The legs with the yaw rates that a fit of first order saw.
-    pub fn with_turning(&self, fit: &Fit) -> Self {
-        let yaw_rate_rad_s = self.yaw_rate_deviation_rad_s();
-        let mut turning = self.clone();
-        for (leg, of) in turning.legs.iter_mut().zip(&self.legs) {
-            let mut run = Run::new(of, &fit.point, self.interval_s, yaw_rate_rad_s);
-            leg.turning_rad_s = (0..of.len())
-                .map(|i| {
-                    run.measure(i, |_, _| {});
-                    let rate = run.yaw_rate_rad_s(&fit.linear);
-                    run.advance(i);
-                    rate.abs()
-                })
-                .collect();
-        }
-        turning
     }
 
     /// Mean size of the yaw rate that a filter saw, rad/s; 0 before one ran.
