@@ -165,7 +165,7 @@ fn ratio(u_turn: MeasuredUTurn, source: &Models) -> Result<f64, Error> {
         .iter()
         .filter_map(|point| {
             let speed_m_s = point.point.surge_speed_m_s?;
-            let known = with_steady_turn(point)?;
+            let known = with_steady_turn(point, source.rudder_limit_rad)?;
             let radius = |side| {
                 let turn = Turn::new(&known.point.model, source.rudder_limit_rad, side).ok()?;
                 Some(turn.steady_turning_radius_m(speed_m_s))
@@ -202,10 +202,11 @@ fn ratio(u_turn: MeasuredUTurn, source: &Models) -> Result<f64, Error> {
 const OPEN_TURN: &str = "the record does not show how tight a long turn gets: vehicles that explain it alike turn at very different rates; record a turn that is held until the yaw rate settles";
 
 /// The model with the steady turn of the hypotheses that explain its record, where it is not made of them. `None` where they leave the turn open.
-fn with_steady_turn(point: &ModelPoint) -> Option<ModelPoint> {
-    let Some(log_gain) = point.steady_log_gain else {
+fn with_steady_turn(point: &ModelPoint, rudder_rad: f64) -> Option<ModelPoint> {
+    let Some(turn) = point.steady_turn else {
         return Some(*point);
     };
+    let log_gain = turn.log_gain_at(rudder_rad);
     let (model, covariance) = with_steady_gain(
         &point.point.model,
         &point.covariance.unwrap_or_default(),
@@ -228,7 +229,7 @@ fn point_limits(
         surge_speed_m_s,
         model,
     } = point.point;
-    let turning = with_steady_turn(point);
+    let turning = with_steady_turn(point, source.rudder_limit_rad);
     let limits = |side: Side| {
         let turn = |model: &YawModel<f64>| Turn::new(model, source.rudder_limit_rad, side);
         let of = |quantity: &dyn Fn(Turn<f64>) -> Option<f64>| {
@@ -311,16 +312,18 @@ fn over_speed(source: &Models, up_to: Option<f64>) -> Result<Vec<OverSpeed>, Err
 
 #[cfg(test)]
 mod tests {
+    use seatrial::identification::SteadyTurn;
+
     use super::*;
 
-    fn point(steady_log_gain: Option<[f64; 2]>) -> ModelPoint {
+    fn point(log_gain: Option<[f64; 2]>) -> ModelPoint {
         let mut point = ModelPoint::exact(SchedulePoint {
             thrust: None,
             surge_speed_m_s: Some(2.0),
             model: YawModel::from_theta([-1.0, 0.5, 0.0]),
         });
         point.covariance = Some([[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 0.0]]);
-        point.steady_log_gain = steady_log_gain;
+        point.steady_turn = log_gain.map(|log_gain| SteadyTurn { log_gain, at: None });
         point
     }
 

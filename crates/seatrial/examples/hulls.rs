@@ -353,7 +353,8 @@ pub fn record(hull: &Hull, time_s: f64, random: &mut Pcg64) -> (Record, [Window;
 fn steady_95(found: &Identification) -> Option<[(f64, [f64; 2]); 2]> {
     let refined = found.refined.as_ref()?;
     let (mut model, mut covariance) = (refined.model, refined.covariance);
-    if let Some(log_gain) = found.steady_log_gain() {
+    if let Some(turn) = found.steady_turn() {
+        let log_gain = turn.log_gain_at(AMPLITUDE_RAD);
         (model, covariance) = with_steady_gain(&model, &covariance, log_gain)?;
     }
     let side = |sign: f64| {

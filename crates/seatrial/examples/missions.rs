@@ -429,7 +429,8 @@ fn amplitude_rad(record: &Record) -> f64 {
 fn steady_95(found: &Identification, rudder_rad: f64) -> Option<[f64; 2]> {
     let refined = found.refined.as_ref()?;
     let (mut model, mut covariance) = (refined.model, refined.covariance);
-    if let Some(log_gain) = found.steady_log_gain() {
+    if let Some(turn) = found.steady_turn() {
+        let log_gain = turn.log_gain_at(rudder_rad);
         (model, covariance) = with_steady_gain(&model, &covariance, log_gain)?;
     }
     interval_95(&model, &covariance, |model| {

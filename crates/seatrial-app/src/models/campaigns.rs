@@ -87,7 +87,7 @@ impl Models {
                     noise: refined.map(|r| [r.heading_noise_rad, r.disturbance_rad_s2]),
                     valid_range: identification.valid_range,
                     rudder_lag_s: identification.lagging().map_or(0.0, |l| l.rudder_lag_s),
-                    steady_log_gain: identification.steady_log_gain(),
+                    steady_turn: identification.steady_turn(),
                 })
             })
             .collect();

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use seatrial::identification::{
-    EstimateMethod, GainVehicle, ReasonCode, ValidRange, covariance_of_intervals,
+    EstimateMethod, GainVehicle, ReasonCode, SteadyTurn, ValidRange, covariance_of_intervals,
 };
+use seatrial::likelihood::SteeringModel;
 use seatrial::{CourseChange, FullRudder, GainAllowance, Window};
 use seatrial_core::heading_loop::LoopTiming;
 use seatrial_core::{Nomoto, RudderUnit, SchedulePoint, YawModel};
@@ -83,14 +84,10 @@ struct StoredOnline {
 
 #[derive(Deserialize)]
 struct StoredHigherOrder {
-    model: StoredLag,
+    model: SteeringModel,
     steady_log_gain: Option<[f64; 2]>,
+    steady_rudder_rad: Option<f64>,
     gain_vehicle: Option<GainVehicle>,
-}
-
-#[derive(Deserialize)]
-struct StoredLag {
-    rudder_lag_s: f64,
 }
 
 #[derive(Deserialize)]
@@ -383,7 +380,7 @@ impl StoredIdentification {
         let timing = self.loop_timing;
         let [of_heading, of_sea] =
             refined.map_or([None; 2], |r| [r.heading_noise_rad, r.disturbance_rad_s2]);
-        let of_turn = self.steady_log_gain().map(|[_, variance]| variance);
+        let of_turn = self.steady_turn().map(|turn| turn.log_gain[1]);
         let stated = Stated {
             theta: self.model()?.theta(),
             intervals: refined.map_or_else(Default::default, StoredRefined::intervals),
@@ -449,7 +446,7 @@ impl StoredIdentification {
             }),
             valid_range: self.valid_range,
             rudder_lag_s: self.rudder_lag_s(),
-            steady_log_gain: self.steady_log_gain(),
+            steady_turn: self.steady_turn(),
         })
     }
 
@@ -459,12 +456,17 @@ impl StoredIdentification {
         verdict.is_some_and(|verdict| verdict.has(&ReasonCode::Unstable))
     }
 
-    /// Mean and variance of ln |K| of the hypotheses' steady turns, where the model is not made of them.
-    fn steady_log_gain(&self) -> Option<[f64; 2]> {
+    /// The steady turns of the hypotheses, where the model is not made of them.
+    fn steady_turn(&self) -> Option<SteadyTurn> {
         let method = self.refined.as_ref().and_then(|r| r.method.as_ref());
         let found = self.higher_order.as_ref()?;
         let is_beyond = method == Some(&EstimateMethod::WeighedHypotheses);
-        found.steady_log_gain.filter(|_| !is_beyond)
+        Some(SteadyTurn {
+            log_gain: found.steady_log_gain.filter(|_| !is_beyond)?,
+            at: found
+                .steady_rudder_rad
+                .map(|rudder_rad| (found.model, rudder_rad)),
+        })
     }
 
     /// Lag of the rudder, where the model is the one behind it.

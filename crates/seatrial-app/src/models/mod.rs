@@ -16,7 +16,7 @@ use std::path::Path;
 
 #[cfg(feature = "trials")]
 use seatrial::Campaign;
-use seatrial::identification::{ValidRange, interval_95};
+use seatrial::identification::{SteadyTurn, ValidRange, interval_95};
 use seatrial::motions::surge::SurgeModel;
 use seatrial::{CourseChange, FullRudder, GainAllowance};
 use seatrial_core::schedule::ScheduleKey;
@@ -137,8 +137,8 @@ pub struct ModelPoint {
     pub valid_range: Option<ValidRange>,
     /// Lag of the rudder that the model is behind, s; 0 where none was found.
     pub rudder_lag_s: f64,
-    /// Mean and variance of ln |K|, K in 1/s, of the steady turns that the hypotheses have, where the model is not made of them.
-    pub steady_log_gain: Option<[f64; 2]>,
+    /// The steady turns that the hypotheses have, where the model is not made of them.
+    pub steady_turn: Option<SteadyTurn>,
 }
 
 /// A value and how sure it is.
@@ -161,7 +161,7 @@ impl ModelPoint {
             noise: None,
             valid_range: None,
             rudder_lag_s: 0.0,
-            steady_log_gain: None,
+            steady_turn: None,
         }
     }
 

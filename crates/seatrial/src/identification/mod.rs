@@ -17,6 +17,7 @@ use seatrial_core::state_variable_filter::Hold;
 use seatrial_core::{Nomoto, RejectedCounts, YawModel};
 use serde::{Deserialize, Serialize};
 
+use crate::likelihood::steering_model::steady_gain;
 use crate::likelihood::{SteeringModel, Structure, Weighed};
 pub use crate::propagation::{
     NORMAL_95, covariance_of_intervals, drawn, interval_95, with_steady_gain,
@@ -111,11 +112,16 @@ impl Identification {
             .or_else(end)
     }
 
-    /// Mean and variance of ln |K|, K in 1/s, of the hypotheses' steady turns, where the model is not made of them.
-    pub fn steady_log_gain(&self) -> Option<[f64; 2]> {
+    /// The steady turns of the hypotheses, where the model is not made of them.
+    pub fn steady_turn(&self) -> Option<SteadyTurn> {
         let is_beyond = *self.method() == EstimateMethod::WeighedHypotheses;
-        let found = self.higher_order.as_ref().filter(|_| !is_beyond);
-        found.and_then(|found| found.steady_log_gain)
+        let found = self.higher_order.as_ref().filter(|_| !is_beyond)?;
+        Some(SteadyTurn {
+            log_gain: found.steady_log_gain?,
+            at: found
+                .steady_rudder_rad
+                .map(|rudder_rad| (found.model, rudder_rad)),
+        })
     }
 
     /// Do the validation data lie in the training window? A model of the rest of that window then predicted them.
@@ -168,6 +174,9 @@ pub struct HigherOrder {
     /// give none.
     #[serde(default)]
     pub steady_log_gain: Option<[f64; 2]>,
+    /// The rudder of the record at which it holds, rad.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steady_rudder_rad: Option<f64>,
     /// R^2 of the heading over the fifth of the record that the other four predict worst; `None` where none was left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least_r2_left_out: Option<f64>,
@@ -179,6 +188,28 @@ pub struct HigherOrder {
     pub gain_vehicle: Option<GainVehicle>,
     /// Its simulation of validation data.
     pub validation: Option<Validation>,
+}
+
+/// The steady turns that the hypotheses have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SteadyTurn {
+    /// Mean and variance of ln |K|, K in 1/s.
+    pub log_gain: [f64; 2],
+    /// The vehicle that predicts and the rudder angle, rad, at which `log_gain` holds; `None` where a document does not say.
+    pub at: Option<(SteeringModel, f64)>,
+}
+
+impl SteadyTurn {
+    /// Mean and variance of ln |K| at a rudder angle, rad: damping that grows with the turn takes more of a larger one, play of a smaller.
+    pub fn log_gain_at(&self, rudder_rad: f64) -> [f64; 2] {
+        let [mean, variance] = self.log_gain;
+        let further = self.at.map(|(model, own_rad)| {
+            let gain = |rudder_rad: f64| steady_gain(&model.vehicle(), rudder_rad).abs();
+            libm::log(gain(rudder_rad.abs()) / gain(own_rad))
+        });
+        let further = further.filter(|further| further.is_finite()).unwrap_or(0.0);
+        [mean + further, variance]
+    }
 }
 
 /// The first-order vehicle that the heading gain is made for, so that it holds on the vehicles of every hypothesis that weighs.

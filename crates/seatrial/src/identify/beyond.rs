@@ -27,6 +27,7 @@ pub fn beyond_first_order(
         least_r2_left_out: Some(predictor.least_r2),
         lag_interval_s: None,
         steady_log_gain: steady_log_gain(contest, rudder_amplitude_rad),
+        steady_rudder_rad: Some(rudder_amplitude_rad),
         hypotheses: contest.weighed(),
         gain_vehicle: None,
         validation: None,

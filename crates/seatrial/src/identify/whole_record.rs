@@ -120,6 +120,7 @@ impl WholeRecord {
             model: self.steering_model(),
             lag_interval_s: Some(lag.interval_s),
             steady_log_gain: None,
+            steady_rudder_rad: None,
             least_r2_left_out: None,
             hypotheses: Vec::new(),
             gain_vehicle: None,

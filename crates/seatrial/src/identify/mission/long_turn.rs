@@ -102,13 +102,15 @@ pub struct LongTurn {
     pub offset_rad_s2: f64,
     /// Mean and variance of ln |K|, K in 1/s, at the log's rudder amplitude.
     pub log_gain: [f64; 2],
+    /// That amplitude, rad.
+    pub rudder_rad: f64,
 }
 
 impl LongTurn {
     /// Of vehicles beyond first order, where one is likelier than one of first order, whose own log evidence and ln |K| these are.
     ///
     /// Where that is not sure the variance reaches the turn of first order, too.
-    pub fn of(all: &[Beyond], first_order: (f64, f64)) -> Option<Self> {
+    pub fn of(all: &[Beyond], first_order: (f64, f64), rudder_rad: f64) -> Option<Self> {
         let (log_evidence, first_gain) = first_order;
         let likeliest = all
             .iter()
@@ -132,6 +134,7 @@ impl LongTurn {
             vehicle: likeliest.vehicle,
             offset_rad_s2: likeliest.offset_rad_s2,
             log_gain: [mean, variance + away * away],
+            rudder_rad,
         })
     }
 }

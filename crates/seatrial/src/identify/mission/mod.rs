@@ -189,9 +189,13 @@ impl Estimate {
             let of = |fit| Beyond::of(fit, *play_rad, legs, of_a_sea);
             beyond.extend(fits.iter().map(of));
         }
-        let first_gain = estimate.heaviest.log_gain(legs.rudder_amplitude_rad());
+        let amplitude_rad = legs.rudder_amplitude_rad();
+        let first_order = (
+            estimate.log_evidence,
+            estimate.heaviest.log_gain(amplitude_rad),
+        );
         let estimate = Self {
-            long_turn: LongTurn::of(&beyond, (estimate.log_evidence, first_gain)),
+            long_turn: LongTurn::of(&beyond, first_order, amplitude_rad),
             ..estimate
         };
         let behind = behind.and_then(|(play_rad, fits)| Some((play_rad, Self::of_fits(&fits)?)));
@@ -304,6 +308,7 @@ impl Estimate {
             lag_interval_s: lag_s.map(|lag_s| [lag_s - half_s, lag_s + half_s]),
             model,
             steady_log_gain: self.long_turn.as_ref().map(|turn| turn.log_gain),
+            steady_rudder_rad: self.long_turn.as_ref().map(|turn| turn.rudder_rad),
             least_r2_left_out: None,
             hypotheses: Vec::new(),
             gain_vehicle: None,
