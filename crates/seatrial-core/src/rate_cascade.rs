@@ -96,11 +96,6 @@ impl<T: Real> RateCascade<T> {
         self.settings = settings;
     }
 
-    /// Forgets what it has seen, as after a pause.
-    pub fn reset(&mut self) {
-        self.state = None;
-    }
-
     /// The steering for the next `interval_s`, a fraction of full.
     pub fn step(&mut self, wanted_rad: T, heading_rad: T, yaw_rate_rad_s: T, interval_s: T) -> T {
         let s = &self.settings;

@@ -28,16 +28,6 @@ impl ScheduleKey {
     }
 }
 
-/// How b2 runs between two points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum AuthorityInterpolation {
-    /// Linear in the square of speed, as the force of a fin. Linear in the key where a speed is missing.
-    #[default]
-    SpeedSquared,
-    /// Linear in the key.
-    Linear,
-}
-
 /// What to do outside the identified range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Beyond {
@@ -205,12 +195,11 @@ impl core::error::Error for ScheduleError {}
 /// Models at several speeds or thrusts in increasing order of the key: the linear-parameter-varying
 /// model of section II.
 ///
-/// Between two points a22, C0 and the other key are linear in the key; b2 runs as
-/// [`AuthorityInterpolation`] says.
+/// Between two points a22, C0 and the other key are linear in the key; b2 is linear in the square of speed, as the force of a fin, and
+/// linear in the key where a speed is missing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedSchedule<T> {
     key: ScheduleKey,
-    authority: AuthorityInterpolation,
     points: [SchedulePoint<T>; CAPACITY],
     len: usize,
 }
@@ -256,7 +245,6 @@ impl<T: Real> SpeedSchedule<T> {
     pub fn new(key: ScheduleKey, points: &[SchedulePoint<T>]) -> Result<Self, ScheduleError> {
         let mut schedule = Self {
             key,
-            authority: AuthorityInterpolation::default(),
             points: [SchedulePoint::default(); CAPACITY],
             len: points.len(),
         };
@@ -296,11 +284,6 @@ impl<T: Real> SpeedSchedule<T> {
         Ok(schedule)
     }
 
-    /// This schedule with another interpolation of b2 between points.
-    pub fn with_authority(self, authority: AuthorityInterpolation) -> Self {
-        Self { authority, ..self }
-    }
-
     /// What the schedule is looked up by.
     pub fn key(&self) -> ScheduleKey {
         self.key
@@ -319,12 +302,7 @@ impl<T: Real> SpeedSchedule<T> {
     ) -> Result<Scheduled<SchedulePoint<T>>, ScheduleError> {
         let segment = self.segment(at, beyond)?;
         let (lower, upper) = (segment.lower.model, segment.upper.model);
-        let authority_fraction = match self.authority {
-            AuthorityInterpolation::SpeedSquared => {
-                segment.speed_squared_fraction().unwrap_or(segment.fraction)
-            }
-            AuthorityInterpolation::Linear => segment.fraction,
-        };
+        let authority_fraction = segment.speed_squared_fraction().unwrap_or(segment.fraction);
         let point = SchedulePoint {
             thrust: segment.interpolate_known(segment.lower.thrust, segment.upper.thrust),
             surge_speed_m_s: segment

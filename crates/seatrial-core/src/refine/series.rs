@@ -279,25 +279,6 @@ impl Series<'_> {
         self.blocks().checked_sub(COLUMNS + 1).map(|n| n as f64)
     }
 
-    /// The whitened residual of each comparison, rad: white noise where nothing is left to explain.
-    pub fn for_each_innovation(
-        &self,
-        a22_per_s: f64,
-        disturbance: Disturbance,
-        fit: &Fit,
-        mut take: impl FnMut(f64),
-    ) {
-        let mut whitening = Whitening::<1, { COLUMNS + 1 }>::new(disturbance, self.block);
-        self.compare([a22_per_s], |columns, interval_s, responses| {
-            let [b2, c0, heading, psi0, r0] =
-                (whitening.innovations(columns, interval_s, responses)).map(|Lanes([e])| e);
-            let of_columns = [b2, c0, psi0, r0];
-            let explained: f64 = of_columns.iter().zip(&fit.linear).map(|(e, l)| e * l).sum();
-            let Lanes([precision]) = whitening.precision();
-            take((heading - explained) * sqrt(precision));
-        });
-    }
-
     /// The means over each block of the responses to b2, C0, psi0 and r0, and of the heading.
     pub fn for_each_comparison(&self, a22_per_s: f64, mut take: impl FnMut([f64; COLUMNS + 1])) {
         self.compare([a22_per_s], |means, _, _| {
