@@ -23,6 +23,18 @@ pub(crate) fn degrees(angle_rad: f64) -> String {
     three_figures(angle_rad.to_degrees())
 }
 
+/// The names and units of the columns of a heading, `speed [m/s] | gain`; a unit is empty where there is none.
+pub fn named_columns(heading: &str) -> impl Iterator<Item = (String, String)> {
+    heading.split('|').map(|column| {
+        let column = column.trim();
+        let (name, unit) = column
+            .strip_suffix(']')
+            .and_then(|column| column.split_once('['))
+            .unwrap_or((column, ""));
+        (name.trim().to_owned(), unit.to_owned())
+    })
+}
+
 /// A share in whole per cent.
 pub(crate) fn percent(share: f64) -> String {
     format!("{:.0}", 100.0 * share)

@@ -115,7 +115,7 @@ pub mod log {
 /// Numbers and the text of others as people read them.
 pub mod words {
     pub use crate::figures::{
-        bounds_text, decimals_of, r2_text, three_figures, with_decimals, within,
+        bounds_text, decimals_of, named_columns, r2_text, three_figures, with_decimals, within,
     };
     pub use crate::plain_text::{plain, shortened};
 }

@@ -19,7 +19,8 @@ use serde::Serialize;
 
 use super::fit::{Parameters, Varied, expected_errors, played};
 use super::parts::{Instant, Part};
-use super::{CHANGE, NORMAL_97_5, WIDEST, changes_thrust};
+use super::{CHANGE, WIDEST, changes_thrust};
+use crate::propagation::NORMAL_95;
 
 /// Deviations of the noise by which a change of speed must exceed what counts as one: one reading decides it.
 const CHANGE_DEVIATIONS: f64 = 2.0;
@@ -81,8 +82,8 @@ impl ExpectedSurge {
             .flatten();
         let [length, lag_s] = found.unwrap_or_default();
         Self {
-            drag_length_factor_95: length.map(|error| libm::exp(NORMAL_97_5 * error)),
-            thrust_lag_half_width_95_s: lag_s.map(|error| NORMAL_97_5 * error),
+            drag_length_factor_95: length.map(|error| libm::exp(NORMAL_95 * error)),
+            thrust_lag_half_width_95_s: lag_s.map(|error| NORMAL_95 * error),
         }
     }
 

@@ -11,14 +11,13 @@ use seatrial_core::model::YawState;
 use serde::Serialize;
 
 use crate::campaign::{Campaign, Run, Stage};
+use crate::propagation::NORMAL_95;
 use fit::{Fitted, Varied, fitted};
 use parts::{Instant, Part};
 
 pub use design::{ExpectedRun, ExpectedSurge, SurgeBelief};
 pub use model::{SurgeModel, SurgePoint};
 
-/// 97.5 % point of the standard normal distribution.
-const NORMAL_97_5: f64 = 1.959_964;
 /// The widest interval of l that counts, as a factor to either side.
 const WIDEST: f64 = 1.5;
 /// Change of speed at the start of a part from which it determines l, as a fraction of the speed.
@@ -93,7 +92,7 @@ pub struct Coefficient {
 
 impl Coefficient {
     fn found(value: f64, error: f64) -> Self {
-        let half = NORMAL_97_5 * error;
+        let half = NORMAL_95 * error;
         Self {
             value: Some(value),
             interval_95: Some([value - half, value + half]),
@@ -170,9 +169,9 @@ impl SurgeEstimate {
         let step = format!("add a step from {from:.0} to {to:.0} %");
         let length = fitted
             .length_error()
-            .filter(|error| NORMAL_97_5 * error < libm::log(WIDEST));
+            .filter(|error| NORMAL_95 * error < libm::log(WIDEST));
         let found = fitted.parameters.length_m();
-        let factor = |error: f64| libm::exp(NORMAL_97_5 * error);
+        let factor = |error: f64| libm::exp(NORMAL_95 * error);
         Self {
             schema: "seatrial.surge.v1",
             speed_per_thrust_m_s: slope,
@@ -243,7 +242,7 @@ fn best_fit(parts: &[Part], steady_m_s: &[f64]) -> Option<Fitted> {
     let drag_m = found.parameters.turning_drag_m();
     let is_lost = found
         .turning_drag_error_m()
-        .is_some_and(|error| drag_m > NORMAL_97_5 * error);
+        .is_some_and(|error| drag_m > NORMAL_95 * error);
     if is_lost || !varied.turning_drag {
         return Some(found);
     }

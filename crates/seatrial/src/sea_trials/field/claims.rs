@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::heading_step::Control;
 use super::{Field, SteeredSteps, UTurn};
+use crate::record::median;
 
 /// Thrust from which on the constant gain oscillates in the paper.
 const FAST: f64 = 0.9;
@@ -79,7 +80,10 @@ impl Field {
 
     fn identification_claims(&self) -> Vec<Claim> {
         let latest = self.trials.iter().flat_map(|t| &t.converged_s);
-        let worst_r2 = self.trials.iter().map(|t| median(&t.r2_heading));
+        let worst_r2 = self
+            .trials
+            .iter()
+            .filter_map(|t| median(t.r2_heading.clone()));
         let mut claims = vec![
             Claim::at_most(
                 "Section IV-C",
@@ -202,10 +206,4 @@ impl SteeredSteps {
     pub fn overshoot(&self) -> f64 {
         0.5 * (self.measures[0].overshoot + self.measures[1].overshoot)
     }
-}
-
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
 }
