@@ -28,6 +28,7 @@ mod joined;
 #[cfg(feature = "containers")]
 mod key_value;
 mod languages;
+mod line_log;
 mod look_ahead;
 mod loose;
 mod matching;

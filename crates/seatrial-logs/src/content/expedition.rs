@@ -7,27 +7,21 @@
 //! 0,44259.520833,1,6.102,13,45.10
 //! ```
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 
-use crate::bytes::Bytes;
 use crate::clock::days_unix_s;
-use crate::error::Fault;
-use crate::input::Input;
-use crate::joined::{Kind, Message, Messages};
+use crate::line_log::{Channels, LineFormat};
 
-const MOST_KINDS: usize = 10_000;
 /// The channel of the time.
 const TIME: u32 = 0;
 
-/// A log of pairs.
+/// Logs of pairs.
+#[derive(Default)]
 pub(crate) struct Pairs {
-    bytes: Bytes,
+    /// The first two lines.
+    head: Vec<String>,
     /// Names of channels by their numbers.
     names: BTreeMap<u32, String>,
-    kinds: Vec<Kind>,
-    /// Kind by boat and channel.
-    kind_of: BTreeMap<(u32, u32), usize>,
-    ready: VecDeque<(usize, f64, f64)>,
 }
 
 /// Does a file begin with names and numbers of channels?
@@ -86,102 +80,33 @@ fn row(line: &str) -> Option<Numbered> {
     Some((boat, time_s, pairs.collect::<Option<_>>()?))
 }
 
-impl Pairs {
-    /// Reads the file once for its channels.
-    pub fn open(file: Input) -> Result<Self, Fault> {
-        let mut bytes = Bytes::new(file)?;
-        let mut head = Vec::new();
-        while let Some(line) = bytes.line()?.filter(|_| head.len() < 2) {
-            head.push(String::from_utf8_lossy(line).into_owned());
+impl LineFormat for Pairs {
+    /// Boat and number of the channel.
+    type Key = (u32, u32);
+
+    fn read(&mut self, line: &str, is_cut: bool, channels: &mut Channels<Self::Key>) -> bool {
+        if line.starts_with('!') {
+            if self.head.len() < 2 {
+                self.head.push(line.into());
+                let names = names(&mut self.head.iter().map(String::as_str));
+                self.names = names.unwrap_or_default();
+            }
+            return true;
         }
-        let names = names(&mut head.iter().map(String::as_str)).unwrap_or_default();
-        bytes.begin_again()?;
-        let mut log = Self {
-            bytes,
-            names,
-            kinds: Vec::new(),
-            kind_of: BTreeMap::new(),
-            ready: VecDeque::new(),
+        let Some((boat, time_s, pairs)) = row(line).filter(|_| !is_cut) else {
+            return false;
         };
-        let mut message = Message::default();
-        while log.next_value(None, &mut message)? {}
-        log.bytes.begin_again()?;
-        Ok(log)
-    }
-
-    fn next_value(
-        &mut self,
-        wanted: Option<&[bool]>,
-        message: &mut Message,
-    ) -> Result<bool, Fault> {
-        loop {
-            if let Some((kind, time_s, value)) = self.ready.pop_front() {
-                if wanted.is_none_or(|wanted| wanted[kind]) {
-                    message.kind = kind;
-                    message.time_s = time_s;
-                    message.values = vec![value];
-                    return Ok(true);
-                }
-                continue;
-            }
-            let position = self.bytes.position();
-            let Some(line) = self.bytes.line()? else {
-                return Ok(false);
-            };
-            if line.is_empty() || line.starts_with(b"!") {
-                continue;
-            }
-            let length = line.len();
-            let line = String::from_utf8_lossy(line).into_owned();
-            // A number that was cut off looks whole.
-            let Some((boat, time_s, pairs)) = row(&line).filter(|_| !self.bytes.is_line_cut())
-            else {
-                self.bytes.not_a_line(position, length);
-                continue;
-            };
-            for (channel, value) in pairs {
-                if let Some(kind) = self.kind(boat, channel, wanted.is_none()) {
-                    self.ready.push_back((kind, time_s, value));
-                }
-            }
+        for (channel, value) in pairs {
+            // The first boat's channel has the channel's own name.
+            channels.add((boat, channel), [time_s, value], |_| {
+                let name = self.names.get(&channel)?;
+                let unit = unit(name);
+                Some(match boat {
+                    0 => format!("{name}{unit}"),
+                    boat => format!("boat {boat}.{name}{unit}"),
+                })
+            });
         }
-    }
-
-    /// The kind of a boat's channel; the first boat's has the channel's own name.
-    fn kind(&mut self, boat: u32, channel: u32, is_new: bool) -> Option<usize> {
-        let known = self.kind_of.get(&(boat, channel)).copied();
-        if known.is_some() || !is_new || self.kinds.len() == MOST_KINDS {
-            return known;
-        }
-        let name = self.names.get(&channel)?;
-        let unit = unit(name);
-        let name = match boat {
-            0 => format!("{name}{unit}"),
-            boat => format!("boat {boat}.{name}{unit}"),
-        };
-        self.kinds.push(Kind {
-            name,
-            fields: vec![String::new()],
-        });
-        self.kind_of.insert((boat, channel), self.kinds.len() - 1);
-        Some(self.kinds.len() - 1)
-    }
-}
-
-impl Messages for Pairs {
-    fn kinds(&self) -> &[Kind] {
-        &self.kinds
-    }
-
-    fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault> {
-        self.next_value(Some(wanted), message)
-    }
-
-    fn bytes(&self) -> &Bytes {
-        &self.bytes
-    }
-
-    fn bytes_mut(&mut self) -> &mut Bytes {
-        &mut self.bytes
+        true
     }
 }

@@ -15,6 +15,7 @@ use crate::error::{Fault, ReadError};
 use crate::formats::Formats;
 use crate::input::{Held, Input};
 use crate::joined::{Joined, Messages};
+use crate::line_log::{LineFormat, LineLog};
 use crate::name::ColumnName;
 use crate::no_log::{MATLAB, ROS1, check_is_log, has_keys, holds, is_workbook};
 use crate::quantity::Quantity;
@@ -231,9 +232,9 @@ fn built_in(
         Format::Slocum => joined(format, crate::slocum::Glider::open(file, path, held)),
         Format::Canboat => joined(format, crate::nmea2000::open(file)),
         Format::Nmea0183 => joined(format, crate::nmea0183::Sentences::open(file)),
-        Format::Expedition => joined(format, expedition::Pairs::open(file)),
-        Format::SignalK => joined(format, crate::signal_k::Deltas::open(file)),
-        Format::Alog => joined(format, alog::Alog::open(file)),
+        Format::Expedition => lines(format, file, expedition::Pairs::default()),
+        Format::SignalK => lines(format, file, crate::signal_k::Deltas),
+        Format::Alog => lines(format, file, alog::Alog),
         Format::Rosbag1 => built!(
             "containers",
             "containers",
@@ -288,6 +289,14 @@ fn joined(
     Ok(Box::new(Joined::new(format, messages?)))
 }
 
+fn lines(
+    format: Format,
+    file: Input,
+    lines: impl LineFormat + 'static,
+) -> Result<Box<dyn Table>, Fault> {
+    joined(format, LineLog::open(file, lines))
+}
+
 /// The first message describes messages.
 fn is_dataflash(start: &[u8]) -> bool {
     start.starts_with(&[0xa3, 0x95, 0x80])
@@ -301,7 +310,7 @@ fn is_telemetry(start: &[u8]) -> bool {
 }
 
 /// Lines of text without comments and blanks.
-fn lines(start: &[u8]) -> impl Iterator<Item = &[u8]> {
+fn first_lines(start: &[u8]) -> impl Iterator<Item = &[u8]> {
     start
         .split(|byte| *byte == b'\n')
         .map(<[u8]>::trim_ascii)
@@ -323,5 +332,5 @@ fn is_nmea0183(start: &[u8]) -> bool {
                         .all(|byte| byte.is_ascii_uppercase() || byte.is_ascii_digit())
             })
     };
-    lines(start).take(3).any(is_sentence)
+    first_lines(start).take(3).any(is_sentence)
 }
