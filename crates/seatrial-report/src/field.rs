@@ -6,7 +6,7 @@ use super::control_figures::step_panel;
 use super::headline::{Headline, Tone};
 use super::number::{decimals, percent, spoken};
 use super::plan_view::{PlanView, Room};
-use super::tables::{Cell, Table, columns};
+use super::tables::{Cell, Table, under};
 use super::{Figure, Page, recorded, speed_figures};
 use seatrial::campaign::Campaign;
 use seatrial::sea_trials::field::{Control, Field, SteeredSteps, UTurn};
@@ -76,13 +76,7 @@ fn claims(field: &Field) -> Table {
     Table {
         title: "What the paper claims",
         note: "Found on this simulated vehicle with its noise and disturbance.".to_owned(),
-        columns: columns(&[
-            ("Where", ""),
-            ("Claim", ""),
-            ("Found", ""),
-            ("Limit", ""),
-            ("Holds", ""),
-        ]),
+        columns: under("Where | Claim | Found | Limit | Holds"),
         rows: field.claims().into_iter().map(row).collect(),
     }
 }
@@ -115,21 +109,9 @@ fn u_turns(field: &Field) -> Table {
                and turns slower. R (50) has the time to build up the yaw rate in it. The last column takes the shortfall from the U-turn at the \
                middle thrust."
             .to_owned(),
-        columns: columns(&[
-            ("Thrust", ""),
-            ("Straight", "m/s"),
-            ("In the turn", "m/s"),
-            ("Yaw rate", "°/s"),
-            ("By the model", "°/s"),
-            ("U-turn", "s"),
-            ("(49)", "s"),
-            ("Circle", "m"),
-            ("R (50)", "m"),
-            ("R (50), speed in the turn", "m"),
-            ("Steady circle", "m"),
-            ("V/rate", "m"),
-            ("From one U-turn", "m"),
-        ]),
+        columns: under("Thrust | Straight [m/s] | In the turn [m/s] | Yaw rate [°/s] | By the model [°/s] | U-turn [s] | \
+            (49) [s] | Circle [m] | R (50) [m] | R (50), speed in the turn [m] | Steady circle [m] | \
+            V/rate [m] | From one U-turn [m]"),
         rows: field.u_turns.iter().map(row).collect(),
     }
 }
@@ -153,14 +135,7 @@ fn steps(field: &Field) -> Table {
         note: "The step away and the step back. Settled: within 5 % of the step. Swings: excursions beyond 5 % of the step after the \
                heading was reached, to either side in turn."
             .to_owned(),
-        columns: columns(&[
-            ("Thrust", ""),
-            ("Gain", ""),
-            ("Kₚ", "°/°"),
-            ("Overshoot", ""),
-            ("Settled", "s"),
-            ("Swings", ""),
-        ]),
+        columns: under("Thrust | Gain | Kₚ [°/°] | Overshoot | Settled [s] | Swings"),
         rows: field.heading_steps.iter().map(row).collect(),
     }
 }

@@ -7,7 +7,7 @@ use super::chart::{Chart, Layer, Panel, Span};
 use super::curves::{degrees, present, series, unwrapped};
 use super::headline::{Headline, Tone};
 use super::number::{decimals, decimals_or_missing};
-use super::tables::{Table, columns};
+use super::tables::{Table, under};
 use super::{Fact, Figure, Page, RunSection};
 use seatrial::Record;
 use seatrial::identify::Proposal;
@@ -92,16 +92,7 @@ fn table(found: &Found) -> Table {
         note: "Turned: standard deviation of the heading about its own straight line. Samples: found over expected at the \
                usual interval."
             .to_owned(),
-        columns: columns(&[
-            ("", ""),
-            ("From", "s"),
-            ("To", "s"),
-            ("Rudder", unit),
-            ("Thrust", "%"),
-            ("Speed", "m/s"),
-            ("Turned", "°"),
-            ("Samples", "%"),
-        ]),
+        columns: under(&format!(" | From [s] | To [s] | Rudder [{unit}] | Thrust [%] | Speed [m/s] | Turned [°] | Samples [%]")),
         rows: found.segments.iter().map(row).collect(),
     }
 }

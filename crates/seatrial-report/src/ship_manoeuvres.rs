@@ -2,7 +2,7 @@
 
 use super::headline::{Headline, Tone};
 use super::number::{MISSING, significant};
-use super::tables::{Cell, Table, columns};
+use super::tables::{Cell, Table, under};
 use super::{Fact, Page};
 use seatrial::sea_trials::ship_manoeuvres::ShipManoeuvres;
 use seatrial::words::within;
@@ -85,13 +85,7 @@ fn indices(manoeuvres: &ShipManoeuvres) -> Table {
     Table {
         title: "Figures",
         note: "Names as in the ITTC procedure 7.5-04-02-01.".to_owned(),
-        columns: columns(&[
-            ("Manoeuvre", ""),
-            ("Figure", ""),
-            ("Value", ""),
-            ("95 % interval", ""),
-            ("Unit", ""),
-        ]),
+        columns: under("Manoeuvre | Figure | Value | 95 % interval | Unit"),
         rows: rows.collect(),
     }
 }
@@ -117,14 +111,7 @@ fn criteria(manoeuvres: &ShipManoeuvres) -> Table {
     Table {
         title: "Criteria of MSC.137(76)",
         note: "Made for ships of 100 m and more; stopping (5.3.4) is not judged.".to_owned(),
-        columns: columns(&[
-            ("Paragraph", ""),
-            ("Figure", ""),
-            ("Value", ""),
-            ("At most", ""),
-            ("Unit", ""),
-            ("", ""),
-        ]),
+        columns: under("Paragraph | Figure | Value | At most | Unit | "),
         rows: rows.collect(),
     }
 }

@@ -3,7 +3,7 @@
 use super::chart::{Chart, Layer, Panel};
 use super::headline::{Headline, Tone};
 use super::number::{decimals, percent};
-use super::tables::{Table, columns};
+use super::tables::{Table, under};
 use super::{Figure, Page};
 use seatrial::sea_trials::field::{StandardManoeuvres, ZigZag};
 
@@ -49,15 +49,9 @@ fn zig_zag_table(manoeuvres: &[StandardManoeuvres]) -> Table {
     Table {
         title: "Zig-zag",
         note: "Overshoot: heading past the change at which the rudder is laid over.".to_owned(),
-        columns: columns(&[
-            ("Thrust", ""),
-            ("Speed", "m/s"),
-            ("Zig-zag", "°"),
-            ("First turn", "s"),
-            ("First overshoot", "°"),
-            ("Second", "°"),
-            ("Period", "s"),
-        ]),
+        columns: under(
+            "Thrust | Speed [m/s] | Zig-zag [°] | First turn [s] | First overshoot [°] | Second [°] | Period [s]",
+        ),
         rows: manoeuvres
             .iter()
             .flat_map(|at| at.zig_zags.iter().map(move |zig_zag| row(at, zig_zag)))
@@ -79,12 +73,7 @@ fn spiral_table(manoeuvres: &[StandardManoeuvres]) -> Table {
     Table {
         title: "Spiral",
         note: "From starboard to port and back.".to_owned(),
-        columns: columns(&[
-            ("Thrust", ""),
-            ("Rudder", "°"),
-            ("Yaw rate", "°/s"),
-            ("Speed", "m/s"),
-        ]),
+        columns: under("Thrust | Rudder [°] | Yaw rate [°/s] | Speed [m/s]"),
         rows: rows.collect(),
     }
 }

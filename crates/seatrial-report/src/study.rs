@@ -3,7 +3,7 @@
 use super::chart::{Chart, Layer, Panel};
 use super::headline::{Headline, Tone};
 use super::number::{decimals, decimals_or_missing, significant};
-use super::tables::{Table, columns};
+use super::tables::{Table, under};
 use super::{Figure, Page, RunSection};
 use seatrial::study::{Accuracy, Cell, QuantityAccuracy};
 
@@ -89,17 +89,8 @@ fn table(cells: &[Cell]) -> Table {
     Table {
         title: "Every sea and estimator",
         note: "Efficiency: Cramér-Rao bound over mean square error. Coverage: share of the 95 % intervals that hold the truth.".to_owned(),
-        columns: columns(&[
-            ("Sea", ""),
-            ("Compass noise, disturbance", ""),
-            ("Estimator", ""),
-            ("Quantity", ""),
-            ("Truth", ""),
-            ("Bias", ""),
-            ("Deviation", ""),
-            ("Efficiency", ""),
-            ("Coverage", ""),
-        ]),
+        columns: under("Sea | Compass noise, disturbance | Estimator | Quantity | Truth | Bias | Deviation | Efficiency | \
+            Coverage"),
         rows: rows.collect(),
     }
 }

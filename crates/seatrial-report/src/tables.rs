@@ -15,7 +15,7 @@ use seatrial::gains::DAMPING_RATIO;
 use seatrial::identification::{Identification, Intervals, Outcome, Verdict, interval_95};
 use seatrial::identify::simplex;
 use seatrial::identify::validation::goodness_of_fit;
-use seatrial::words::within;
+use seatrial::words::{named_columns, within};
 
 /// A table with a title and a note below it.
 pub(super) struct Table {
@@ -26,9 +26,9 @@ pub(super) struct Table {
 }
 
 pub(super) struct Column {
-    pub name: &'static str,
+    pub name: String,
     /// Empty where there is none.
-    pub unit: &'static str,
+    pub unit: String,
 }
 
 #[derive(Default)]
@@ -85,9 +85,10 @@ impl Cell {
     }
 }
 
-pub(super) fn columns(named: &[(&'static str, &'static str)]) -> Vec<Column> {
-    let columns = named.iter().map(|&(name, unit)| Column { name, unit });
-    columns.collect()
+/// The columns of a heading, `Thrust | Speed [m/s]`: names with units in brackets.
+pub(super) fn under(heading: &str) -> Vec<Column> {
+    let columns = named_columns(heading);
+    columns.map(|(name, unit)| Column { name, unit }).collect()
 }
 
 /// The cells of a22, b2, C0 and delta0 of the model that goes to the controller.
@@ -115,42 +116,22 @@ fn summary_columns(unit: RudderUnit, has_loop: bool) -> Vec<Column> {
         RudderUnit::Rad => ["1/s²", "1/s", "°/°"],
         RudderUnit::FullRudder => ["1/s² per full rudder", "1/s per full rudder", "full/rad"],
     };
-    let mut named = vec![
-        ("Thrust", ""),
-        ("Speed", "m/s"),
-        ("Verdict", ""),
-        ("Nomoto T", "s"),
-        ("Nomoto K", nomoto_k),
-        ("Damping a₂₂", "1/s"),
-        ("Authority b₂", authority),
-        ("Offset C₀", "rad/s²"),
-        ("Offset δ₀", rudder),
-        ("R²", "validation"),
-        ("Gain Kₚ", gain),
-    ];
-    if has_loop {
-        named.extend([
-            ("Phase margin", "°"),
-            ("Gain margin", "×"),
-            ("Overshoot", "%"),
-        ]);
-    }
-    columns(&named)
+    let of_loop = match has_loop {
+        true => " | Phase margin [°] | Gain margin [×] | Overshoot [%]",
+        false => "",
+    };
+    under(&format!(
+        "Thrust | Speed [m/s] | Verdict | Nomoto T [s] | Nomoto K [{nomoto_k}] | Damping a₂₂ [1/s] | Authority b₂ [{authority}] | \
+         Offset C₀ [rad/s²] | Offset δ₀ [{rudder}] | R² [validation] | Gain Kₚ [{gain}]{of_loop}"
+    ))
 }
 
 /// The columns of a summary of pitch.
 fn pitch_columns() -> Vec<Column> {
-    columns(&[
-        ("Thrust", ""),
-        ("Speed", "m/s"),
-        ("Verdict", ""),
-        ("Damping a", "1/s"),
-        ("Restoring m", "1/s²"),
-        ("Authority b", "1/s²"),
-        ("Offset c", "rad/s²"),
-        ("Trim −c/b", "°"),
-        ("R²", "validation"),
-    ])
+    under(
+        "Thrust | Speed [m/s] | Verdict | Damping a [1/s] | Restoring m [1/s²] | Authority b [1/s²] | \
+            Offset c [rad/s²] | Trim −c/b [°] | R² [validation]",
+    )
 }
 
 /// a, m, b, c, the elevator that holds the vehicle level, and R^2 of a model of pitch. One that is not to be used has no numbers here.
@@ -344,14 +325,8 @@ fn as_printed(model: &YawModel<f64>) -> Vec<Cell> {
     ]
 }
 
-const AS_PRINTED: [(&str, &str); 6] = [
-    ("Thrust", "%"),
-    ("Speed", "m/s"),
-    ("a₂₂", "1/s"),
-    ("b₂", "1/s²"),
-    ("C₀", "rad/s²"),
-    ("δ₀", "°"),
-];
+const AS_PRINTED: &str =
+    "Thrust [%] | Speed [m/s] | a₂₂ [1/s] | b₂ [1/s²] | C₀ [rad/s²] | δ₀ [°] | R² [validation]";
 
 fn thrust_and_speed(speed: &Speed) -> Vec<Cell> {
     vec![
@@ -380,9 +355,7 @@ pub(super) fn online(speeds: &[Speed]) -> Table {
         title: "Live estimates",
         note: "As Table II of the paper: what the vehicle knew at the end of each training stage, estimated sample by sample.".to_owned(),
         rows: rows.collect(),
-        columns: columns(
-            &[&AS_PRINTED[..], &[("R²", "validation"), ("At rest after", "s")]].concat(),
-        ),
+        columns: under(&format!("{AS_PRINTED} | At rest after [s]")),
     }
 }
 
@@ -405,9 +378,7 @@ pub(super) fn offline(speeds: &[Speed]) -> Table {
                It should agree with the live estimates; it is printed for comparison only and goes nowhere."
             .to_owned(),
         rows: rows.collect(),
-        columns: columns(
-            &[&AS_PRINTED[..], &[("R²", "validation"), ("Iterations", "")]].concat(),
-        ),
+        columns: under(&format!("{AS_PRINTED} | Iterations")),
     }
 }
 
@@ -426,12 +397,7 @@ pub(super) fn gains_of_paper(speeds: &[Speed]) -> Table {
         note: "Equation (57) allows neither for delay nor for what the interval leaves open."
             .to_owned(),
         rows: rows.collect(),
-        columns: columns(&[
-            ("Thrust", "%"),
-            ("Speed", "m/s"),
-            ("Kₚ", "°/°"),
-            ("Kₚ (57)", "°/°"),
-        ]),
+        columns: under("Thrust [%] | Speed [m/s] | Kₚ [°/°] | Kₚ (57) [°/°]"),
     }
 }
 
@@ -459,15 +425,8 @@ pub(super) fn runs(campaign: &Campaign, whole: &Verdict) -> Table {
         note: "In the order in which they were made, rejected and repeated ones included."
             .to_owned(),
         rows: rows.collect(),
-        columns: columns(&[
-            ("Run", ""),
-            ("Thrust", ""),
-            ("Attempt", ""),
-            ("Speed", "m/s"),
-            ("Duration", "s"),
-            ("Samples", ""),
-            ("Verdict", ""),
-            ("Why", ""),
-        ]),
+        columns: under(
+            "Run | Thrust | Attempt | Speed [m/s] | Duration [s] | Samples | Verdict | Why",
+        ),
     }
 }
