@@ -130,17 +130,10 @@ fn vehicle(name: String, class_s: [f64; 2], seed: u64) -> VehicleConfig {
 }
 
 fn text(document: &Commissions) -> String {
-    let mut table = Table::new(&[
-        ("T", "s"),
-        ("gains", ""),
-        ("overshoot", "median %"),
-        ("", "most %"),
-        ("unsettled", "boats"),
-        ("settled after", "median s"),
-        ("later than defaults", "boats"),
-        ("rudder", "median %/s"),
-        ("", "most %/s"),
-    ]);
+    let mut table = Table::under(
+        "T [s] | gains | overshoot [median %] | [most %] | unsettled [boats] | settled after [median s] | \
+            later than defaults [boats] | rudder [median %/s] | [most %/s]",
+    );
     for class in &document.classes {
         for row in &class.methods {
             let name = match row.method {

@@ -84,17 +84,10 @@ fn page(logs: &Logs, document: &ComparisonDocument) -> String {
     let comparison = &document.comparison;
     let width = width();
     let mut text = wrapped(&agreement(comparison), width) + "\n";
-    let mut table = Table::new(&[
-        ("method", ""),
-        ("a22", "1/s"),
-        ("b2", "1/s^2"),
-        ("C0", "rad/s^2"),
-        ("R^2", "heading"),
-        ("R^2", "refitted"),
-        ("R^2", "rate"),
-        ("iterations", ""),
-        ("time", "ms"),
-    ]);
+    let mut table = Table::under(
+        "method | a22 [1/s] | b2 [1/s^2] | C0 [rad/s^2] | R^2 [heading] | R^2 [refitted] | R^2 [rate] | \
+            iterations | time [ms]",
+    );
     for method in &comparison.methods {
         table.row(row(method));
     }

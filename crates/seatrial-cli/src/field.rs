@@ -183,17 +183,10 @@ fn claims(document: &Document) -> String {
 }
 
 fn trials(field: &Field) -> Table {
-    let mut table = Table::new(&[
-        ("thrust", "%"),
-        ("speed", "m/s"),
-        ("a22", "1/s"),
-        ("b2", "1/s^2"),
-        ("C0", "rad/s^2"),
-        ("accepted", ""),
-        ("converged", "s, latest"),
-        ("R^2", "least"),
-        ("R^2", "greatest"),
-    ]);
+    let mut table = Table::under(
+        "thrust [%] | speed [m/s] | a22 [1/s] | b2 [1/s^2] | C0 [rad/s^2] | accepted | \
+            converged [s, latest] | R^2 [least] | R^2 [greatest]",
+    );
     for at in &field.trials {
         let greatest = |values: &[f64]| values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let least = at.r2_heading.iter().copied().fold(f64::INFINITY, f64::min);
@@ -214,25 +207,11 @@ fn trials(field: &Field) -> Table {
 }
 
 fn u_turns(field: &Field) -> Table {
-    let mut table = Table::new(&[
-        ("thrust", "%"),
-        ("straight", "m/s"),
-        ("in turn", "m/s"),
-        ("yaw rate", "deg/s"),
-        ("by model", "deg/s"),
-        ("U-turn", "s"),
-        ("(49)", "s"),
-        ("circle", "m"),
-        ("R (50)", "m"),
-        ("in turn", "m"),
-        ("error", "%"),
-        ("by trial", "m"),
-        ("error", "%"),
-        ("steady", "m"),
-        ("V/rate", "m"),
-        ("one turn", "m"),
-        ("error", "%"),
-    ]);
+    let mut table = Table::under(
+        "thrust [%] | straight [m/s] | in turn [m/s] | yaw rate [deg/s] | by model [deg/s] | U-turn [s] | \
+            (49) [s] | circle [m] | R (50) [m] | in turn [m] | error [%] | by trial [m] | error [%] | \
+            steady [m] | V/rate [m] | one turn [m] | error [%]",
+    );
     for turn in &field.u_turns {
         let (predicted, measured) = (&turn.predicted, &turn.measured);
         let error =
@@ -268,15 +247,9 @@ fn u_turns(field: &Field) -> Table {
 }
 
 fn heading_steps(field: &Field) -> Table {
-    let mut table = Table::new(&[
-        ("thrust", "%"),
-        ("gain", ""),
-        ("K_p", ""),
-        ("overshoot", "%"),
-        ("settled", "s"),
-        ("swings", ""),
-        ("error", "deg"),
-    ]);
+    let mut table = Table::under(
+        "thrust [%] | gain | K_p | overshoot [%] | settled [s] | swings | error [deg]",
+    );
     for steps in &field.heading_steps {
         let [away, back] = &steps.measures;
         let settled = |time_s: Option<f64>| time_s.map_or("-".into(), |t| format!("{t:.1}"));
@@ -311,14 +284,8 @@ fn heading_steps(field: &Field) -> Table {
 }
 
 fn gains_from_ends(field: &Field) -> Table {
-    let mut table = Table::new(&[
-        ("thrust", "%"),
-        ("K_p", ""),
-        ("model between", ""),
-        ("error", "%"),
-        ("straight line", ""),
-        ("error", "%"),
-    ]);
+    let mut table =
+        Table::under("thrust [%] | K_p | model between | error [%] | straight line | error [%]");
     for gain in &field.gains_from_ends {
         let error = |found: f64| format!("{:+.1}", 100.0 * (found / gain.designed - 1.0));
         table.row(vec![

@@ -219,16 +219,10 @@ fn manoeuvres_text(opened: &OpenedLog, inspection: &Inspection) -> String {
     let found = &inspection.manoeuvres;
     let missing = || "-".to_string();
     let (rudder_scale, rudder_unit) = opened.rudder_unit().for_people();
-    let mut table = Table::new(&[
-        ("", ""),
-        ("from", "s"),
-        ("to", "s"),
-        ("rudder", rudder_unit),
-        ("thrust", "%"),
-        ("speed", "m/s"),
-        ("turned", "deg rms"),
-        ("samples", "%"),
-    ]);
+    let mut table = Table::under(&format!(
+        " | from [s] | to [s] | rudder [{rudder_unit}] | thrust [%] | speed [m/s] | turned [deg rms] | \
+            samples [%]"
+    ));
     for segment in found.iter().take(LISTED_MANOEUVRES) {
         let rudder = match segment.kind {
             Kind::Steady => missing(),

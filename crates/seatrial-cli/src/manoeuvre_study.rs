@@ -40,15 +40,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 }
 
 fn text(document: &ManoeuvreCoverage) -> String {
-    let mut table = Table::new(&[
-        ("manoeuvre", ""),
-        ("figure", ""),
-        ("truth", ""),
-        ("bias", ""),
-        ("rms error", ""),
-        ("unit", ""),
-        ("coverage", "of 95 %"),
-    ]);
+    let mut table =
+        Table::under("manoeuvre | figure | truth | bias | rms error | unit | coverage [of 95 %]");
     for index in &document.indices {
         table.row(vec![
             index.manoeuvre.clone(),

@@ -77,22 +77,13 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 }
 
 fn text(document: &Document) -> String {
-    let mut zig_zags = Table::new(&[
-        ("thrust", "%"),
-        ("speed", "m/s"),
-        ("zig-zag", "deg"),
-        ("first turn", "s"),
-        ("overshoots", "deg"),
-        ("period", "s"),
-    ]);
-    let mut spiral = Table::new(&[
-        ("thrust", "%"),
-        ("rudder", "deg"),
-        ("yaw rate", "deg/s"),
-        ("on the way back", "deg/s"),
-        ("speed", "m/s"),
-        ("speed/rate", "m"),
-    ]);
+    let mut zig_zags = Table::under(
+        "thrust [%] | speed [m/s] | zig-zag [deg] | first turn [s] | overshoots [deg] | period [s]",
+    );
+    let mut spiral = Table::under(
+        "thrust [%] | rudder [deg] | yaw rate [deg/s] | on the way back [deg/s] | speed [m/s] | \
+            speed/rate [m]",
+    );
     for at in &document.manoeuvres {
         let thrust = || format!("{:.0}", 100.0 * at.thrust);
         for zig_zag in &at.zig_zags {

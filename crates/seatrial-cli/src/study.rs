@@ -164,18 +164,10 @@ fn text(document: &EstimatorAccuracy) -> String {
         if cell.aborted > 0 {
             text += &format!("{} runs were aborted before they trained.\n", cell.aborted);
         }
-        let mut table = Table::new(&[
-            ("estimator", ""),
-            ("", ""),
-            ("truth", ""),
-            ("bias", ""),
-            ("deviation", ""),
-            ("bound", ""),
-            ("efficiency", ""),
-            ("coverage", "of 95 %"),
-            ("models", ""),
-            ("not", "refused"),
-        ]);
+        let mut table = Table::under(
+            "estimator |  | truth | bias | deviation | bound | efficiency | coverage [of 95 %] | models | \
+            not [refused]",
+        );
         for accuracy in &cell.estimators {
             for (i, quantity) in accuracy.quantities.iter().enumerate() {
                 table.row(row(accuracy, quantity, i == 0));

@@ -74,12 +74,7 @@ fn time_text(surge: &SurgeEstimate) -> Option<String> {
 }
 
 fn text(surge: &SurgeEstimate) -> String {
-    let mut table = Table::new(&[
-        ("coefficient", ""),
-        ("value", ""),
-        ("95 %", ""),
-        ("unit", ""),
-    ]);
+    let mut table = Table::under("coefficient | value | 95 % | unit");
     let mut missing = Vec::new();
     let mut row = |name: String, unit: &str, of: &Coefficient| {
         let interval = of.interval_95.map_or("-".to_owned(), |[low, high]| {

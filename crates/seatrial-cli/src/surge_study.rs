@@ -43,15 +43,9 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 }
 
 fn text(document: &SurgeCoverage) -> String {
-    let mut table = Table::new(&[
-        ("coefficient", ""),
-        ("truth", ""),
-        ("unit", ""),
-        ("identified", "of all"),
-        ("bias", ""),
-        ("rms error", ""),
-        ("coverage", "of 95 %"),
-    ]);
+    let mut table = Table::under(
+        "coefficient | truth | unit | identified [of all] | bias | rms error | coverage [of 95 %]",
+    );
     let known = |value: Option<f64>| value.map_or("-".to_owned(), |x| format!("{x:.4}"));
     for found in &document.coefficients {
         table.row(vec![

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use seatrial::words::{bounds_text, with_decimals, within};
+use seatrial::words::{bounds_text, named_columns, with_decimals, within};
 use seatrial_app::models::Estimate;
 
 use crate::screen::labelled;
@@ -18,6 +18,15 @@ impl Table {
         let line = |of: fn(&(&str, &str)) -> String| columns.iter().map(of).collect();
         Self {
             rows: vec![line(|c| c.0.into()), line(|c| c.1.into())],
+        }
+    }
+
+    /// A table under a heading, `speed [m/s] | gain`: names with units in brackets.
+    pub fn under(heading: &str) -> Self {
+        let columns = named_columns(heading);
+        let (names, units) = columns.unzip();
+        Self {
+            rows: vec![names, units],
         }
     }
 

@@ -95,23 +95,11 @@ const DISPENSABLE: [&str; 9] = [
 
 fn text(document: &TurningLimits, width: usize) -> String {
     let (rudder_scale, rudder) = document.rudder_unit.for_people();
-    let mut table = Table::new(&[
-        ("thrust", "%"),
-        ("speed", "m/s"),
-        ("a22", "1/s"),
-        ("b2", "1/s^2"),
-        ("Nomoto T", "s"),
-        ("Nomoto K", "1/s"),
-        ("side", ""),
-        ("rudder", rudder),
-        ("yaw rate", "deg/s"),
-        ("U-turn", "s"),
-        ("mean radius", "m"),
-        ("steady radius", "m"),
-        ("circle", "m, by U-turn"),
-        ("change", "s, trapezoid"),
-        ("change", "s, full rudder"),
-    ]);
+    let mut table = Table::under(&format!(
+        "thrust [%] | speed [m/s] | a22 [1/s] | b2 [1/s^2] | Nomoto T [s] | Nomoto K [1/s] | side | \
+            rudder [{rudder}] | yaw rate [deg/s] | U-turn [s] | mean radius [m] | steady radius [m] | \
+            circle [m, by U-turn] | change [s, trapezoid] | change [s, full rudder]"
+    ));
     let mut notes = Vec::new();
     for point in &document.points {
         for limits in &point.sides {

@@ -25,16 +25,10 @@ pub fn page(document: &TurnRates) -> String {
     }
     let unit = document.models.first().map(|model| model.rudder_unit);
     let rudder = unit.map_or("", |unit| unit.for_people().1);
-    let mut table = Table::new(&[
-        ("", ""),
-        ("speed", "m/s"),
-        ("turn", "deg/s"),
-        ("rudder", rudder),
-        ("T", "s"),
-        ("K", "1/s"),
-        ("a22, 95 %", "1/s"),
-        ("b2, 95 %", "1/s^2"),
-    ]);
+    let mut table = Table::under(&format!(
+        " | speed [m/s] | turn [deg/s] | rudder [{rudder}] | T [s] | K [1/s] | a22, 95 % [1/s] | \
+            b2, 95 % [1/s^2]"
+    ));
     for (index, model) in document.models.iter().enumerate() {
         table.row(row(index, model));
     }

@@ -224,7 +224,7 @@ fn agree(
 
 /// What was put back: each parameter as it was and as it is now.
 fn restored_text(done: &HandBack) -> String {
-    let mut table = Table::new(&[("parameter", ""), ("was", ""), ("is now", "")]);
+    let mut table = Table::under("parameter | was | is now");
     for value in &done.values {
         table.row(vec![
             value.name.clone(),

@@ -29,15 +29,9 @@ fn text(logbook: &Logbook, campaigns: &[CampaignEntry], width: usize) -> String 
     if campaigns.is_empty() {
         return "no campaign yet".into();
     }
-    let mut table = Table::new(&[
-        ("campaign", ""),
-        ("started", "UTC"),
-        ("verdict", ""),
-        ("accepted", "runs"),
-        ("state", ""),
-        ("vehicle", ""),
-        ("configuration", ""),
-    ]);
+    let mut table = Table::under(
+        "campaign | started [UTC] | verdict | accepted [runs] | state | vehicle | configuration",
+    );
     let mut damaged: Vec<String> = Vec::new();
     for entry in campaigns {
         damaged.extend(entry.damage.as_ref().map(damage::text));

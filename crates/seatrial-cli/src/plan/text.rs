@@ -155,21 +155,10 @@ const DISPENSABLE: [&str; 7] = [
 ];
 
 fn speeds_table(preview: &Preview) -> Table {
-    let mut table = Table::new(&[
-        ("thrust", "%"),
-        ("speed", "m/s"),
-        ("settle", "s"),
-        ("train", "s"),
-        ("validate", "s"),
-        ("heading", "± deg"),
-        ("a22", "± %"),
-        ("b2", "± %"),
-        ("C0", "± rad/s^2"),
-        ("K_p", "± %"),
-        ("radius", "± %"),
-        ("noise", "deg"),
-        ("disturbance", "rad/s^2, s"),
-    ]);
+    let mut table = Table::under(
+        "thrust [%] | speed [m/s] | settle [s] | train [s] | validate [s] | heading [± deg] | a22 [± %] | \
+            b2 [± %] | C0 [± rad/s^2] | K_p [± %] | radius [± %] | noise [deg] | disturbance [rad/s^2, s]",
+    );
     for speed in &preview.speeds {
         let expected = speed.expected;
         let relative =
@@ -215,16 +204,10 @@ fn relative_width(predicted: &Predicted) -> f64 {
 }
 
 fn comparison_text(comparison: &Comparison) -> String {
-    let mut table = Table::new(&[
-        ("manoeuvre", ""),
-        ("thrust", "%"),
-        ("a22", "± %"),
-        ("b2", "± %"),
-        ("C0", "± rad/s^2"),
-        ("heading", "± deg"),
-        ("track along", "m"),
-        ("across", "m"),
-    ]);
+    let mut table = Table::under(
+        "manoeuvre | thrust [%] | a22 [± %] | b2 [± %] | C0 [± rad/s^2] | heading [± deg] | \
+            track along [m] | across [m]",
+    );
     for design in &comparison.designs {
         for speed in &design.speeds {
             let [a22, b2, _] = speed
@@ -271,17 +254,10 @@ fn recommendation_text(recommendation: &Recommendations) -> String {
         .into_iter()
         .filter_map(|(name, width)| Some(format!("{name} ± {} %", (1e6 * width?).round() / 1e4)))
         .collect();
-    let mut table = Table::new(&[
-        ("thrust", "%"),
-        ("amplitude", "deg"),
-        ("period", "s"),
-        ("a22", "± %, 9 of 10"),
-        ("b2", "± %, 9 of 10"),
-        ("a22", "± %, best"),
-        ("b2", "± %, best"),
-        ("heading", "± deg"),
-        ("", ""),
-    ]);
+    let mut table = Table::under(
+        "thrust [%] | amplitude [deg] | period [s] | a22 [± %, 9 of 10] | b2 [± %, 9 of 10] | \
+            a22 [± %, best] | b2 [± %, best] | heading [± deg] | ",
+    );
     for doublet in &recommendation.doublets {
         let widths = [doublet.nine_of_ten_within, doublet.relative_half_width_95];
         let mut row = vec![
