@@ -23,13 +23,16 @@
 
 use seatrial::gains::export::{OperatingPoint, VehicleType, ardupilot, px4};
 use seatrial_core::RudderUnit;
+use serde::Deserialize;
 
 use crate::Error;
 use crate::gains::Wanted;
 use crate::models::Models;
 
 /// A form that controllers read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[non_exhaustive]
 pub enum Format {
     /// Parameters of ArduPilot, .param.
@@ -42,6 +45,53 @@ pub enum Format {
     Json,
     /// The gain schedule as a table in a C99 header.
     C,
+}
+
+impl Format {
+    /// Every form in the order of the enum: its name, how the name of its file ends, and what it is.
+    pub const ALL: [(Self, &'static str, &'static str, &'static str); 5] = [
+        (
+            Self::Ardupilot,
+            "ardupilot",
+            "param",
+            "Parameters of ArduPilot, .param",
+        ),
+        (
+            Self::Px4,
+            "px4",
+            "params",
+            "Parameters of PX4, .params as QGroundControl loads it",
+        ),
+        (
+            Self::Ros2,
+            "ros2",
+            "yaml",
+            "Parameters of a ROS 2 node, YAML: the gain schedule as arrays",
+        ),
+        (Self::Json, "json", "json", "The gain schedule"),
+        (
+            Self::C,
+            "c",
+            "h",
+            "The gain schedule as a table in a C99 header",
+        ),
+    ];
+
+    /// The form of a name, as `gains --export` takes it.
+    pub fn named(name: &str) -> Option<Self> {
+        let mut forms = Self::ALL.into_iter();
+        forms.find_map(|(form, of_form, ..)| (of_form == name).then_some(form))
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        Self::ALL[self as usize].1
+    }
+
+    /// How the name of its file ends.
+    pub fn extension(self) -> &'static str {
+        Self::ALL[self as usize].2
+    }
 }
 
 /// A file for a controller.

@@ -101,7 +101,8 @@ impl LogReading {
             .map_err(|error| Error::Setting(format!("rudder {error}")))?;
         let units = self.units.as_deref().unwrap_or_default();
         let units = units.split(',').map(str::trim).filter(|u| !u.is_empty());
-        let units = units.map(quantity_and_unit).collect::<Result<_, Error>>()?;
+        let units = units.map(quantity_and_unit).collect::<Result<_, Error>>();
+        let units = units.map_err(|error| Error::Setting(format!("units: {error}")))?;
         let columns = [
             (Quantity::Time, self.time),
             (Quantity::Heading, self.heading),
@@ -133,9 +134,12 @@ impl LogReading {
     }
 }
 
-/// `heading=deg`
-fn quantity_and_unit(text: &str) -> Result<(Quantity, Unit), Error> {
-    let refused = |what: &dyn Display| Error::Setting(format!("units: {what}"));
+/// The unit of a quantity as people say it: `heading=deg`.
+///
+/// # Errors
+/// What is expected instead.
+pub fn quantity_and_unit(text: &str) -> Result<(Quantity, Unit), Error> {
+    let refused = |what: &dyn Display| Error::Setting(what.to_string());
     let (quantity, unit) = text.split_once('=').ok_or_else(|| {
         refused(&format_args!(
             "`{text}`: expected QUANTITY=UNIT, such as heading=deg"

@@ -3,6 +3,8 @@
 //! ```no_run
 //! use std::path::Path;
 //!
+//! use seatrial::gains::export::VehicleType;
+//! use seatrial_app::gains_export::Format;
 //! use seatrial_app::model_request::{ModelFile, ModelRequest};
 //! use seatrial_app::models::of_document;
 //!
@@ -13,7 +15,7 @@
 //! };
 //! let limits = request.limits(&models)?;
 //! println!("{:?}", limits.gains.points[0].proportional_gain);
-//! let file = request.file(&models, ModelFile::ArdupilotSurface)?;
+//! let file = request.file(&models, ModelFile::Gains(Format::Ardupilot, VehicleType::Surface))?;
 //! std::fs::write(format!("run.{}", file.extension), file.bytes).expect("a folder to write to");
 //! # Ok::<(), seatrial_app::Error>(())
 //! ```
@@ -22,7 +24,8 @@ use seatrial::gains::export::VehicleType;
 use seatrial::identification::Reader;
 use seatrial_core::RudderUnit;
 use seatrial_core::schedule::ScheduleKey;
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::Error;
 use crate::advice;
@@ -56,104 +59,91 @@ pub struct ModelRequest {
 }
 
 /// A file that is made of models: those of `seatrial gains --export` and of `seatrial export --to`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
+///
+/// In documents it has the name of its form, with the vehicle behind parameters of an autopilot: `ardupilot_surface`, `px4_underwater`, `ros2`,
+/// `vehicle_json`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 pub enum ModelFile {
-    /// Parameters of ArduPilot's Rover.
-    ArdupilotSurface,
-    /// Parameters of ArduPilot's Sub.
-    ArdupilotUnderwater,
-    /// Parameters of PX4, a surface vehicle.
-    Px4Surface,
-    /// Parameters of PX4, an underwater vehicle.
-    Px4Underwater,
-    /// Parameters of a ROS 2 node, YAML: the gain schedule as arrays.
-    Ros2,
-    /// The gain schedule, JSON.
-    Json,
-    /// The gain schedule as a table in a C99 header.
-    C,
-    /// The vehicle file, TOML.
-    Vehicle,
-    /// The vehicle file, JSON.
-    VehicleJson,
-    /// A Python class that needs numpy only.
-    Python,
-    /// CasADi functions in Python.
-    Casadi,
-    /// The vehicle in MuJoCo's engine, Python.
-    Mujoco,
-    /// Functions of Octave and Matlab.
-    Octave,
-    /// A Functional Mock-up Unit, FMI 3.0 for co-simulation.
-    Fmu,
-    /// SDF of Gazebo with its hydrodynamics plugin.
-    Gazebo,
-    /// Configuration of MOOS-IvP's uSimMarine.
-    Moos,
-    /// Limits of ROS 2's Nav2, YAML.
-    Nav2,
-    /// Gains and limits of ROS 2's `ros2_controllers`, YAML.
-    Ros2Control,
-    /// The joints of `ros2_control`'s hardware, an element of URDF.
-    Ros2ControlUrdf,
-    /// Radius, rate, lookahead and waypoint radius of each speed, TOML.
-    Guidance,
-}
-
-/// How a file is made.
-enum Made {
+    /// Gains and limits. Only parameters of an autopilot ask for the vehicle.
     Gains(Format, VehicleType),
+    /// The vehicle.
     Vehicle(Form),
 }
 
 impl ModelFile {
-    fn made(self) -> Made {
+    /// Every file.
+    fn all() -> impl Iterator<Item = Self> {
         use VehicleType::{Surface, Underwater};
-        let gains = Made::Gains;
+        let vehicles = |format| match format {
+            Format::Ardupilot | Format::Px4 => &[Surface, Underwater][..],
+            Format::Ros2 | Format::Json | Format::C => &[Surface],
+        };
+        let gains = Format::ALL.into_iter().flat_map(move |(format, ..)| {
+            vehicles(format)
+                .iter()
+                .map(move |vehicle| Self::Gains(format, *vehicle))
+        });
+        gains.chain(Form::ALL.into_iter().map(|(form, ..)| Self::Vehicle(form)))
+    }
+
+    fn name(self) -> String {
         match self {
-            Self::ArdupilotSurface => gains(Format::Ardupilot, Surface),
-            Self::ArdupilotUnderwater => gains(Format::Ardupilot, Underwater),
-            Self::Px4Surface => gains(Format::Px4, Surface),
-            Self::Px4Underwater => gains(Format::Px4, Underwater),
-            Self::Ros2 => gains(Format::Ros2, Surface),
-            Self::Json => gains(Format::Json, Surface),
-            Self::C => gains(Format::C, Surface),
-            Self::Vehicle => Made::Vehicle(Form::Toml),
-            Self::VehicleJson => Made::Vehicle(Form::Json),
-            Self::Fmu => Made::Vehicle(Form::Fmu),
-            Self::Python => Made::Vehicle(Form::Python),
-            Self::Casadi => Made::Vehicle(Form::Casadi),
-            Self::Mujoco => Made::Vehicle(Form::Mujoco),
-            Self::Octave => Made::Vehicle(Form::Octave),
-            Self::Gazebo => Made::Vehicle(Form::Gazebo),
-            Self::Moos => Made::Vehicle(Form::Moos),
-            Self::Nav2 => Made::Vehicle(Form::Nav2),
-            Self::Ros2Control => Made::Vehicle(Form::Ros2Control),
-            Self::Ros2ControlUrdf => Made::Vehicle(Form::Ros2ControlUrdf),
-            Self::Guidance => Made::Vehicle(Form::Guidance),
+            Self::Gains(format @ (Format::Ardupilot | Format::Px4), vehicle) => {
+                let vehicle = match vehicle {
+                    VehicleType::Surface => "surface",
+                    VehicleType::Underwater => "underwater",
+                };
+                format!("{}_{vehicle}", format.name())
+            }
+            Self::Gains(format, _) => format.name().to_owned(),
+            Self::Vehicle(form) => form.name().replace('-', "_"),
         }
     }
 
     /// Is it one of `seatrial gains --export`, which needs [`rehearsal`](ModelRequest::rehearsal) for models of a simulator?
     pub fn is_gains(self) -> bool {
-        matches!(self.made(), Made::Gains(..))
+        matches!(self, Self::Gains(..))
     }
 
-    /// How its name ends.
+    /// How the name of the file ends.
     pub fn extension(self) -> &'static str {
-        match self.made() {
-            Made::Gains(Format::Ardupilot, _) => "param",
-            Made::Gains(Format::Px4, _) => "params",
-            Made::Gains(Format::Ros2, _) => "yaml",
-            Made::Gains(Format::Json, _) => "json",
-            Made::Gains(Format::C, _) => "h",
-            Made::Vehicle(form) => form.extension(),
+        match self {
+            Self::Gains(format, _) => format.extension(),
+            Self::Vehicle(form) => form.extension(),
         }
     }
 }
+
+impl<'de> Deserialize<'de> for ModelFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        Self::all().find(|file| file.name() == name).ok_or_else(|| {
+            let names: Vec<String> = Self::all()
+                .map(|file| format!("`{}`", file.name()))
+                .collect();
+            let expected = names.join(", ");
+            D::Error::custom(format!(
+                "unknown variant `{name}`, expected one of {expected}"
+            ))
+        })
+    }
+}
+
+#[cfg(feature = "openapi")]
+impl utoipa::PartialSchema for ModelFile {
+    fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::Schema> {
+        let names = Self::all().map(Self::name);
+        let text = utoipa::openapi::ObjectBuilder::new().schema_type(utoipa::openapi::Type::String);
+        let about = "A file that is made of models: those of `seatrial gains --export` and of `seatrial export --to`.";
+        text.description(Some(about))
+            .enum_values(Some(names))
+            .into()
+    }
+}
+
+#[cfg(feature = "openapi")]
+impl utoipa::ToSchema for ModelFile {}
 
 /// A file, and what to know about it.
 #[derive(Clone, Debug, PartialEq)]
@@ -213,9 +203,9 @@ impl ModelRequest {
     /// What `seatrial gains --export` and `seatrial export` refuse: [`Error::Rejected`] where only [`accept`](Self::accept) writes it.
     pub fn file(&self, models: &Models, file: ModelFile) -> Result<FileOfModels, Error> {
         let models = self.limited(models)?;
-        let form = match file.made() {
-            Made::Gains(format, vehicle) => return self.gains_file(&models, file, format, vehicle),
-            Made::Vehicle(form) => form,
+        let form = match file {
+            ModelFile::Gains(format, vehicle) => return self.gains_file(&models, format, vehicle),
+            ModelFile::Vehicle(form) => form,
         };
         let stated = Stated {
             full_rudder_rad: self.full_rudder_deg.map(f64::to_radians),
@@ -232,7 +222,7 @@ impl ModelRequest {
         notes.extend(note);
         Ok(FileOfModels {
             bytes,
-            extension: file.extension(),
+            extension: form.extension(),
             notes,
         })
     }
@@ -240,7 +230,6 @@ impl ModelRequest {
     fn gains_file(
         &self,
         models: &Models,
-        file: ModelFile,
         format: Format,
         vehicle: VehicleType,
     ) -> Result<FileOfModels, Error> {
@@ -252,7 +241,7 @@ impl ModelRequest {
         let made = GainsFile::new(format, &wanted, models, vehicle, self.rehearsal)?;
         Ok(FileOfModels {
             bytes: made.text.into_bytes(),
-            extension: file.extension(),
+            extension: format.extension(),
             notes: made.notes,
         })
     }

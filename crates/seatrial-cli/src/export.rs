@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use seatrial_app::vehicle_export::{self, Form};
 use seatrial_app::vehicle_file::Stated;
 use seatrial_sim::IdentifiedVehicle;
 use serde::Serialize;
 
+use crate::choice::one_of;
 use crate::model_source::{SourceArgs, warn};
 use crate::output::{Exit, Failure, Output, OutputPath, say};
 
@@ -23,7 +23,7 @@ Example:
   seatrial export --to python --vehicle sim:myboat.toml --out myboat.py")]
 pub struct Args {
     /// What is written.
-    #[arg(long, value_name = "TARGET", value_parser = forms())]
+    #[arg(long, value_name = "TARGET", value_parser = one_of(Form::ALL.map(|(form, name, _, about)| (form, name, about))))]
     to: Form,
     #[command(flatten)]
     vehicle: VehicleArgs,
@@ -74,12 +74,6 @@ pub struct VehicleArgs {
     /// Time constant of the speed after a change of thrust, s [default: the one that the trial tells].
     #[arg(long, value_name = "S")]
     surge_time_constant: Option<f64>,
-}
-
-fn forms() -> impl TypedValueParser<Value = Form> {
-    let names = Form::ALL.map(|(form, name, _)| PossibleValue::new(name).help(form.about()));
-    let unknown = |name: String| Form::named(&name).ok_or("no form of a vehicle");
-    PossibleValuesParser::new(names).try_map(unknown)
 }
 
 /// `export --sample --json`.

@@ -9,6 +9,7 @@ use seatrial_app::fleet::{Estimate, Job, JournalError, Options, Progress, Summar
 use seatrial_app::workers::threads;
 use serde::Serialize;
 
+use crate::choice::one_of;
 use crate::log::ChannelArgs;
 use crate::output::{Exit, Failure, Output, OutputPath, say};
 use crate::progress::{self, Bar, in_words};
@@ -40,8 +41,8 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     out: OutputPath,
     /// Which estimate.
-    #[arg(long, value_name = "WHICH", default_value = "refined")]
-    estimate: Which,
+    #[arg(long, value_name = "WHICH", default_value = "refined", value_parser = one_of(ESTIMATES))]
+    estimate: Estimate,
     /// The column that tells the runs of a file apart; the rows of a run stand together, in order of time.
     #[arg(long, value_name = "COLUMN")]
     run_column: Option<String>,
@@ -55,13 +56,19 @@ pub struct Args {
     channels: ChannelArgs,
 }
 
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum Which {
-    /// From the whole manoeuvre, with intervals.
-    Refined,
-    /// As on the vehicle, without intervals.
-    Online,
-}
+/// The values of `--estimate`.
+const ESTIMATES: [(Estimate, &str, &str); 2] = [
+    (
+        Estimate::Refined,
+        "refined",
+        "From the whole manoeuvre, with intervals",
+    ),
+    (
+        Estimate::Online,
+        "online",
+        "As on the vehicle, without intervals",
+    ),
+];
 
 /// `fleet --json`.
 #[derive(Serialize)]
@@ -89,12 +96,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
             found.passed_over
         ));
     }
-    let estimate = match args.estimate {
-        Which::Refined => Estimate::Refined,
-        Which::Online => Estimate::Online,
-    };
     let mut options = Options::default();
-    options.estimate = estimate;
+    options.estimate = args.estimate;
     options.channels = args.channels.chosen()?;
     options.run_column = args.run_column.clone();
     let job = Job {
@@ -111,7 +114,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let document = Document {
         schema: "seatrial.fleet.v1",
         out: args.out.display().to_string(),
-        estimate,
+        estimate: args.estimate,
         workers: job.workers,
         files: job.sources.len(),
         passed_over: found.passed_over,

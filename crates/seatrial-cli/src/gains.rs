@@ -5,13 +5,15 @@ mod export;
 use std::path::Path;
 
 use seatrial::gains::DAMPING_RATIO;
+use seatrial::gains::export::VehicleType;
 use seatrial::verdict::three_figures;
 use seatrial_app::gains::{HeadingGains, InterpolatedGain, LoopFigures, Wanted};
-use seatrial_app::gains_export::check_usable;
+use seatrial_app::gains_export::{Format, check_usable};
 use seatrial_app::models::{Estimate, SCHEDULE_FILE_HELP};
 use seatrial_core::RudderUnit;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 
+use crate::choice::one_of;
 use crate::model_source::{SourceArgs, rejected_text, trial_line, warn};
 use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::screen::{width, wrapped};
@@ -51,8 +53,8 @@ pub struct Args {
     #[arg(long, value_name = "DEG", requires = "export")]
     full_rudder_deg: Option<f64>,
     /// Writes gains and limits for a controller; the table is printed too where they go to a file.
-    #[arg(long, value_name = "FORMAT")]
-    export: Option<export::Format>,
+    #[arg(long, value_name = "FORMAT", value_parser = one_of(Format::ALL.map(|(form, name, _, about)| (form, name, about))))]
+    export: Option<Format>,
     /// Exports from a rehearsal on a simulator, too.
     #[arg(long, requires = "export")]
     rehearsal: bool,
@@ -64,9 +66,10 @@ pub struct Args {
         long,
         value_name = "TYPE",
         default_value = "surface",
+        value_parser = one_of(export::VEHICLE_TYPES),
         requires = "export"
     )]
-    vehicle_type: export::VehicleType,
+    vehicle_type: VehicleType,
     /// Where the export goes; standard output without.
     #[arg(long, value_name = "FILE", requires = "export")]
     out: Option<OutputPath>,
@@ -199,23 +202,11 @@ fn table(document: &HeadingGains) -> Table {
         RudderUnit::Rad => "rad/rad",
         RudderUnit::FullRudder => "full/rad",
     };
-    let mut table = Table::new(&[
-        ("thrust", "%"),
-        ("speed", "m/s"),
-        ("K_p", per_angle),
-        ("overshoot", "% of a step"),
-        ("feed-forward", rudder),
-        ("a22", "1/s"),
-        ("b2", "1/s^2"),
-        ("Nomoto T", "s"),
-        ("Nomoto K", "1/s"),
-        (PAPERS_GAIN, per_angle),
-        ("damping", ""),
-        ("frequency", "rad/s"),
-        ("gain margin", "factor"),
-        ("phase margin", "deg"),
-        ("delay margin", "s"),
-    ]);
+    let mut table = Table::under(&format!(
+        "thrust [%] | speed [m/s] | K_p [{per_angle}] | overshoot [% of a step] | feed-forward [{rudder}] | \
+            a22 [1/s] | b2 [1/s^2] | Nomoto T [s] | Nomoto K [1/s] | {PAPERS_GAIN} [{per_angle}] | damping | \
+            frequency [rad/s] | gain margin [factor] | phase margin [deg] | delay margin [s]"
+    ));
     let optional = |x: Option<f64>, scale: f64, decimals: usize| {
         x.map_or("-".into(), |x| format!("{:.decimals$}", x * scale))
     };

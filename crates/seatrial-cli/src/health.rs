@@ -3,7 +3,6 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
 use seatrial::health::{
     Change, Effect, Effects, Finding, HealthError, HealthSettings, WatchReport,
 };
@@ -11,9 +10,11 @@ use seatrial_app::health::{self, Comparison, Criteria, Missions, Watched};
 use seatrial_app::models::{ComparedModels, compared_models, open_named};
 use seatrial_app::next;
 
+use crate::choice::one_of;
 use crate::log::{ChannelArgs, Reporter};
 use crate::output::{Exit, Failure, Output};
 use crate::screen::{command, labelled, sentence, width};
+use crate::speeds::plural;
 use crate::table::Table;
 
 /// More windows than this are not printed.
@@ -70,19 +71,17 @@ pub struct Args {
     #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
     tolerate: Option<f64>,
     /// Is an offset that moved a change? Wind, current and trim move it [default: count; with --watch ignore].
-    #[arg(long, value_name = "WHETHER")]
-    offset: Option<OffsetChoice>,
+    #[arg(long, value_name = "WHETHER", value_parser = one_of(OFFSETS))]
+    offset: Option<bool>,
     #[command(flatten)]
     channels: ChannelArgs,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum OffsetChoice {
-    /// It is tested with the rest.
-    Count,
-    /// It is left out.
-    Ignore,
-}
+/// The values of `--offset`.
+const OFFSETS: [(bool, &str, &str); 2] = [
+    (true, "count", "It is tested with the rest"),
+    (false, "ignore", "It is left out"),
+];
 
 impl From<HealthError> for Failure {
     fn from(error: HealthError) -> Self {
@@ -98,7 +97,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let criteria = Criteria {
         false_alarms: args.false_alarms / 100.0,
         tolerated: args.tolerate.map(|percent| percent / 100.0),
-        offset_counts: args.offset.map(|choice| choice == OffsetChoice::Count),
+        offset_counts: args.offset,
     };
     match &args.now {
         Some(now) => {
@@ -295,10 +294,6 @@ fn window_table(report: &WatchReport, first: usize) -> Table {
         table.row(row);
     }
     table
-}
-
-fn plural(count: usize) -> &'static str {
-    if count == 1 { "" } else { "s" }
 }
 
 fn origin_text(title: &str, source: &ComparedModels) -> String {

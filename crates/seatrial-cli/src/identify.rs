@@ -16,7 +16,7 @@ use seatrial_app::next;
 use seatrial_core::Axis;
 use seatrial_core::estimator::Method;
 
-use crate::axis::AxisOption;
+use crate::choice::{AXES, one_of};
 use crate::log::{LogArgs, Reporter};
 use crate::model_text::{model_text, source_text, training_text, validation_text, verdict_text};
 use crate::output::{Exit, Failure, Output, OutputPath};
@@ -42,8 +42,8 @@ Example:
   seatrial sim log --seed 1 --out run.csv && seatrial identify run.csv")]
 pub struct Args {
     /// The axis: yaw, or pitch from the columns pitch_rad and elevator_rad, or those of --heading and --rudder.
-    #[arg(long, value_name = "AXIS", default_value = "yaw")]
-    axis: AxisOption,
+    #[arg(long, value_name = "AXIS", default_value = "yaw", value_parser = one_of(AXES))]
+    axis: Axis,
     /// Write the accepted models of a log with manoeuvres at several speeds as a schedule for `gains` and `turn`.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["WindowArgs", "as_paper"])]
     schedule: Option<OutputPath>,
@@ -79,8 +79,8 @@ pub struct EstimatorArgs {
     #[arg(long)]
     as_paper: bool,
     /// The estimator that runs along [default: instrumental-variable, with --as-paper least-squares].
-    #[arg(long, value_name = "METHOD")]
-    online: Option<OnlineMethod>,
+    #[arg(long, value_name = "METHOD", value_parser = one_of(METHODS))]
+    online: Option<Method>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -99,18 +99,24 @@ fn lambda(text: &str) -> Result<Lambda, String> {
     }
 }
 
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum OnlineMethod {
-    /// Recursive least squares throughout.
-    LeastSquares,
-    /// Recursive least squares during the excitation, the instrumental variable after it.
-    InstrumentalVariable,
-}
+/// The values of `--online`.
+const METHODS: [(Method, &str, &str); 2] = [
+    (
+        Method::LeastSquares,
+        "least-squares",
+        "Recursive least squares throughout",
+    ),
+    (
+        Method::InstrumentalVariable,
+        "instrumental-variable",
+        "Recursive least squares during the excitation, the instrumental variable after it",
+    ),
+];
 
 /// Identifies a model from a log.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let found = args.estimator.identify(
-        args.axis.into(),
+        args.axis,
         (&args.log, &args.more_logs),
         &args.windows,
         args.trace,
@@ -242,11 +248,7 @@ impl EstimatorArgs {
         } else {
             IdentifySettings::default()
         };
-        settings.method = match self.online {
-            Some(OnlineMethod::LeastSquares) => Method::LeastSquares,
-            Some(OnlineMethod::InstrumentalVariable) => Method::InstrumentalVariable,
-            None => settings.method,
-        };
+        settings.method = self.online.unwrap_or(settings.method);
         settings.lambda_rad_s = match self.lambda {
             Lambda::Auto => None,
             Lambda::RadS(value) => Some(value),

@@ -10,8 +10,9 @@ use seatrial::identify::Proposal;
 use seatrial::log::Servo;
 use seatrial::words::plain;
 use seatrial_app::log_page::{channel_text, windows_text};
+use seatrial_app::log_reading::quantity_and_unit;
 use seatrial_app::logs::{self, Observer, OpenedLog, ReadSettings};
-use seatrial_logs::{ChannelChoice, LogDescription, Quantity, Unit, UnknownQuantity, UnknownUnit};
+use seatrial_logs::{ChannelChoice, LogDescription, Quantity, Unit};
 
 use crate::output::Failure;
 use crate::progress::{Bar, of_bytes};
@@ -95,20 +96,6 @@ pub struct ChannelArgs {
     /// Leave rows with text, NaN, missing cells or reversed time out instead of refusing the log.
     #[arg(long)]
     pub drop_invalid: bool,
-}
-
-/// `heading=deg`.
-pub fn quantity_and_unit(text: &str) -> Result<(Quantity, Unit), String> {
-    let (quantity, unit) = text
-        .split_once('=')
-        .ok_or_else(|| format!("`{text}`: expected QUANTITY=UNIT, such as heading=deg"))?;
-    let quantity = quantity
-        .parse()
-        .map_err(|error: UnknownQuantity| error.to_string())?;
-    let unit = unit
-        .parse()
-        .map_err(|error: UnknownUnit| error.to_string())?;
-    Ok((quantity, unit))
 }
 
 /// `BOAT=1`.

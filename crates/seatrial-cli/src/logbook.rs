@@ -49,20 +49,19 @@ enum LogbookAction {
     /// The old spelling of `seatrial logbook`: every campaign, when, on what, how many runs were accepted.
     #[command(hide = true)]
     List,
-    /// One campaign: every run with its model, its intervals and its verdict.
-    #[command(after_help = "Example:\n  seatrial trial && seatrial logbook show 1")]
+    /// One campaign: every run with its model, its intervals and its verdict; or two side by side, thrust by thrust.
+    #[command(
+        after_help = "Examples:\n  seatrial trial && seatrial logbook show 1\n  seatrial trial && seatrial logbook show 1 1"
+    )]
     Show {
-        /// Number of the campaign; the last one where it is left out.
-        campaign: Option<i64>,
-    },
-    /// Two campaigns side by side, thrust by thrust: has the vehicle changed?
-    #[command(after_help = "Example:\n  seatrial trial && seatrial logbook diff 1 1")]
-    Diff {
-        /// Number of a campaign, or name of a configuration (its last campaign).
-        a: String,
+        /// Number of the campaign, or name of a configuration (its last campaign); the last one where it is left out.
+        campaign: Option<String>,
         /// The other one.
-        b: String,
+        other: Option<String>,
     },
+    /// The old spelling of `seatrial logbook show A B`.
+    #[command(hide = true)]
+    Diff { a: String, b: String },
     /// Samples and actions as CSV, or the track as GPX or KML; with --json the results.
     #[command(
         after_help = "Example:\n  seatrial trial && seatrial logbook export 1 --out samples.csv\n  seatrial trial && seatrial logbook export 1 --out a.gpx --origin 54.3,10.1"
@@ -105,8 +104,14 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     }
     match &args.action {
         None | Some(LogbookAction::List) => list::list(&logbook, output),
-        Some(LogbookAction::Show { campaign }) => show(&logbook, *campaign, output),
-        Some(LogbookAction::Diff { a, b }) => diff(&logbook, a, b, output),
+        Some(
+            LogbookAction::Show {
+                campaign: Some(a),
+                other: Some(b),
+            }
+            | LogbookAction::Diff { a, b },
+        ) => diff(&logbook, a, b, output),
+        Some(LogbookAction::Show { campaign, .. }) => show(&logbook, campaign.as_deref(), output),
         Some(LogbookAction::Export(asked)) => export(&logbook, asked, output),
         Some(LogbookAction::Verify) => verify(&logbook, output),
     }
@@ -129,8 +134,12 @@ struct Results<'a> {
     runs: &'a [Run],
 }
 
-fn show(logbook: &Logbook, number: Option<i64>, output: &Output) -> Result<Exit, Failure> {
-    let entry = damage::warn(logbook, campaign_numbered(logbook, number)?.id)?;
+fn show(logbook: &Logbook, name: Option<&str>, output: &Output) -> Result<Exit, Failure> {
+    let entry = match name {
+        Some(name) => campaign_named(logbook, name)?,
+        None => campaign_numbered(logbook, None)?,
+    };
+    let entry = damage::warn(logbook, entry.id)?;
     let mut campaign = logbook.campaign(entry.id)?;
     for identification in campaign
         .runs

@@ -2,8 +2,7 @@
 
 mod ardupilot_json;
 mod autopilot;
-
-mod axis;
+mod choice;
 mod commission;
 mod commission_study;
 mod compare;

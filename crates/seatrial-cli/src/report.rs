@@ -6,10 +6,11 @@ use seatrial_app::log_page::page;
 use seatrial_app::models::{Purpose, chosen_campaign};
 use seatrial_app::outputs::head_of;
 use seatrial_app::report::campaign_page;
+use seatrial_core::Axis;
 use seatrial_logbook::Logbook;
 use serde::Serialize;
 
-use crate::axis::AxisOption;
+use crate::choice::{AXES, one_of};
 use crate::damage;
 use crate::identify::EstimatorArgs;
 use crate::log::{ChannelArgs, LogArgs};
@@ -46,9 +47,10 @@ pub struct Args {
         long,
         value_name = "AXIS",
         default_value = "yaw",
+        value_parser = one_of(AXES),
         conflicts_with = "logbook"
     )]
-    axis: AxisOption,
+    axis: Axis,
     /// The page [default: the name of the log, as run.html of run.csv; of a logbook, and of standard input, report.html].
     #[arg(long, value_name = "FILE")]
     out: Option<OutputPath>,
@@ -119,9 +121,9 @@ fn of_log(path: &Path, args: &Args) -> Result<(String, Exit), Failure> {
         log: path.to_path_buf(),
         channels: args.channels.clone(),
     };
-    let found =
-        args.estimator
-            .identify(args.axis.into(), (&log, &[]), &args.windows, true, false)?;
+    let found = args
+        .estimator
+        .identify(args.axis, (&log, &[]), &args.windows, true, false)?;
     Ok((page(&found, path), Exit::of(found.verdict())))
 }
 

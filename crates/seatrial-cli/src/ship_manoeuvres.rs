@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-use clap::builder::PossibleValue;
-use clap::{Args as ClapArgs, Subcommand, ValueEnum};
+use clap::{Args as ClapArgs, Subcommand};
 use seatrial::Window;
 use seatrial::sea_trials::ship_manoeuvres::{Kind, ShipManoeuvres};
 use seatrial::words::within;
 use seatrial_app::ship_trials::{DRAWS, OwnError, Wanted, of_record, predicted};
 use seatrial_report::render_ship_manoeuvres;
 
+use crate::choice::one_of;
 use crate::export::VehicleArgs;
 use crate::log::{self, ChannelArgs, LogArgs};
 use crate::output::{Exit, Failure, Output, OutputPath};
@@ -75,8 +75,8 @@ Example:
       seatrial manoeuvres read run.csv --manoeuvre pull-out --length 1.7")]
 struct Read {
     /// The manoeuvre to read [default: all that the log holds].
-    #[arg(long, value_name = "KIND")]
-    manoeuvre: Option<Named>,
+    #[arg(long, value_name = "KIND", value_parser = one_of(Kind::ALL.map(|kind| (kind, kind.name(), ""))))]
+    manoeuvre: Option<Kind>,
     /// Where the manoeuvre begins in the log, s.
     #[arg(long, value_name = "S")]
     from: Option<f64>,
@@ -87,28 +87,6 @@ struct Read {
     form: FormArgs,
     #[command(flatten)]
     log: LogArgs,
-}
-
-/// A manoeuvre by its name.
-#[derive(Clone, Copy, Debug)]
-struct Named(Kind);
-
-impl ValueEnum for Named {
-    fn value_variants<'a>() -> &'a [Self] {
-        const {
-            &[
-                Named(Kind::ALL[0]),
-                Named(Kind::ALL[1]),
-                Named(Kind::ALL[2]),
-                Named(Kind::ALL[3]),
-                Named(Kind::ALL[4]),
-            ]
-        }
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.0.name()))
-    }
 }
 
 /// The whole of a log.
@@ -173,7 +151,7 @@ fn read(args: &Read, output: &Output) -> Result<Exit, Failure> {
     };
     let opened = log::open(&args.log.log, &args.log.channels, None)?;
     let name = args.log.log.display().to_string();
-    let kind = args.manoeuvre.map(|named| named.0);
+    let kind = args.manoeuvre;
     let samples = opened.record.window(window);
     let document = of_record(&name, samples, args.form.length, kind)?;
     print(&document, &args.form, output)?;
@@ -193,13 +171,7 @@ fn text(document: &ShipManoeuvres) -> String {
     } else {
         "read from the record"
     };
-    let mut indices = Table::new(&[
-        ("manoeuvre", ""),
-        ("figure", ""),
-        ("", ""),
-        ("95 %", ""),
-        ("unit", ""),
-    ]);
+    let mut indices = Table::under("manoeuvre | figure |  | 95 % | unit");
     for index in &document.indices {
         let interval = index.interval_95.map_or("-".into(), |interval| {
             let ends = interval.map(|end| within(end, Some(interval)));
@@ -227,14 +199,7 @@ fn text(document: &ShipManoeuvres) -> String {
 }
 
 fn criteria(document: &ShipManoeuvres) -> Table {
-    let mut criteria = Table::new(&[
-        ("MSC.137(76)", ""),
-        ("figure", ""),
-        ("value", ""),
-        ("at most", ""),
-        ("unit", ""),
-        ("", ""),
-    ]);
+    let mut criteria = Table::under("MSC.137(76) | figure | value | at most | unit | ");
     for criterion in &document.criteria {
         criteria.row(vec![
             criterion.clause.into(),

@@ -75,6 +75,7 @@ pub fn save_schedule(
     output.save(path, format!("# Speed schedule by seatrial\n{text}"))
 }
 
-fn plural(count: usize) -> &'static str {
+/// The ending of a noun after a count.
+pub fn plural(count: usize) -> &'static str {
     if count == 1 { "" } else { "s" }
 }

@@ -74,7 +74,7 @@ fn cli_no_screen_is_wider_than_its_terminal_and_verdicts_have_colour() {
         ("logbook list", ""),
         ("fleet run.csv --out f.parquet", ""),
         ("inspect run.csv", "USE"),
-        ("logbook diff 1 2", ""),
+        ("logbook show 1 2", ""),
     ];
     for columns in WIDTHS {
         for (command, verdict) in verdicts {

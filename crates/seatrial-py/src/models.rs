@@ -155,14 +155,8 @@ pub fn export_gains(
     takes_rehearsals: bool,
     accept: bool,
 ) -> PyResult<Document> {
-    let format = match to {
-        "ardupilot" => Format::Ardupilot,
-        "px4" => Format::Px4,
-        "ros2" => Format::Ros2,
-        "json" => Format::Json,
-        "c" => Format::C,
-        other => return Err(usage(py, format!("to={other:?}: no such form"))),
-    };
+    let no_form = || usage(py, format!("to={to:?}: no such form"));
+    let format = Format::named(to).ok_or_else(no_form)?;
     let vehicle = match vehicle_type {
         "surface" => VehicleType::Surface,
         "underwater" => VehicleType::Underwater,

@@ -52,41 +52,72 @@ pub enum Form {
 }
 
 impl Form {
-    /// Every form in the order of the enum, with its name and how the name of its file ends.
-    pub const ALL: [(Self, &'static str, &'static str); 13] = [
-        (Self::Toml, "vehicle", "toml"),
-        (Self::Json, "vehicle-json", "json"),
-        (Self::Python, "python", "py"),
-        (Self::Casadi, "casadi", "py"),
-        (Self::Mujoco, "mujoco", "py"),
-        (Self::Octave, "octave", "m"),
-        (Self::Fmu, "fmu", "fmu"),
-        (Self::Gazebo, "gazebo", "sdf"),
-        (Self::Moos, "moos", "moos"),
-        (Self::Nav2, "nav2", "yaml"),
-        (Self::Ros2Control, "ros2_control", "yaml"),
-        (Self::Ros2ControlUrdf, "ros2_control-urdf", "urdf"),
-        (Self::Guidance, "guidance", "toml"),
+    /// Every form in the order of the enum: its name, how the name of its file ends, and what it is.
+    pub const ALL: [(Self, &'static str, &'static str, &'static str); 13] = [
+        (Self::Toml, "vehicle", "toml", "The vehicle file, TOML"),
+        (Self::Json, "vehicle-json", "json", "The vehicle file, JSON"),
+        (
+            Self::Python,
+            "python",
+            "py",
+            "A Python class that needs numpy only",
+        ),
+        (
+            Self::Casadi,
+            "casadi",
+            "py",
+            "CasADi functions in Python, for MPC and acados",
+        ),
+        (
+            Self::Mujoco,
+            "mujoco",
+            "py",
+            "The vehicle in MuJoCo's engine, Python",
+        ),
+        (
+            Self::Octave,
+            "octave",
+            "m",
+            "Functions of Octave and Matlab",
+        ),
+        (
+            Self::Fmu,
+            "fmu",
+            "fmu",
+            "A Functional Mock-up Unit, FMI 3.0 for co-simulation",
+        ),
+        (
+            Self::Gazebo,
+            "gazebo",
+            "sdf",
+            "SDF of Gazebo with its hydrodynamics plugin",
+        ),
+        (
+            Self::Moos,
+            "moos",
+            "moos",
+            "Configuration of MOOS-IvP's uSimMarine",
+        ),
+        (Self::Nav2, "nav2", "yaml", "Limits of ROS 2's Nav2, YAML"),
+        (
+            Self::Ros2Control,
+            "ros2_control",
+            "yaml",
+            "Gains and limits of ROS 2's ros2_controllers, YAML",
+        ),
+        (
+            Self::Ros2ControlUrdf,
+            "ros2_control-urdf",
+            "urdf",
+            "The joints of ros2_control's hardware, an element of URDF",
+        ),
+        (
+            Self::Guidance,
+            "guidance",
+            "toml",
+            "Radius, rate, lookahead and waypoint radius of each speed, TOML",
+        ),
     ];
-
-    /// What it is, in words.
-    pub fn about(self) -> &'static str {
-        match self {
-            Self::Toml => "The vehicle file, TOML",
-            Self::Json => "The vehicle file, JSON",
-            Self::Python => "A Python class that needs numpy only",
-            Self::Casadi => "CasADi functions in Python, for MPC and acados",
-            Self::Mujoco => "The vehicle in MuJoCo's engine, Python",
-            Self::Octave => "Functions of Octave and Matlab",
-            Self::Fmu => "A Functional Mock-up Unit, FMI 3.0 for co-simulation",
-            Self::Gazebo => "SDF of Gazebo with its hydrodynamics plugin",
-            Self::Moos => "Configuration of MOOS-IvP's uSimMarine",
-            Self::Nav2 => "Limits of ROS 2's Nav2, YAML",
-            Self::Ros2Control => "Gains and limits of ROS 2's ros2_controllers, YAML",
-            Self::Ros2ControlUrdf => "The joints of ros2_control's hardware, an element of URDF",
-            Self::Guidance => "Radius, rate, lookahead and waypoint radius of each speed, TOML",
-        }
-    }
 
     /// The form of a name, as `export --to` takes it.
     pub fn named(name: &str) -> Option<Self> {
@@ -94,7 +125,12 @@ impl Form {
         forms.find_map(|(form, of_form, ..)| (of_form == name).then_some(form))
     }
 
-    /// How its name ends.
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        Self::ALL[self as usize].1
+    }
+
+    /// How the name of its file ends.
     pub fn extension(self) -> &'static str {
         Self::ALL[self as usize].2
     }

@@ -4,12 +4,11 @@ mod text;
 
 use std::path::PathBuf;
 
-use clap::ValueEnum;
-use clap::builder::PossibleValue;
 use seatrial::preview::{Preview, Target, parse_target};
 use seatrial_app::planned::{Adopt, Changes, Wanted, plan_trial};
 use seatrial_app::surge_step::SurgeStated;
 
+use crate::choice::one_of;
 use crate::output::{Exit, Failure, Output, OutputPath, say};
 use crate::prior::{PriorArgs, positive};
 use crate::trial::ServoArgs;
@@ -59,8 +58,8 @@ pub struct Args {
     #[arg(long)]
     compare: bool,
     /// Train with this manoeuvre instead of the plan's.
-    #[arg(long, value_name = "MANOEUVRE")]
-    adopt: Option<Adopted>,
+    #[arg(long, value_name = "MANOEUVRE", value_parser = one_of(ADOPTED))]
+    adopt: Option<Adopt>,
     /// Add the cheapest run, at another thrust, that makes drag length and lag of the thrust identifiable for `seatrial surge`, where
     /// the plan's own changes of thrust do not.
     #[arg(long)]
@@ -76,36 +75,29 @@ pub struct Args {
     out: Option<OutputPath>,
 }
 
-/// The manoeuvres that the plan may take over, by their names.
-#[derive(Clone, Copy, Debug)]
-struct Adopted(Adopt);
-
-impl ValueEnum for Adopted {
-    fn value_variants<'a>() -> &'a [Self] {
-        &[
-            Self(Adopt::Recommended),
-            Self(Adopt::ThreeTwoOneOne),
-            Self(Adopt::Designed),
-            Self(Adopt::DesignedCalm),
-        ]
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        let (name, help) = match self.0 {
-            Adopt::Recommended => (
-                "recommended",
-                "The doublet recommended for the --target, for all speeds",
-            ),
-            Adopt::ThreeTwoOneOne => ("3-2-1-1", "The 3-2-1-1 of the comparison"),
-            Adopt::Designed => ("designed", "The manoeuvre designed within the envelope"),
-            Adopt::DesignedCalm => (
-                "designed-calm",
-                "The manoeuvre designed within the heading excursion of the doublet",
-            ),
-        };
-        Some(PossibleValue::new(name).help(help))
-    }
-}
+/// The manoeuvres that the plan may take over.
+const ADOPTED: [(Adopt, &str, &str); 4] = [
+    (
+        Adopt::Recommended,
+        "recommended",
+        "The doublet recommended for the --target, for all speeds",
+    ),
+    (
+        Adopt::ThreeTwoOneOne,
+        "3-2-1-1",
+        "The 3-2-1-1 of the comparison",
+    ),
+    (
+        Adopt::Designed,
+        "designed",
+        "The manoeuvre designed within the envelope",
+    ),
+    (
+        Adopt::DesignedCalm,
+        "designed-calm",
+        "The manoeuvre designed within the heading excursion of the doublet",
+    ),
+];
 
 fn help() -> String {
     format!(
@@ -136,7 +128,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let wanted = Wanted {
         target: args.target,
         comparison: args.compare,
-        adopt: args.adopt.map(|adopted| adopted.0),
+        adopt: args.adopt,
         surge: args.surge.then_some(SurgeStated {
             time_constant_s: args.surge_time_constant,
             noise_m_s: args.speed_noise,

@@ -25,7 +25,7 @@ use seatrial_report::{About, render};
 use serde::Serialize;
 
 use crate::autopilot::LinkArgs;
-use crate::axis::AxisOption;
+use crate::choice::{AXES, one_of};
 use crate::interrupt::{interrupted, unless_asked};
 use crate::output::{Exit, Failure, Output, OutputPath, say};
 use crate::record::{format_of, show};
@@ -59,8 +59,8 @@ pub struct Args {
     #[arg(long, value_name = "NAME|FILE")]
     scenario: Option<PathBuf>,
     /// The axis: yaw, or pitch with elevator doublets on a vehicle of six degrees of freedom [default: the plan's].
-    #[arg(long, value_name = "AXIS")]
-    axis: Option<AxisOption>,
+    #[arg(long, value_name = "AXIS", value_parser = one_of(AXES))]
+    axis: Option<Axis>,
     /// The plan, a TOML file as `seatrial plan` writes it [default: the paper's]. Of pitch it names what differs from the plan that
     /// `trial --axis pitch --json` prints.
     #[arg(long, value_name = "FILE")]
@@ -146,7 +146,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 impl Args {
     /// The plan of the file, else one for the time constant of a simulated vehicle that is named by it, changed as the options say.
     fn plan(&self) -> Result<TrialPlan, Failure> {
-        let mut plan = load_plan(self.plan.as_deref(), self.axis.map(Axis::from))?;
+        let mut plan = load_plan(self.plan.as_deref(), self.axis)?;
         let named = self.vehicle.as_deref().filter(|_| self.plan.is_none());
         if let Some(time_constant_s) = named.and_then(time_constant_of)
             && plan.axis.is_yaw()

@@ -7,6 +7,8 @@ use axum::Json;
 use axum::extract::State;
 use axum::http::{HeaderName, HeaderValue};
 use axum::response::{IntoResponse, Response};
+use seatrial::gains::export;
+use seatrial_app::gains_export::Format;
 use seatrial_app::model_request::{FileOfModels, ModelFile, ModelRequest};
 use serde::Deserialize;
 
@@ -117,37 +119,6 @@ fn answered(file: FileOfModels, kind: &'static str, stem: &str) -> Response {
     response
 }
 
-/// A form that controllers read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
-#[serde(rename_all = "snake_case")]
-pub enum GainsFormat {
-    /// Parameters of ArduPilot, .param.
-    Ardupilot,
-    /// Parameters of PX4, .params.
-    Px4,
-    /// Parameters of a ROS 2 node, YAML: the gain schedule as arrays.
-    Ros2,
-    /// The gain schedule as JSON.
-    Json,
-    /// The gain schedule as a table in a C99 header.
-    C,
-}
-
-impl GainsFormat {
-    fn file(self, vehicle: VehicleType) -> ModelFile {
-        match (self, vehicle) {
-            (Self::Ardupilot, VehicleType::Surface) => ModelFile::ArdupilotSurface,
-            (Self::Ardupilot, VehicleType::Underwater) => ModelFile::ArdupilotUnderwater,
-            (Self::Px4, VehicleType::Surface) => ModelFile::Px4Surface,
-            (Self::Px4, VehicleType::Underwater) => ModelFile::Px4Underwater,
-            (Self::Ros2, _) => ModelFile::Ros2,
-            (Self::Json, _) => ModelFile::Json,
-            (Self::C, _) => ModelFile::C,
-        }
-    }
-}
-
 /// Whose parameters.
 #[derive(Clone, Copy, Deserialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
@@ -182,24 +153,27 @@ pub async fn param(
     At(id): At<i64>,
     asked: Asked<Autopilot>,
 ) -> Result<Response, Refusal> {
-    gains(shared, At((id, GainsFormat::Ardupilot)), asked).await
+    gains(shared, At((id, Format::Ardupilot)), asked).await
 }
 
 /// Gains and limits of a campaign in a form that a controller reads.
 #[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/campaigns/{id}/gains/{format}", tag = "downloads",
     params(("id" = i64, Path, description = "Number of the campaign"),
-        ("format" = inline(GainsFormat), Path, description = "For which controller"), Autopilot),
+        ("format" = inline(Format), Path, description = "For which controller"), Autopilot),
     responses((status = 200, description = "As `gains --export` writes it", body = String, content_type = "text/plain"),
         (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn gains(
     State(shared): State<Arc<Shared>>,
-    At((id, format)): At<(i64, GainsFormat)>,
+    At((id, format)): At<(i64, Format)>,
     Asked(asked): Asked<Autopilot>,
 ) -> Result<Response, Refusal> {
     let request = ModelRequest {
         rehearsal: asked.rehearsal.unwrap_or(false),
         ..ModelRequest::default()
     };
-    let vehicle = asked.vehicle_type.unwrap_or(VehicleType::Surface);
-    of_campaign(shared, id, format.file(vehicle), TEXT, request).await
+    let vehicle = match asked.vehicle_type {
+        Some(VehicleType::Underwater) => export::VehicleType::Underwater,
+        Some(VehicleType::Surface) | None => export::VehicleType::Surface,
+    };
+    of_campaign(shared, id, ModelFile::Gains(format, vehicle), TEXT, request).await
 }

@@ -289,8 +289,7 @@ def export(
     models
         Where they come from.
     to
-        Of gains: ``ardupilot``, ``px4``, ``ros2``, ``json``, ``c``. Of the vehicle: ``vehicle`` and ``vehicle-json`` (its file), ``python``, ``casadi``,
-        ``mujoco``, ``octave``, ``fmu``, ``gazebo``, ``moos``, ``nav2``, ``ros2_control``, ``ros2_control-urdf``, ``guidance``.
+        Of gains one of `GainsForm`; of the vehicle one of `VehicleForm`, where ``vehicle`` and ``vehicle-json`` are its file.
     out
         The file; without, nothing is written. ``fmu`` needs one.
     surge_speed_m_s, rudder_limit_rad, damping_ratio, delay_s, interval_s, at_speed_m_s, at_thrust, extrapolate
