@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use seatrial::health::{
     Change, Effect, Effects, Finding, HealthError, HealthSettings, WatchReport,
 };
+use seatrial::words::sentence;
 use seatrial_app::health::{self, Comparison, Criteria, Missions, Watched};
 use seatrial_app::models::{ComparedModels, compared_models, open_named};
 use seatrial_app::next;
@@ -13,7 +14,7 @@ use seatrial_app::next;
 use crate::choice::one_of;
 use crate::log::{ChannelArgs, Reporter};
 use crate::output::{Exit, Failure, Output};
-use crate::screen::{command, labelled, sentence, width};
+use crate::screen::{command, labelled, width};
 use crate::speeds::plural;
 use crate::table::Table;
 

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use seatrial::Identification;
 use seatrial::identification::{Outcome, ReasonCode, Verdict};
 use seatrial::identify::IdentifySettings;
-use seatrial::words::three_figures;
+use seatrial::words::{sentence, three_figures};
 use seatrial_app::identify_log::{IdentifiedLog, Logs, Options, identify_log_observed};
 use seatrial_app::log_page::speed_rows;
 use seatrial_app::next;
@@ -20,7 +20,7 @@ use crate::choice::{AXES, one_of};
 use crate::log::{LogArgs, Reporter};
 use crate::model_text::{model_text, source_text, training_text, validation_text, verdict_text};
 use crate::output::{Exit, Failure, Output, OutputPath};
-use crate::screen::{command, labelled, sentence, width, wrapped};
+use crate::screen::{command, labelled, width, wrapped};
 use crate::speed_table::{promise_text, speed_table};
 use crate::speeds;
 use crate::windows::WindowArgs;
@@ -199,15 +199,9 @@ pub fn cause_text(verdict: &Verdict, more: &str, width: usize) -> String {
     if !cause.action.is_empty() {
         text += &labelled("Do     ", &cause.action, width);
     }
-    text += &match verdict.other_causes() {
-        0 => String::new(),
-        1 => labelled("Also   ", &format!("1 more remark, shown by {more}"), width),
-        others => labelled(
-            "Also   ",
-            &format!("{others} more remarks, shown by {more}"),
-            width,
-        ),
-    };
+    if let Some(remarks) = verdict.more_remarks() {
+        text += &labelled("Also   ", &format!("{remarks}, shown by {more}"), width);
+    }
     text
 }
 

@@ -10,7 +10,7 @@ use seatrial::Step;
 use seatrial::campaign::speeds::{Difference, ThrustDifference};
 use seatrial::campaign::{Campaign, Run};
 use seatrial::identification::Verdict;
-use seatrial::words::with_decimals;
+use seatrial::words::{sentence, with_decimals};
 use seatrial_app::models::{campaign_named, campaign_numbered};
 use seatrial_app::next;
 use seatrial_core::{Axis, Outcome, RudderUnit};
@@ -20,7 +20,7 @@ use serde::Serialize;
 
 use crate::damage;
 use crate::output::{Exit, Failure, Output};
-use crate::screen::{command, labelled, sentence, width};
+use crate::screen::{command, labelled, width};
 use crate::speed_table::{SpeedRow, promise_text, run_row, speed_table};
 use crate::table::decimals;
 use crate::track;

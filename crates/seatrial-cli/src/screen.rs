@@ -83,13 +83,6 @@ fn columns<Height>(size: Option<(Width, Height)>) -> Option<usize> {
     (columns > 0).then(|| usize::from(columns).max(PLAIN_WIDTH / 2))
 }
 
-/// A text with a capital letter at its start and a full stop at its end.
-pub fn sentence(text: &str) -> String {
-    let mut letters = text.trim_end_matches('.').chars();
-    let first = letters.next().map(|first| first.to_uppercase().to_string());
-    format!("{}{}.", first.unwrap_or_default(), letters.as_str())
-}
-
 /// Lines that begin with a label, or with as many spaces, and hold no more columns than the screen has.
 pub fn labelled(label: &str, text: &str, width: usize) -> String {
     broken(label, text, width, "")
@@ -199,11 +192,6 @@ mod tests {
             command("Next  ", "a bb ccc", 12),
             "Next  a bb \\\n      ccc\n"
         );
-        assert_eq!(
-            sentence("the rudder did not move"),
-            "The rudder did not move."
-        );
-        assert_eq!(sentence("Done."), "Done.");
         assert_eq!(
             wrapped("Log  one two three\n  four five six", 12),
             "Log  one two\n     three\n  four five\n  six\n"

@@ -72,11 +72,14 @@ fn cause(verdict: &Verdict) -> Vec<String> {
         .map(|r| sentence(&r.text))
         .into_iter()
         .collect();
-    cause.extend(match verdict.other_causes() {
-        0 => None,
-        1 => Some("1 more remark is given with the figures.".to_owned()),
-        others => Some(format!("{others} more remarks are given with the figures.")),
-    });
+    cause.extend(verdict.more_remarks().map(|remarks| {
+        let verb = if verdict.other_causes() == 1 {
+            "is"
+        } else {
+            "are"
+        };
+        format!("{remarks} {verb} given with the figures.")
+    }));
     cause
 }
 

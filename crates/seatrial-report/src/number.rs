@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use seatrial::identification::Reason;
-use seatrial::words::{r2_text, three_figures, with_decimals};
+use seatrial::words::{self, r2_text, three_figures, with_decimals};
 use seatrial_core::RudderUnit;
 
 /// How many of the unit that a rudder is shown in one is, and its sign.
@@ -74,19 +74,9 @@ pub(super) fn spoken(text: &str) -> String {
     text.replace("^2", "²")
 }
 
-/// Text as a sentence: a capital letter, its powers raised, a full stop.
+/// Text as a sentence, its powers raised.
 pub(super) fn sentence(text: &str) -> String {
-    let spoken = spoken(text.trim_end_matches('.'));
-    let mut letters = spoken.chars();
-    let first = letters.next().map(|first| first.to_uppercase().to_string());
-    format!("{}{}.", first.unwrap_or_default(), letters.as_str())
-}
-
-/// The word with a capital letter first.
-pub(super) fn sentence_start(word: &str) -> String {
-    let mut letters = word.chars();
-    let first = letters.next().map(|first| first.to_uppercase().to_string());
-    first.unwrap_or_default() + letters.as_str()
+    words::sentence(&spoken(text))
 }
 
 /// The causes of several reasons in one.

@@ -2,10 +2,9 @@
 
 use seatrial::campaign::{Stage, StageSpan};
 use seatrial::identification::Identification;
+use seatrial::words::capitalised;
 use seatrial::{Record, Window};
 use seatrial_core::Axis;
-
-use super::number::sentence_start;
 
 /// A run or a log as the figures see it.
 #[derive(Clone, Copy)]
@@ -41,12 +40,12 @@ impl Source<'_> {
 
     /// The angle as the first word of a label: `Heading`.
     pub(super) fn angle(&self) -> String {
-        sentence_start(self.axis.angle())
+        capitalised(self.axis.angle())
     }
 
     /// The control surface as the first word of a label: `Rudder`.
     pub(super) fn surface(&self) -> String {
-        sentence_start(self.axis.surface())
+        capitalised(self.axis.surface())
     }
 
     /// Are both windows on one time axis?

@@ -117,7 +117,7 @@ pub mod words {
     pub use crate::figures::{
         bounds_text, decimals_of, named_columns, r2_text, three_figures, with_decimals, within,
     };
-    pub use crate::plain_text::{plain, shortened};
+    pub use crate::plain_text::{capitalised, plain, sentence, shortened};
 }
 
 pub use campaign::{Campaign, FullRudder, Run};

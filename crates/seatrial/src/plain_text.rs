@@ -21,6 +21,18 @@ pub fn plain(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
+/// A text with a capital letter at its start.
+pub fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(|first| first.to_uppercase().to_string());
+    first.unwrap_or_default() + letters.as_str()
+}
+
+/// A text with a capital letter at its start and a full stop at its end.
+pub fn sentence(text: &str) -> String {
+    capitalised(text.trim_end_matches('.')) + "."
+}
+
 /// The longest line of a message, characters, and the most lines.
 const LONGEST_LINE: usize = 2000;
 const MOST_LINES: usize = 200;
@@ -64,6 +76,13 @@ fn is_command(c: char) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn exact_a_sentence_begins_and_ends_as_one() {
+        let said = sentence("the rudder did not move");
+        assert_eq!(said, "The rudder did not move.");
+        assert_eq!(sentence("Done."), "Done.");
+    }
 
     #[test]
     fn exact_a_message_has_an_end() {

@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use seatrial::identification::{Outcome, Reader, Verdict};
+use seatrial::words::sentence;
 use seatrial_app::documents::IdentificationDocument;
 use seatrial_app::identify_log::{IdentifiedLog, Options, identify_log};
 use seatrial_app::log_page;
 use seatrial_sim::lies;
 
 use crate::output::Exit;
-use crate::screen::{PLAIN_WIDTH, sentence};
+use crate::screen::PLAIN_WIDTH;
 
 /// Logs that give a verdict, at least.
 const LEAST_LOGS: usize = 60;

@@ -90,6 +90,15 @@ impl Verdict {
         self.causes().count() - usize::from(decides)
     }
 
+    /// How many more there are beside the [`cause`](Verdict::cause), in words; `None` where there is none.
+    pub fn more_remarks(&self) -> Option<String> {
+        match self.other_causes() {
+            0 => None,
+            1 => Some("1 more remark".into()),
+            others => Some(format!("{others} more remarks")),
+        }
+    }
+
     /// The verdict on a run of a trial: where the cure of a reason is of columns, units and windows of a log, what cures it in a trial.
     pub fn of_a_trial(mut self) -> Self {
         for reason in &mut self.reasons {
