@@ -73,10 +73,8 @@ pub(crate) fn match_columns(
     choice: &ChannelChoice,
 ) -> Result<Matches, Fault> {
     let mut found = Matches::default();
-    let names: Vec<ColumnName> = match known.is_empty() {
-        true => columns.iter().map(|name| ColumnName::new(name)).collect(),
-        false => Vec::new(),
-    };
+    let own_names = columns.iter().filter(|_| known.is_empty());
+    let names: Vec<ColumnName> = own_names.map(|name| ColumnName::new(name)).collect();
     if columns.len() < 2 && known.is_empty() {
         return Err(Fault::NoLog {
             what: "text without columns",

@@ -15,6 +15,7 @@
 
 mod filter;
 mod fit;
+mod held_out;
 mod information;
 mod long_turn;
 mod play;
@@ -43,10 +44,10 @@ use crate::record::{Window, logged_s};
 use crate::segmentation::{self, Kind};
 use filter::SpeedLaw;
 use fit::{Fit, Hypothesis, Problem, Scale};
+pub(super) use held_out::HeldOut;
 use information::Uncertainty;
 use long_turn::{Beyond, LongTurn, SURE_HULL, hulls};
 pub(super) use prediction::LEAST_HORIZON_S;
-use prediction::Prediction;
 use record::Legs;
 
 /// Manoeuvres that hold less than this share of the rudder's work are not what the log is.
@@ -61,14 +62,8 @@ const ORDERS: usize = 4;
 /// Strokes of the rudder from which a record is more than a manoeuvre.
 pub(super) const LEAST_STROKES: usize = 3;
 
-/// Share of the legs that is fitted where the rest validates.
-const FITTED: f64 = 0.6;
-
 /// Speeds that differ less tell nothing of the damping and the rudder effect over them.
 const LEAST_SPEED_CHANGE: f64 = 0.03;
-
-/// A part of the log tells by itself whether the model is right where its intervals are within this share of it.
-const TELLING: f64 = 0.6;
 
 /// Log of how much likelier each comparison must be with play: seas of eight waves, which no hypothesis has, made it likelier by up to half of that in 20
 /// missions of 6,000 comparisons, and play of 1 to 3 deg by 1.6 times that at least.
@@ -442,89 +437,4 @@ fn without_derived_rate(record: &ExaminedRecord, samples: &[Sample<f64>]) -> Vec
             ..*s
         })
         .collect()
-}
-
-/// A part of the steering that the model was not fitted to, or other data.
-pub(super) struct HeldOut {
-    /// Free runs of the model over it.
-    pub prediction: Prediction,
-    /// When it was.
-    pub window: Window,
-    /// Squared distance of its own [d, b] from the model's, over the covariance of both; `None` where it gives none by itself.
-    pub apart: Option<f64>,
-    /// Does it tell by itself whether the model is right?
-    pub is_telling: bool,
-}
-
-impl HeldOut {
-    /// Of other data, or of the last part of the legs with the heaviest hypothesis fitted to the first part.
-    fn of(legs: &Legs, estimate: &Estimate, other: Option<(Legs, Window)>) -> Option<Self> {
-        let hypothesis = estimate.heaviest.hypothesis;
-        let yaw_rate_rad_s = legs.yaw_rate_deviation_rad_s();
-        if let Some((other, window)) = other {
-            let rest = other.over_speed_of(legs);
-            let model = (estimate.heaviest.clone(), estimate.covariance);
-            return Some(Self::between(
-                &model,
-                &rest,
-                hypothesis,
-                window,
-                yaw_rate_rad_s,
-            ));
-        }
-        let [first, rest] = legs.split(FITTED);
-        let (from, to) = (rest.legs.first()?, rest.legs.last()?);
-        let window = Window {
-            from_s: *from.time_s.first()?,
-            to_s: *to.time_s.last()?,
-        };
-        let model = fitted(&first, hypothesis)?;
-        Some(Self::between(
-            &model,
-            &rest,
-            hypothesis,
-            window,
-            yaw_rate_rad_s,
-        ))
-    }
-
-    fn between(
-        (fit, covariance): &(Fit, Matrix4<f64>),
-        rest: &Legs,
-        hypothesis: Hypothesis,
-        window: Window,
-        yaw_rate_rad_s: f64,
-    ) -> Self {
-        let own = fitted(rest, hypothesis);
-        let values = fit.values();
-        let apart = own.as_ref().and_then(|(other, of_other)| {
-            let away = (other.values() - values).xy();
-            let mut both = (covariance + of_other)
-                .fixed_view::<2, 2>(0, 0)
-                .into_owned();
-            for (i, share) in MODEL_ERROR.iter().enumerate() {
-                both[(i, i)] += 2.0 * (share * values[i]).powi(2);
-            }
-            Some(away.dot(&both.cholesky()?.solve(&away)))
-        });
-        let is_telling = own.is_some_and(|(other, covariance)| {
-            (0..2)
-                .all(|i| NORMAL_95 * covariance[(i, i)].sqrt() < TELLING * other.values()[i].abs())
-        });
-        Self {
-            prediction: Prediction::of(fit, rest, yaw_rate_rad_s),
-            window,
-            apart,
-            is_telling,
-        }
-    }
-}
-
-/// One hypothesis fitted to legs, and its covariance.
-fn fitted(legs: &Legs, hypothesis: Hypothesis) -> Option<(Fit, Matrix4<f64>)> {
-    let (problem, look) = Problem::new(legs)?;
-    let simple = problem.fit(look.hypothesis, &look.x)?;
-    let fit = problem.extended(&simple, hypothesis)?;
-    let covariance = problem.uncertainty(&fit)?.covariance;
-    Some((fit, covariance))
 }
