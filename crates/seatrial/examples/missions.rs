@@ -71,6 +71,8 @@ struct Hull {
     sway: [f64; 2],
     /// Play of the gear from stop to stop, rad.
     play_rad: f64,
+    /// Largest rate of the gear, which the log does not tell, rad/s; 0 is none.
+    slew_rad_s: f64,
 }
 
 /// Motion of a boat.
@@ -156,7 +158,13 @@ impl Boat {
                 let sway_s = between(1.0, 4.0) / damping;
                 self.hull.sway = [between(0.2, 0.6) * damping / sway_s, sway_s];
             }
-            _ => self.hull.play_rad = between(0.02, 0.09),
+            2 => self.hull.play_rad = between(0.02, 0.09),
+            3 => self.hull.slew_rad_s = self.rate_limit_rad_s * between(0.3, 0.8),
+            _ => {
+                let sway_s = between(1.0, 4.0) / damping;
+                self.hull.sway = [between(1.05, 1.4) * damping / sway_s, sway_s];
+                self.hull.quadratic_per_rad = between(0.5, 2.0);
+            }
         }
         self
     }
@@ -168,7 +176,12 @@ impl Boat {
         } else {
             1.0
         };
-        x.lagging_rad += share * (command_rad - x.lagging_rad);
+        let mut moved_rad = share * (command_rad - x.lagging_rad);
+        if self.hull.slew_rad_s > 0.0 {
+            let most_rad = self.hull.slew_rad_s * STEP_S;
+            moved_rad = moved_rad.clamp(-most_rad, most_rad);
+        }
+        x.lagging_rad += moved_rad;
         let half = 0.5 * self.hull.play_rad;
         x.acting_rad = x
             .acting_rad
@@ -343,7 +356,13 @@ fn watched(seed: u64, count: u64) -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-const HULLS: [&str; 3] = ["quadratic damping", "stable sway", "play"];
+const HULLS: [&str; 5] = [
+    "quadratic damping",
+    "stable sway",
+    "play",
+    "slow gear",
+    "unstable sway",
+];
 
 #[derive(Default)]
 struct OfHulls {
@@ -359,10 +378,10 @@ fn of_hulls(seed: u64, count: u64) {
     println!(
         "| hull | missions | accepted | turn inside of those told | gains | overshooting over 25 % or swinging |\n|---|---|---|---|---|---|"
     );
-    let mut rows: [OfHulls; 3] = Default::default();
+    let mut rows: [OfHulls; 5] = Default::default();
     for seed in seed..seed + count {
         let mut rng = Pcg64Mcg::seed_from_u64(seed);
-        let hull = (seed / 6 % 3) as usize;
+        let hull = (seed / 6 % 5) as usize;
         let boat = Boat::draw(seed, &mut rng).beyond_first_order(hull, &mut rng);
         let record = boat.sail(&mut rng);
         let row = &mut rows[hull];

@@ -175,7 +175,9 @@ fn steering_model_of(
     let validated = data.map_or(&[][..], |data| data.record.window(data.window));
     let mut found = steering.identification(training, pass, used, validated, verdict);
     if !found.verdict.accepted {
-        found.higher_order = hull.or(found.higher_order);
+        // Course changes of a log that is refused tell no hull: on a tanker's random runs one predicted the other half worse than first order.
+        let of_the_gear = |beyond: &HigherOrder| !beyond.structure.has_own_hull();
+        found.higher_order = hull.or(found.higher_order.filter(of_the_gear));
     }
     Ok(Some(found))
 }

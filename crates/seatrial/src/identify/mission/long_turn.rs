@@ -13,6 +13,8 @@ use super::fit::{Fit, Hypothesis, Problem, Scale};
 use super::information::Uncertainty;
 use super::record::Legs;
 use super::{shares, uncertain};
+use crate::identification::{GainVehicle, Refined};
+use crate::identify::heading_gain::Vehicles;
 use crate::identify::robust::estimate::{LEAST_EVIDENCE, MODEL_ERROR};
 use crate::likelihood::Vehicle;
 use crate::likelihood::steering_model::steady_gain;
@@ -104,6 +106,8 @@ pub struct LongTurn {
     pub log_gain: [f64; 2],
     /// That amplitude, rad.
     pub rudder_rad: f64,
+    /// Vehicles that may have made the log, with their weights.
+    vehicles: Vec<(f64, Vehicle)>,
 }
 
 impl LongTurn {
@@ -135,6 +139,23 @@ impl LongTurn {
             offset_rad_s2: likeliest.offset_rad_s2,
             log_gain: [mean, variance + away * away],
             rudder_rad,
+            vehicles: (weights.iter().zip(all))
+                .filter(|(weight, _)| **weight > 0.0)
+                .map(|(weight, beyond)| (*weight, beyond.vehicle))
+                .collect(),
         })
+    }
+
+    /// The vehicle that the heading gain is made for, so that it holds on all that may have made the log, behind a delay, s, in a loop as fast as
+    /// the samples. `None` where none holds.
+    pub fn gain_vehicle(
+        &self,
+        refined: &Refined,
+        lag_s: f64,
+        interval_s: f64,
+    ) -> Option<GainVehicle> {
+        let behind = |(weight, vehicle): &(f64, Vehicle)| (*weight, Vehicle { lag_s, ..*vehicle });
+        let vehicles = self.vehicles.iter().map(behind).collect();
+        Vehicles::new(vehicles, interval_s, self.rudder_rad).gain_vehicle(refined)
     }
 }

@@ -280,7 +280,7 @@ impl Estimate {
     }
 
     /// The gear's lag with its interval and the hull, as documents have them.
-    fn beyond_first_order(&self) -> Option<HigherOrder> {
+    fn beyond_first_order(&self, refined: &Refined, interval_s: f64) -> Option<HigherOrder> {
         let lagging = self.steering_model();
         let half_s = NORMAL_95 * self.covariance[(3, 3)].sqrt();
         let lag_s = lagging.map(|model| model.rudder_lag_s);
@@ -306,7 +306,8 @@ impl Estimate {
             steady_rudder_rad: self.long_turn.as_ref().map(|turn| turn.rudder_rad),
             least_r2_left_out: None,
             hypotheses: Vec::new(),
-            gain_vehicle: None,
+            gain_vehicle: (self.long_turn.as_ref())
+                .and_then(|turn| turn.gain_vehicle(refined, lag_s.unwrap_or(0.0), interval_s)),
             validation: None,
         })
     }
@@ -354,18 +355,29 @@ impl Steering {
             let held_out = HeldOut::of(&legs, &estimate, other)?;
             Some((legs, estimate.widened(held_out.apart), held_out))
         });
-        Ok(found.map(|(legs, estimate, held_out)| Self {
-            log: LogStatistics::of(record, training, &manoeuvre, pass, 0),
-            minutes: legs.legs.iter().map(|leg| leg.duration_s()).sum::<f64>() / 60.0,
-            share: legs.share,
-            usual_speed_m_s: legs.speed_m_s,
-            speed_m_s: (legs.speed_m_s).filter(|_| legs.speed_change() > LEAST_SPEED_CHANGE),
-            refined: estimate.refined(),
-            beyond_first_order: estimate.beyond_first_order(),
-            play_rad: estimate.play_rad,
-            samples,
-            held_out,
+        Ok(found.map(|(legs, estimate, held_out)| {
+            let refined = estimate.refined();
+            let interval_s = interval_s(&samples);
+            let beyond_first_order = estimate.beyond_first_order(&refined, interval_s);
+            Self {
+                log: LogStatistics::of(record, training, &manoeuvre, pass, 0),
+                minutes: legs.legs.iter().map(|leg| leg.duration_s()).sum::<f64>() / 60.0,
+                share: legs.share,
+                usual_speed_m_s: legs.speed_m_s,
+                speed_m_s: (legs.speed_m_s).filter(|_| legs.speed_change() > LEAST_SPEED_CHANGE),
+                refined,
+                beyond_first_order,
+                play_rad: estimate.play_rad,
+                samples,
+                held_out,
+            }
         }))
+    }
+
+    /// Does no heading gain hold on the vehicles that may have made the log?
+    pub fn has_no_gain(&self) -> bool {
+        let beyond = self.beyond_first_order.as_ref();
+        beyond.is_some_and(|found| found.steady_log_gain.is_some() && found.gain_vehicle.is_none())
     }
 
     /// Does the model predict what was held out better than a vehicle that keeps turning as it does?
@@ -391,7 +403,7 @@ impl Steering {
         verdict: Verdict,
     ) -> Identification {
         let (refined, prediction) = (self.refined, &self.held_out.prediction);
-        let interval_s = logged_s(&self.samples) / self.samples.len().max(1) as f64;
+        let interval_s = interval_s(&self.samples);
         let lag_s =
             (self.beyond_first_order.as_ref()).map_or(0.0, |found| found.model.rudder_lag_s);
         let noise_rad = refined.heading_noise_rad;
@@ -424,6 +436,11 @@ impl Steering {
             settings,
         }
     }
+}
+
+/// Mean interval between samples, s.
+fn interval_s(samples: &[Sample<f64>]) -> f64 {
+    logged_s(samples) / samples.len().max(1) as f64
 }
 
 /// A yaw rate that is computed from the heading brings its noise twice.

@@ -37,6 +37,9 @@ const NOTED_CHANCE: f64 = 0.001;
 /// Noise under this share of the heading's range is the arithmetic's own.
 const LEAST_NOISE: f64 = 1e-3;
 
+/// What was found where no heading gain suits all vehicles that explain a record.
+pub(super) const NO_GAIN_HOLDS: &str = "there is no heading gain: on many of the vehicles that explain this record alike every one overshoots by more than a fifth or never settles, since at small rudder angles, or in a long turn, the vehicle may not stop turning by itself, or the rudder has play; record small rudder angles and long turns, or tune the autopilot with a rate gain";
+
 impl Weighing {
     pub(super) fn refined(&mut self, refined: &Refined, checked: &Checked) {
         self.intervals(refined, checked);
@@ -64,10 +67,7 @@ impl Weighing {
                 || leaves_much_less(checked)
                 || !holds_all_the_same(checked, share))
         {
-            self.note(
-                ReasonCode::Unstable,
-                "there is no heading gain: on many of the vehicles that explain this record alike every one overshoots by more than a fifth or never settles, since at small rudder angles, or in a long turn, the vehicle may not stop turning by itself, or the rudder has play; record small rudder angles and long turns, or tune the autopilot with a rate gain".into(),
-            );
+            self.note(ReasonCode::Unstable, NO_GAIN_HOLDS.into());
         }
     }
 

@@ -1,5 +1,6 @@
 //! May a model of ordinary steering be used?
 
+use super::parameters::NO_GAIN_HOLDS;
 use super::{Share, Weighing, first_of_all_the_rudder};
 use crate::figures::{percent, r2_text, three_figures};
 use crate::identification::{Reason, ReasonCode, Verdict, WIDEST_A22, WIDEST_B2};
@@ -125,6 +126,9 @@ impl Weighing {
         let Some(beyond) = &steering.beyond_first_order else {
             return;
         };
+        if steering.has_no_gain() {
+            self.note(ReasonCode::Unstable, NO_GAIN_HOLDS.into());
+        }
         if beyond.structure.lag {
             self.note(
                 ReasonCode::ModelOrder,
