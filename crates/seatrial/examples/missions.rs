@@ -9,7 +9,7 @@
 //! With `watch` each boat sails eleven missions: the first is the reference, and `health --watch` reads the other ten, of the same boat and of one
 //! whose rudder is 20 % weaker.
 //!
-//! With `hulls` the boats are not of first order: damping that grows with the turn, sway, or a gear with play. Their steady turn at the
+//! With `hulls` the boats are not of first order: damping that grows with the turn, sway, course-unstable or not, or a gear with play or a largest rate. Their steady turn at the
 //! largest rudder of the log and the course change of 40 deg under the gain that is handed out are simulated.
 //!
 //! A boat is simulated in steps of 1 ms; its compass and, in seven of ten, its gyro are noisy, its rudder may lag, and the log says nothing of

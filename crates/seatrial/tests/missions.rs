@@ -6,7 +6,7 @@ use rand_pcg::Pcg64Mcg;
 use seatrial::identification::{EstimateMethod, ReasonCode};
 use seatrial::identify::mission::is_ordinary_steering;
 use seatrial::identify::{IdentifySettings, identify};
-use seatrial::{Identification, Record, Sample, Window};
+use seatrial::{GainAllowance, Identification, Record, Sample, Window};
 
 const A22_PER_S: f64 = -0.8;
 const B2_PER_S2: f64 = 0.7;
@@ -144,6 +144,23 @@ fn recover_the_steady_turn_of_a_hull_beyond_first_order() {
     // A boat of first order has no other turn.
     let found = identified(&mission(3, 0.0, 0.005));
     assert!(found.steady_turn().is_none(), "{found:?}");
+}
+
+/// An autopilot with a rate gain holds a course-unstable boat; the proportional gain that is handed out would not.
+#[test]
+fn recover_that_no_gain_holds_a_course_unstable_boat() {
+    let unstable = Hull {
+        quadratic_per_rad: 1.0,
+        coupling_per_s2: 0.4,
+        sway_s: 2.5,
+    };
+    let found = identified(&mission_of(unstable, 4, 0.0, 0.005));
+    let gain = GainAllowance::of(&found).design(&found.model(), 0.7);
+    assert!(gain.is_err(), "{gain:?} {:?}", found.verdict);
+    assert!(found.verdict.has(&ReasonCode::Unstable));
+    let stable = identified(&mission(4, 0.0, 0.005));
+    let gain = GainAllowance::of(&stable).design(&stable.model(), 0.7);
+    assert!(gain.is_ok(), "{:?}", stable.verdict);
 }
 
 #[test]

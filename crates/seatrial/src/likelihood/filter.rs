@@ -224,11 +224,11 @@ impl Gear {
         }
     }
 
-    /// A gear that lags by so much, s, and nothing else.
-    pub(crate) fn lagging(lag_s: f64, angle_rad: f64) -> Self {
+    /// A gear without play that lags by so much, s, and has a largest rate, rad/s.
+    pub(crate) fn lagging(lag_s: f64, rate_limit_rad_s: f64, angle_rad: f64) -> Self {
         Self {
             decay: Decay::of(lag_s),
-            rate_limit_rad_s: f64::INFINITY,
+            rate_limit_rad_s,
             half_play_rad: 0.0,
             angle_rad,
         }

@@ -54,6 +54,8 @@ pub struct Point {
     pub growth: [f64; 2],
     /// Yaw moment per sway, 1/s^2, and time constant of sway, s; 0 for none.
     pub sway: [f64; 2],
+    /// Largest rate of the gear, rad/s; infinite for none.
+    pub rate_limit_rad_s: f64,
 }
 
 /// Columns: the measurements, rudder, offset, bias of the gyro.
@@ -161,7 +163,11 @@ impl<'a> Run<'a> {
         let mut x = [[0.0; STATES]; COLUMNS];
         x[0][0] = leg.heading_rad.first().copied().unwrap_or(0.0);
         Self {
-            gear: Gear::lagging(point.lag_s, commands.first().copied().unwrap_or(0.0)),
+            gear: Gear::lagging(
+                point.lag_s,
+                point.rate_limit_rad_s,
+                commands.first().copied().unwrap_or(0.0),
+            ),
             commands,
             leg,
             point,

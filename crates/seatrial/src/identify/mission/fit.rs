@@ -23,6 +23,8 @@ pub struct Hypothesis {
     pub growth: bool,
     /// Does sway act on yaw?
     pub sway: bool,
+    /// Has the gear a largest rate?
+    pub rate_limit: bool,
 }
 
 impl Hypothesis {
@@ -31,6 +33,7 @@ impl Hypothesis {
         let hull = Structure {
             quadratic: self.growth,
             sway: self.sway,
+            rate_limit: self.rate_limit,
             ..Structure::FIRST_ORDER
         };
         let is_linear = |p: &Parameter| matches!(p, Parameter::Damping | Parameter::Authority);
@@ -96,7 +99,7 @@ impl Fit {
             authority_per_s2: self.linear[0],
             shift_s: 0.0,
             lag_s: 0.0,
-            rate_limit_rad_s: f64::INFINITY,
+            rate_limit_rad_s: point.rate_limit_rad_s,
             play_rad: 0.0,
             quadratic_per_rad: point.growth[0],
             coupling_per_s2,
@@ -114,9 +117,10 @@ pub(super) const LAG: usize = 6;
 const GROWTH: usize = 7;
 const COUPLING: usize = 8;
 const SWAY_TIME: usize = 9;
-const WAVE: usize = 10;
-const WAVE_FREQUENCY: usize = 11;
-const WAVE_RATIO: usize = 12;
+const RATE_LIMIT: usize = 10;
+const WAVE: usize = 11;
+const WAVE_FREQUENCY: usize = 12;
+const WAVE_RATIO: usize = 13;
 
 /// Prior deviation of the logarithm of a lag about 0.15 time constants.
 pub(super) const LAG_DEVIATION: f64 = 1.2;
@@ -153,6 +157,7 @@ impl<'a> Problem<'a> {
             waves: false,
             growth: false,
             sway: false,
+            rate_limit: false,
         };
         let mut best: Option<(Self, Fit)> = None;
         for k in 0..LOOKS {
@@ -194,6 +199,7 @@ impl<'a> Problem<'a> {
             LAG => hypothesis.lag,
             GROWTH => hypothesis.growth,
             COUPLING | SWAY_TIME => hypothesis.sway,
+            RATE_LIMIT => hypothesis.rate_limit,
             SPEED_LATE => hypothesis.law == SpeedLaw::Proportional,
             _ => true,
         };
@@ -234,6 +240,11 @@ impl<'a> Problem<'a> {
             sway: match hypothesis.sway {
                 true => [x[COUPLING] * rate * rate, exp(x[SWAY_TIME]) / rate],
                 false => [0.0; 2],
+            },
+            // About the largest rudder in a time constant.
+            rate_limit_rad_s: match hypothesis.rate_limit {
+                true => exp(x[RATE_LIMIT]) * self.legs.rudder_amplitude_rad() * rate,
+                false => f64::INFINITY,
             },
         }
     }
@@ -395,20 +406,26 @@ impl<'a> Problem<'a> {
 }
 
 impl Problem<'_> {
-    /// Fits a hull from the two starts from which a step of scoring promises most. `None` where no step promises that it is clearly likelier than a
+    /// Fits a hull or a slow gear from the two starts from which a step of scoring promises most. `None` where no step promises that it is clearly likelier than a
     /// fit without.
     pub fn with_hull(&self, simpler: &Fit, hypothesis: Hypothesis) -> Option<Fit> {
         // Without a coupling the slope tells of one, whatever its sign.
-        const SWAYS: [[f64; 2]; 4] = [[0.0, 0.0], [0.0, 1.0], [-0.35, 0.0], [0.35, 0.0]];
-        let starts = if hypothesis.sway {
-            &SWAYS[..]
-        } else {
-            &SWAYS[..1]
+        const SWAYS: [[f64; 3]; 4] = [
+            [0.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [-0.35, 0.0, 0.0],
+            [0.35, 0.0, 0.0],
+        ];
+        const RATE_LIMITS: [[f64; 3]; 3] = [[0.0, 0.0, -1.0], [0.0; 3], [0.0, 0.0, 1.0]];
+        let starts = match (hypothesis.sway, hypothesis.rate_limit) {
+            (true, _) => &SWAYS[..],
+            (false, true) => &RATE_LIMITS[..],
+            (false, false) => &SWAYS[..1],
         };
         let mut looks: Vec<(f64, Fit)> = (starts.iter())
-            .filter_map(|[coupling, time]| {
+            .filter_map(|[coupling, time, rate_limit]| {
                 let mut x = simpler.x.clone();
-                (x[COUPLING], x[SWAY_TIME]) = (*coupling, *time);
+                (x[COUPLING], x[SWAY_TIME], x[RATE_LIMIT]) = (*coupling, *time, *rate_limit);
                 x[GROWTH] = Parameter::Quadratic.starts()[0];
                 let here = self.at(hypothesis, &x)?;
                 Some((here.cost - self.next_gain(&here)?, here))
@@ -437,6 +454,7 @@ pub(super) fn belief(parameter: usize) -> Option<[f64; 2]> {
         GROWTH => Some([0.0, Parameter::Quadratic.prior_deviation()?]),
         COUPLING => Some([0.0, Parameter::Coupling.prior_deviation()?]),
         SWAY_TIME => Some([0.0, Parameter::SwayTime.prior_deviation()?]),
+        RATE_LIMIT => Some([0.0, Parameter::RateLimit.prior_deviation()?]),
         WAVE_FREQUENCY => Some([0.5, 1.0]),
         WAVE_RATIO => Some([0.0, 0.7]),
         _ => Some([0.0, 4.0]),

@@ -298,6 +298,7 @@ impl Estimate {
                 quadratic: model.quadratic_per_rad > 0.0,
                 sway: model.a21_per_s2 != 0.0,
                 play: model.play_rad.is_some(),
+                rate_limit: model.rate_limit_rad_s.is_some(),
                 ..Structure::LAG
             },
             lag_interval_s: lag_s.map(|lag_s| [lag_s - half_s, lag_s + half_s]),
