@@ -111,6 +111,8 @@ pub struct LongTurn {
     pub log_gain: [f64; 2],
     /// That amplitude, rad.
     pub rudder_rad: f64,
+    /// Is the vehicle surely not of first order?
+    pub is_sure: bool,
     /// Vehicles that may have made the log, with their weights.
     vehicles: Vec<(f64, Vehicle)>,
 }
@@ -135,15 +137,17 @@ impl LongTurn {
         let variance: f64 = weighed()
             .map(|(beyond, w)| w * (beyond.log_gain[1] + (beyond.log_gain[0] - mean).powi(2)))
             .sum();
-        let away = match lead < likeliest.sure {
-            true => (first_gain - mean) / NORMAL_95,
-            false => 0.0,
+        let is_sure = lead >= likeliest.sure;
+        let away = match is_sure {
+            true => 0.0,
+            false => (first_gain - mean) / NORMAL_95,
         };
         Some(Self {
             vehicle: likeliest.vehicle,
             offset_rad_s2: likeliest.offset_rad_s2,
             log_gain: [mean, variance + away * away],
             rudder_rad,
+            is_sure,
             vehicles: (weights.iter().zip(all))
                 .filter(|(weight, _)| **weight > 0.0)
                 .map(|(weight, beyond)| (*weight, beyond.vehicle))

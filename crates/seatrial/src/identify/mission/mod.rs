@@ -331,6 +331,8 @@ pub(super) struct Steering {
     pub refined: Refined,
     /// The model behind the delay of its rudder, or of another hull, where there is one.
     pub beyond_first_order: Option<HigherOrder>,
+    /// Is the vehicle surely not of first order?
+    pub is_surely_beyond: bool,
     /// Play of the rudder from stop to stop, rad, where the log asks for it.
     pub play_rad: Option<f64>,
     /// What it was validated on.
@@ -368,6 +370,7 @@ impl Steering {
                 speed_m_s: (legs.speed_m_s).filter(|_| legs.speed_change() > LEAST_SPEED_CHANGE),
                 refined,
                 beyond_first_order,
+                is_surely_beyond: (estimate.long_turn.as_ref()).is_some_and(|turn| turn.is_sure),
                 play_rad: estimate.play_rad,
                 samples,
                 held_out,

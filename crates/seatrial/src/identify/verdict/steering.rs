@@ -135,7 +135,8 @@ impl Weighing {
                 format!("the rudder acts {} s later than the log says: a22, b2 and C0 are those behind the delay, which gains must allow for", three_figures(beyond.model.rudder_lag_s)),
             );
         }
-        if beyond.structure.has_own_hull() || beyond.structure.rate_limit {
+        let has_another = beyond.structure.has_own_hull() || beyond.structure.rate_limit;
+        if has_another && steering.is_surely_beyond {
             self.note(
                 ReasonCode::ModelOrder,
                 format!("{} explains the log better than first order: a22, b2 and K are those of course changes, a long turn ends at another rate, which `seatrial turn` takes", beyond.structure.in_words()),
