@@ -17,7 +17,7 @@ use seatrial_core::state_variable_filter::Hold;
 use seatrial_core::{Nomoto, RejectedCounts, YawModel};
 use serde::{Deserialize, Serialize};
 
-use crate::likelihood::steering_model::steady_gain;
+use crate::likelihood::steering_model::log_steady_gain;
 use crate::likelihood::{SteeringModel, Structure, Weighed};
 pub use crate::propagation::{
     NORMAL_95, covariance_of_intervals, drawn, interval_95, with_steady_gain,
@@ -204,8 +204,8 @@ impl SteadyTurn {
     pub fn log_gain_at(&self, rudder_rad: f64) -> [f64; 2] {
         let [mean, variance] = self.log_gain;
         let further = self.at.map(|(model, own_rad)| {
-            let gain = |rudder_rad: f64| steady_gain(&model.vehicle(), rudder_rad).abs();
-            libm::log(gain(rudder_rad.abs()) / gain(own_rad))
+            let log_gain = |rudder_rad: f64| log_steady_gain(&model.vehicle(), rudder_rad);
+            log_gain(rudder_rad.abs()) - log_gain(own_rad)
         });
         let further = further.filter(|further| further.is_finite()).unwrap_or(0.0);
         [mean + further, variance]

@@ -9,7 +9,7 @@ use super::robust::estimate::MODEL_ERROR;
 use crate::identification::{EstimateMethod, HigherOrder, Refined, WIDEST_A22, WIDEST_B2};
 use crate::likelihood::filter::Noise;
 use crate::likelihood::hypothesis::Vehicle;
-use crate::likelihood::steering_model::{first_order_at, steady_gain};
+use crate::likelihood::steering_model::{first_order_at, log_steady_gain};
 use crate::likelihood::{Candidate, Contest, Disturbance, contest_of_hulls};
 use crate::manoeuvre::Manoeuvre;
 use crate::propagation::NORMAL_95;
@@ -93,10 +93,7 @@ fn reaching_behind_play(refined: Refined, contest: &Contest, amplitude_rad: f64)
 
 /// Mean and variance of the log of the gain K, 1/s, that the hypotheses' steady turns have at a rudder amplitude, rad.
 fn steady_log_gain(contest: &Contest, amplitude_rad: f64) -> Option<[f64; 2]> {
-    let log_gain = |vehicle: &Vehicle, _: f64| {
-        let gain = steady_gain(vehicle, amplitude_rad);
-        [libm::log(gain.abs()), 0.0, 0.0]
-    };
+    let log_gain = |vehicle: &Vehicle, _: f64| [log_steady_gain(vehicle, amplitude_rad), 0.0, 0.0];
     let moments = contest.moments(&log_gain)?;
     let (mean, variance) = (moments.mean[0], moments.covariance[(0, 0)]);
     (mean.is_finite() && variance.is_finite()).then_some([mean, variance])

@@ -206,11 +206,12 @@ pub fn first_order_at(vehicle: &Vehicle, offset_rad_s2: f64, amplitude_rad: f64)
     ]
 }
 
-/// K, 1/s, of the steady turn at a rudder amplitude, rad. Where nothing ends the turn, that of a twentieth of the damping without sway.
-pub fn steady_gain(vehicle: &Vehicle, amplitude_rad: f64) -> f64 {
+/// ln |K|, K in 1/s, of the steady turn at a rudder amplitude, rad. Where nothing ends the turn, that of a twentieth of the damping without sway.
+pub fn log_steady_gain(vehicle: &Vehicle, amplitude_rad: f64) -> f64 {
     const LEAST_DAMPING: f64 = 0.05;
     let [secant, authority] = secant_at(vehicle, amplitude_rad);
-    authority / secant.max(LEAST_DAMPING * vehicle.damping_per_s.abs())
+    let gain = authority / secant.max(LEAST_DAMPING * vehicle.damping_per_s.abs());
+    libm::log(gain.abs())
 }
 
 /// Damping d_s + d2 r_s, 1/s, of the steady turn at a rudder amplitude, rad, and the rudder's effect on it, 1/s^2.

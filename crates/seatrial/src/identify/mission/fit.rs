@@ -7,7 +7,7 @@ use super::record::Legs;
 use crate::identify::robust::estimate::LEAST_EVIDENCE;
 use crate::likelihood::fit::log_determinant;
 use crate::likelihood::hypothesis::Parameter;
-use crate::likelihood::steering_model::steady_gain;
+use crate::likelihood::steering_model::log_steady_gain;
 use crate::likelihood::{Structure, Vehicle};
 
 /// What is supposed of vehicle and disturbance.
@@ -51,6 +51,10 @@ pub struct Scale {
     pub rate_per_s: f64,
     /// Deviation of the yaw rate, rad/s.
     pub yaw_rate_rad_s: f64,
+    /// Amplitude of the rudder, rad.
+    pub rudder_rad: f64,
+    /// Mean size of the yaw rate that a filter saw, rad/s; 0 before one ran.
+    pub turning_rad_s: f64,
     pub(super) has_gyro: bool,
 }
 
@@ -87,7 +91,7 @@ impl Fit {
 
     /// Log of K, 1/s, of the steady turn at a rudder amplitude, rad.
     pub fn log_gain(&self, amplitude_rad: f64) -> f64 {
-        libm::log(steady_gain(&self.vehicle(), amplitude_rad).abs())
+        log_steady_gain(&self.vehicle(), amplitude_rad)
     }
 
     /// The vehicle behind its delay.
@@ -146,6 +150,7 @@ impl<'a> Problem<'a> {
             .map(|leg| leg.duration_s())
             .fold(0.0, f64::max);
         let yaw_rate_rad_s = legs.yaw_rate_deviation_rad_s();
+        let rudder_rad = legs.rudder_amplitude_rad();
         let has_gyro = legs.legs.iter().any(|leg| !leg.yaw_rate_rad_s.is_empty());
         let (slowest, fastest) = (
             libm::log(10.0 / longest_s),
@@ -168,6 +173,8 @@ impl<'a> Problem<'a> {
                 scale: Scale {
                     rate_per_s: rate,
                     yaw_rate_rad_s,
+                    rudder_rad,
+                    turning_rad_s: 0.0,
                     has_gyro,
                 },
             };
@@ -233,7 +240,7 @@ impl<'a> Problem<'a> {
             growth: match hypothesis.growth {
                 true => [
                     0.3 * exp(x[GROWTH]) * rate / self.scale.yaw_rate_rad_s,
-                    self.legs.mean_turning_rad_s(),
+                    self.scale.turning_rad_s,
                 ],
                 false => [0.0; 2],
             },
@@ -243,7 +250,7 @@ impl<'a> Problem<'a> {
             },
             // About the largest rudder in a time constant.
             rate_limit_rad_s: match hypothesis.rate_limit {
-                true => exp(x[RATE_LIMIT]) * self.legs.rudder_amplitude_rad() * rate,
+                true => exp(x[RATE_LIMIT]) * self.scale.rudder_rad * rate,
                 false => f64::INFINITY,
             },
         }
@@ -406,8 +413,8 @@ impl<'a> Problem<'a> {
 }
 
 impl Problem<'_> {
-    /// Fits a hull or a slow gear from the two starts from which a step of scoring promises most. `None` where no step promises that it is clearly likelier than a
-    /// fit without.
+    /// Fits a hull or a slow gear from the two starts from which a step of scoring promises most. `None` where no step promises that it is
+    /// clearly likelier than a fit without.
     pub fn with_hull(&self, simpler: &Fit, hypothesis: Hypothesis) -> Option<Fit> {
         // Without a coupling the slope tells of one, whatever its sign.
         const SWAYS: [[f64; 3]; 4] = [

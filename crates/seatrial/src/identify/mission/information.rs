@@ -81,7 +81,7 @@ impl Problem<'_> {
     /// Slopes of d, b, c, the delay and the log of the steady turn with the parameters.
     fn rows(&self, fit: &Fit, all: &[Parameter]) -> DMatrix<f64> {
         let rate = self.scale.rate_per_s;
-        let amplitude_rad = self.legs.rudder_amplitude_rad();
+        let amplitude_rad = self.scale.rudder_rad;
         let here = fit.log_gain(amplitude_rad);
         let of_gain = |parameter: Parameter| {
             const STEP: f64 = 1e-4;

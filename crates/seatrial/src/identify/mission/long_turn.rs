@@ -18,7 +18,7 @@ use crate::identification::{GainVehicle, Refined};
 use crate::identify::heading_gain::Vehicles;
 use crate::identify::robust::estimate::{LEAST_EVIDENCE, MODEL_ERROR};
 use crate::likelihood::Vehicle;
-use crate::likelihood::steering_model::steady_gain;
+use crate::likelihood::steering_model::log_steady_gain;
 use crate::propagation::NORMAL_95;
 
 /// Log of how much likelier a log must be with a hull beyond first order to be surely of one: seas of eight waves made it likelier by up to 12 in 72
@@ -46,6 +46,10 @@ fn with_turning(legs: &Legs, fit: &Fit) -> Legs {
 /// Hulls and a slow gear beyond first order, each fitted from the likeliest vehicle of first order.
 pub fn hulls(legs: &Legs, scale: Scale, heaviest: &Fit) -> Vec<(Fit, Uncertainty)> {
     let legs = &with_turning(legs, heaviest);
+    let scale = Scale {
+        turning_rad_s: legs.mean_turning_rad_s(),
+        ..scale
+    };
     let problem = Problem { legs, scale };
     let of = |growth, sway| Hypothesis {
         growth,
@@ -82,20 +86,20 @@ impl Beyond {
     pub fn of(
         (fit, uncertainty): &(Fit, Uncertainty),
         play_rad: f64,
-        legs: &Legs,
+        amplitude_rad: f64,
         sure: f64,
     ) -> Self {
         let vehicle = Vehicle {
             play_rad,
             ..fit.vehicle()
         };
-        let gain = steady_gain(&vehicle, legs.rudder_amplitude_rad()).abs();
+        let log_gain = log_steady_gain(&vehicle, amplitude_rad);
         let model_error: f64 = MODEL_ERROR.iter().map(|share| share * share).sum();
         Self {
             log_evidence: uncertainty.log_evidence,
             vehicle,
             offset_rad_s2: fit.linear[1],
-            log_gain: [libm::log(gain), uncertainty.log_gain_variance + model_error],
+            log_gain: [log_gain, uncertainty.log_gain_variance + model_error],
             sure,
         }
     }

@@ -137,7 +137,7 @@ fn fits(legs: &Legs) -> Option<(Vec<(Fit, Uncertainty)>, Scale)> {
 }
 
 fn uncertain(problem: &Problem, fits: Vec<Fit>) -> Vec<(Fit, Uncertainty)> {
-    let of = |fit: Fit| Some((fit.clone(), problem.uncertainty(&fit)?));
+    let of = |fit: Fit| problem.uncertainty(&fit).map(|u| (fit, u));
     fits.into_iter().filter_map(of).collect()
 }
 
@@ -176,15 +176,15 @@ impl Estimate {
         let behind = play::likely_play_rad(legs, scale, &estimate.heaviest)
             .and_then(|play_rad| Some((play_rad, fits(&legs.behind_play(play_rad))?.0)));
         let of_a_sea = LEAST_EVIDENCE.max(EVIDENCE_OF_A_SEA * legs.len() as f64);
+        let amplitude_rad = scale.rudder_rad;
         let mut beyond: Vec<Beyond> = hulls(legs, scale, &estimate.heaviest)
             .iter()
-            .map(|hull| Beyond::of(hull, 0.0, legs, SURE_HULL))
+            .map(|hull| Beyond::of(hull, 0.0, amplitude_rad, SURE_HULL))
             .collect();
         if let Some((play_rad, fits)) = &behind {
-            let of = |fit| Beyond::of(fit, *play_rad, legs, of_a_sea);
+            let of = |fit| Beyond::of(fit, *play_rad, amplitude_rad, of_a_sea);
             beyond.extend(fits.iter().map(of));
         }
-        let amplitude_rad = legs.rudder_amplitude_rad();
         let first_order = (
             estimate.log_evidence,
             estimate.heaviest.log_gain(amplitude_rad),
