@@ -215,3 +215,20 @@ fn exact_a_zig_zag_is_no_ordinary_steering() {
         .collect();
     assert!(!is_ordinary_steering(&samples));
 }
+
+/// Autopilots of course-unstable boats go from stop to stop: two of sixty such missions were taken for a manoeuvre and got a gain that swings.
+#[test]
+fn regress_an_autopilot_that_goes_from_stop_to_stop_makes_no_manoeuvre() {
+    let steered = |strokes: usize| -> Vec<Sample<f64>> {
+        let turn = core::f64::consts::PI / 40.0;
+        (0..40 * strokes)
+            .map(|k| Sample {
+                time_s: 0.1 * k as f64,
+                rudder_rad: (2.0 * (turn * k as f64).sin()).clamp(-0.5, 0.5),
+                ..Sample::default()
+            })
+            .collect()
+    };
+    assert!(is_ordinary_steering(&steered(60)));
+    assert!(!is_ordinary_steering(&steered(12)));
+}

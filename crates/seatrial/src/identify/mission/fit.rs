@@ -416,25 +416,41 @@ impl Problem<'_> {
     /// Fits a hull or a slow gear from the two starts from which a step of scoring promises most. `None` where no step promises that it is
     /// clearly likelier than a fit without.
     pub fn with_hull(&self, simpler: &Fit, hypothesis: Hypothesis) -> Option<Fit> {
+        // Coupling, log of the time constant of sway, and the share of what sway then takes of the damping in the long run that is given back to it.
         // Without a coupling the slope tells of one, whatever its sign.
-        const SWAYS: [[f64; 3]; 4] = [
+        const SWAYS: [[f64; 3]; 7] = [
             [0.0, 0.0, 0.0],
             [0.0, 1.0, 0.0],
             [-0.35, 0.0, 0.0],
             [0.35, 0.0, 0.0],
+            [0.35, 0.0, 0.5],
+            [0.7, 0.7, 0.5],
+            [0.7, 0.7, 1.0],
         ];
-        const RATE_LIMITS: [[f64; 3]; 3] = [[0.0, 0.0, -1.0], [0.0; 3], [0.0, 0.0, 1.0]];
+        const RATE_LIMITS: [f64; 3] = [-1.0, 0.0, 1.0];
+        let mut first = simpler.x.clone();
+        if !simpler.hypothesis.growth {
+            first[GROWTH] = Parameter::Quadratic.starts()[0];
+        }
+        let with_sway = |[coupling, time, share]: [f64; 3]| {
+            let mut x = first.clone();
+            (x[COUPLING], x[SWAY_TIME]) = (coupling, time);
+            x[0] += share * coupling * libm::exp(time);
+            x
+        };
+        let with_limit = |rate_limit| {
+            let mut x = first.clone();
+            x[RATE_LIMIT] = rate_limit;
+            x
+        };
         let starts = match (hypothesis.sway, hypothesis.rate_limit) {
-            (true, _) => &SWAYS[..],
-            (false, true) => &RATE_LIMITS[..],
-            (false, false) => &SWAYS[..1],
+            (true, _) => SWAYS.map(with_sway).to_vec(),
+            (false, true) => RATE_LIMITS.map(with_limit).to_vec(),
+            (false, false) => vec![first],
         };
         let mut looks: Vec<(f64, Fit)> = (starts.iter())
-            .filter_map(|[coupling, time, rate_limit]| {
-                let mut x = simpler.x.clone();
-                (x[COUPLING], x[SWAY_TIME], x[RATE_LIMIT]) = (*coupling, *time, *rate_limit);
-                x[GROWTH] = Parameter::Quadratic.starts()[0];
-                let here = self.at(hypothesis, &x)?;
+            .filter_map(|x| {
+                let here = self.at(hypothesis, x)?;
                 Some((here.cost - self.next_gain(&here)?, here))
             })
             .collect();

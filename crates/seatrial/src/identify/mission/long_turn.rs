@@ -64,8 +64,15 @@ pub fn hulls(legs: &Legs, scale: Scale, heaviest: &Fit) -> Vec<(Fit, Uncertainty
     for hypothesis in [slow_gear, of(true, false), of(false, true)] {
         fits.extend(problem.with_hull(heaviest, hypothesis));
     }
-    let sway = fits.iter().find(|fit| fit.hypothesis.sway);
-    let both = sway.and_then(|sway| problem.extended(sway, of(true, true)));
+    let of_hull = |growth, sway| {
+        (fits.iter())
+            .find(move |fit| [fit.hypothesis.growth, fit.hypothesis.sway] == [growth, sway])
+    };
+    let from_sway = of_hull(false, true).and_then(|sway| problem.extended(sway, of(true, true)));
+    let from_growth =
+        of_hull(true, false).and_then(|growth| problem.with_hull(growth, of(true, true)));
+    let both = from_sway.into_iter().chain(from_growth);
+    let both = both.min_by(|a, b| a.cost.total_cmp(&b.cost));
     fits.extend(both);
     uncertain(&problem, fits)
 }

@@ -56,6 +56,11 @@ const MANOEUVRES: f64 = 0.5;
 /// A rudder within this share of its usual deflection is held there.
 const HELD: f64 = 0.2;
 
+/// Strokes that nobody makes in one manoeuvre, and the share of the time that the rudder is then deflected: trials rest between manoeuvres. Autopilots
+/// of course-unstable boats go from stop to stop like this.
+const MOST_STROKES: usize = 24;
+const RESTLESS: f64 = 0.3;
+
 /// Changes of the rudder a stroke under which somebody gives orders.
 const ORDERS: usize = 4;
 
@@ -95,6 +100,9 @@ pub fn is_ordinary_steering(samples: &[Sample<f64>]) -> bool {
     let all = work(samples, &|_| true);
     let held = work(samples, &|x| (x - 1.0).abs() < HELD);
     let deflected = samples.iter().filter(|s| away(s) > 0.5).count();
+    if whole.strokes.len() > MOST_STROKES && deflected as f64 > RESTLESS * samples.len() as f64 {
+        return true;
+    }
     if held > MANOEUVRES * all && 2 * deflected > samples.len() {
         return false;
     }
