@@ -53,6 +53,8 @@ pub struct Scale {
     pub yaw_rate_rad_s: f64,
     /// Amplitude of the rudder, rad.
     pub rudder_rad: f64,
+    /// A third of the largest rate of the rudder, rad/s.
+    pub slew_rad_s: f64,
     /// Mean size of the yaw rate that a filter saw, rad/s; 0 before one ran.
     pub turning_rad_s: f64,
     pub(super) has_gyro: bool,
@@ -151,6 +153,7 @@ impl<'a> Problem<'a> {
             .fold(0.0, f64::max);
         let yaw_rate_rad_s = legs.yaw_rate_deviation_rad_s();
         let rudder_rad = legs.rudder_amplitude_rad();
+        let slew_rad_s = legs.rudder_rate_rad_s() / 3.0;
         let has_gyro = legs.legs.iter().any(|leg| !leg.yaw_rate_rad_s.is_empty());
         let (slowest, fastest) = (
             libm::log(10.0 / longest_s),
@@ -174,6 +177,7 @@ impl<'a> Problem<'a> {
                     rate_per_s: rate,
                     yaw_rate_rad_s,
                     rudder_rad,
+                    slew_rad_s,
                     turning_rad_s: 0.0,
                     has_gyro,
                 },
@@ -248,9 +252,8 @@ impl<'a> Problem<'a> {
                 true => [x[COUPLING] * rate * rate, exp(x[SWAY_TIME]) / rate],
                 false => [0.0; 2],
             },
-            // About the largest rudder in a time constant.
             rate_limit_rad_s: match hypothesis.rate_limit {
-                true => exp(x[RATE_LIMIT]) * self.scale.rudder_rad * rate,
+                true => exp(x[RATE_LIMIT]) * self.scale.slew_rad_s,
                 false => f64::INFINITY,
             },
         }
@@ -427,7 +430,7 @@ impl Problem<'_> {
             [0.7, 0.7, 0.5],
             [0.7, 0.7, 1.0],
         ];
-        const RATE_LIMITS: [f64; 3] = [-1.0, 0.0, 1.0];
+        const RATE_LIMITS: [f64; 4] = [-0.3, 0.4, 0.9, 1.4];
         let mut first = simpler.x.clone();
         if !simpler.hypothesis.growth {
             first[GROWTH] = Parameter::Quadratic.starts()[0];
@@ -441,6 +444,8 @@ impl Problem<'_> {
         let with_limit = |rate_limit| {
             let mut x = first.clone();
             x[RATE_LIMIT] = rate_limit;
+            // A slow gear was taken for a late one.
+            x[SHIFT] *= 0.3;
             x
         };
         let starts = match (hypothesis.sway, hypothesis.rate_limit) {

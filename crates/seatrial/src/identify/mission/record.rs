@@ -159,6 +159,21 @@ impl Legs {
         }
     }
 
+    /// Rate of the command that it exceeds for a hundredth of the time, rad/s.
+    pub fn rudder_rate_rad_s(&self) -> f64 {
+        let mut rates: Vec<f64> = (self.legs.iter())
+            .flat_map(|leg| {
+                leg.commands(0.0, self.interval_s)
+                    .windows(2)
+                    .map(|pair| (pair[1] - pair[0]).abs())
+                    .collect::<Vec<_>>()
+            })
+            .collect();
+        rates.sort_by(f64::total_cmp);
+        let fast = rates.get((0.99 * rates.len() as f64) as usize);
+        fast.map_or(0.0, |moved_rad| moved_rad / self.interval_s)
+    }
+
     /// Mean size of the yaw rate that a filter saw, rad/s; 0 before one ran.
     pub fn mean_turning_rad_s(&self) -> f64 {
         let all = self.legs.iter().flat_map(|leg| &leg.turning_rad_s);
