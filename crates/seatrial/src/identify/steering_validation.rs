@@ -6,7 +6,7 @@ use seatrial_core::validation::GoodnessOfFit;
 use seatrial_core::{Real, Sample, YawModel};
 
 use crate::identification::{Identification, Validation};
-use crate::identify::error::{IdentifyError, WindowUse};
+use crate::identify::error::IdentifyError;
 use crate::identify::validation;
 use crate::likelihood::steering_model::{SteeringModel, SteeringState};
 use crate::record::{Record, Window};
@@ -24,23 +24,7 @@ pub fn validate(
     record: &Record,
     window: Window,
 ) -> Result<Validation, IdentifyError> {
-    let samples = record.window(window);
-    if samples.is_empty() {
-        return Err(IdentifyError::empty_window(
-            WindowUse::Validation,
-            window,
-            record,
-        ));
-    }
-    let fit = goodness_of_fit(model, samples);
-    Ok(Validation {
-        window: window.known_part(samples),
-        r2_heading: fit.r2_heading,
-        r2_heading_offset_refit: fit.r2_heading_offset_refit,
-        r2_yaw_rate: fit.r2_yaw_rate,
-        samples: fit.samples as usize,
-        horizon_s: None,
-    })
+    validation::of_window(record, window, |samples| goodness_of_fit(model, samples))
 }
 
 /// R^2 of heading and of yaw rate, the latter measured or, where it is not, the derivative of the

@@ -40,6 +40,15 @@ pub fn validate(
     record: &Record,
     window: Window,
 ) -> Result<Validation, IdentifyError> {
+    of_window(record, window, |samples| goodness_of_fit(model, samples))
+}
+
+/// What a score says of the samples of a window.
+pub(super) fn of_window(
+    record: &Record,
+    window: Window,
+    score: impl Fn(&[Sample<f64>]) -> GoodnessOfFit<f64>,
+) -> Result<Validation, IdentifyError> {
     let samples = record.window(window);
     if samples.is_empty() {
         return Err(IdentifyError::empty_window(
@@ -48,7 +57,7 @@ pub fn validate(
             record,
         ));
     }
-    let fit = goodness_of_fit(model, samples);
+    let fit = score(samples);
     Ok(Validation {
         window: window.known_part(samples),
         r2_heading: fit.r2_heading,

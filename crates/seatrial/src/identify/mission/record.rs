@@ -148,30 +148,23 @@ impl Legs {
 
     /// Largest command that acts for a hundredth of the time on either side of the middle one, rad.
     pub fn rudder_amplitude_rad(&self) -> f64 {
-        let mut commands: Vec<f64> = (self.legs.iter())
-            .flat_map(|leg| leg.commands(0.0, self.interval_s))
-            .collect();
-        commands.sort_by(f64::total_cmp);
-        let at = |share: f64| commands.get((share * commands.len() as f64) as usize);
-        match (at(0.01), at(0.99)) {
-            (Some(least), Some(most)) => 0.5 * (most - least),
-            _ => 0.0,
-        }
+        let commands = self.commands().flatten().collect();
+        let [least, most] = at_shares([0.01, 0.99], commands);
+        0.5 * (most - least)
     }
 
     /// Rate of the command that it exceeds for a hundredth of the time, rad/s.
     pub fn rudder_rate_rad_s(&self) -> f64 {
-        let mut rates: Vec<f64> = (self.legs.iter())
-            .flat_map(|leg| {
-                leg.commands(0.0, self.interval_s)
-                    .windows(2)
-                    .map(|pair| (pair[1] - pair[0]).abs())
-                    .collect::<Vec<_>>()
-            })
-            .collect();
-        rates.sort_by(f64::total_cmp);
-        let fast = rates.get((0.99 * rates.len() as f64) as usize);
-        fast.map_or(0.0, |moved_rad| moved_rad / self.interval_s)
+        let moved_rad = |commands: Vec<f64>| -> Vec<f64> {
+            let pairs = commands.windows(2);
+            pairs.map(|pair| (pair[1] - pair[0]).abs()).collect()
+        };
+        let [fast] = at_shares([0.99], self.commands().flat_map(moved_rad).collect());
+        fast / self.interval_s
+    }
+
+    fn commands(&self) -> impl Iterator<Item = Vec<f64>> {
+        (self.legs.iter()).map(|leg| leg.commands(0.0, self.interval_s))
     }
 
     /// Mean size of the yaw rate that a filter saw, rad/s; 0 before one ran.
@@ -416,4 +409,13 @@ impl Leg {
             })
             .collect()
     }
+}
+
+/// The values that these shares of all are less than; 0 of none.
+fn at_shares<const N: usize>(shares: [f64; N], mut values: Vec<f64>) -> [f64; N] {
+    values.sort_by(f64::total_cmp);
+    shares.map(|share| {
+        let at = (share * values.len() as f64) as usize;
+        values.get(at).copied().unwrap_or(0.0)
+    })
 }
