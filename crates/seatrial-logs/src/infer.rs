@@ -184,8 +184,13 @@ impl FirstRows {
         let is_pulse = largest <= 2300.0 && values.iter().all(|v| !v.is_finite() || *v >= 700.0);
         if is_pulse && largest > 0.0 {
             Ok((Unit::PulseWidth, "lies between 700 and 2300".into()))
-        } else if is_of_motors && largest <= LARGEST_FRACTION {
-            Ok((Unit::Fraction, format!("two motors reach {largest}")))
+        } else if is_of_motors {
+            let because = format!("half the difference of two motors reaches {largest:.3}");
+            match largest {
+                0.0..=LARGEST_FRACTION => Ok((Unit::Fraction, because)),
+                ..=100.0 => Ok((Unit::Percent, because)),
+                _ => Err(self.unit_unknown(Quantity::Rudder, columns)),
+            }
         } else if largest <= LARGEST_RUDDER_RAD {
             Ok((Unit::Radian, because))
         } else if largest <= LARGEST_RUDDER_DEG {

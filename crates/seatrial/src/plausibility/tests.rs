@@ -254,10 +254,17 @@ fn exact_a_rudder_without_scale_is_found() {
         [ReasonCode::RudderScaleUnknown]
     );
     assert_eq!(bare(unit(DEG, Origin::Assumed), DEG, 30.0 / DEG), []);
-    let mut pulses = without_rate(record(stated_degrees()));
-    pulses.rudder_unit = RudderUnit::FullRudder;
-    pulses.units.rudder = unit(400.0, Origin::Assumed);
-    assert_eq!(codes(&pulses), []);
+    let of_full_rudder = |per_si| {
+        let mut record = without_rate(record(stated_degrees()));
+        record.rudder_unit = RudderUnit::FullRudder;
+        record.units.rudder = unit(per_si, Origin::Assumed);
+        let refusals = refusals(&record);
+        refusals.iter().map(Doubt::code).collect::<Vec<_>>()
+    };
+    // Pulse widths, and shares of two motors.
+    assert_eq!(of_full_rudder(400.0), []);
+    assert_eq!(of_full_rudder(1.0), []);
+    assert_eq!(of_full_rudder(100.0), [ReasonCode::RudderScaleUnknown]);
 }
 
 /// One motor's throttle stays on one side; one that stops at neutral, and an angle, do not show it.

@@ -199,6 +199,8 @@ fn rudder(record: &Record) -> Option<Doubt> {
         (true, false) => ("radians", USUAL_RUDDER_RAD),
         // A pulse width shows by its values, and its b2 is that of full rudder.
         (false, _) if unit.per_si > LEAST_PULSE => return None,
+        // A share is assumed of motors alone, which have no angle.
+        (false, _) if unit.per_si == 1.0 => return None,
         (false, _) => ("a share of full rudder", 0.0),
     };
     // A log that states the unit of its heading would state that of an angle of the rudder.
