@@ -78,6 +78,7 @@ pub mod identification;
 pub mod identify;
 mod legs;
 pub mod likelihood;
+mod line;
 mod manoeuvre;
 pub mod motions;
 mod plain_text;

@@ -8,6 +8,7 @@ use seatrial_core::{Real, Sample, YawModel};
 use super::compass::Jump;
 use super::validation::{fit_of_what_is_measured, goodness_of_fit};
 use crate::identification::LEAST_R2;
+use crate::line::Line;
 use crate::manoeuvre::Manoeuvre;
 use crate::record::between_gaps;
 
@@ -146,38 +147,6 @@ fn middle_of(values: &[f64]) -> f64 {
     let mut values = values.to_vec();
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
-}
-
-/// A least squares line over time.
-struct Line {
-    mean_s: f64,
-    mean: f64,
-    slope: f64,
-}
-
-impl Line {
-    /// `None` where all times are the same.
-    fn through(times_s: &[f64], values: &[f64]) -> Option<Self> {
-        let count = times_s.len() as f64;
-        let (mean_s, mean) = (
-            times_s.iter().sum::<f64>() / count,
-            values.iter().sum::<f64>() / count,
-        );
-        let (mut squares, mut products) = (0.0, 0.0);
-        for (time_s, value) in times_s.iter().zip(values) {
-            squares += (time_s - mean_s) * (time_s - mean_s);
-            products += (time_s - mean_s) * (value - mean);
-        }
-        (squares > 0.0).then(|| Self {
-            mean_s,
-            mean,
-            slope: products / squares,
-        })
-    }
-
-    fn at(&self, time_s: f64) -> f64 {
-        self.mean + self.slope * (time_s - self.mean_s)
-    }
 }
 
 /// A stuck rudder that explains what a model does not: the heading is simulated with the rudder held from each of some instants

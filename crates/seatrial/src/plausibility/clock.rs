@@ -15,6 +15,7 @@
 use seatrial_core::{Real, Sample};
 
 use super::doubt::Doubt;
+use crate::line::Line;
 use crate::record::{Record, median_interval_s};
 
 /// A gap is longer than so many usual intervals, and matters to the vehicle: times that are rounded to a second are nothing to a ship.
@@ -41,20 +42,20 @@ pub(super) fn jump(samples: &[Sample<f64>], time_constant_s: f64) -> Option<Doub
             samples.get((before + 1).checked_sub(rows)?..=before)?,
             samples.get(before + 1..=before + rows)?,
         );
-        let (left, right) = (
-            Line::through(left, left.last()?),
-            Line::through(right, right.first()?),
-        );
-        let rates = [left.rate_rad_s, right.rate_rad_s];
-        let turns = |line: &Line| line.rate_rad_s.abs() > TURNS * noise_rad * line.rate_error_per_s;
+        let (left, right) = (line(left, left.last()?)?, line(right, right.first()?)?);
+        let rates = [left.slope, right.slope];
+        let turns = |line: &Line| line.slope.abs() > TURNS * noise_rad * line.slope_error();
         let turns_on = rates[0] * rates[1] > 0.0 && turns(&left) && turns(&right);
         let rate_rad_s = 0.5 * (rates[0] + rates[1]);
         let [end, start] = [samples[before].heading_rad, samples[before + 1].heading_rad];
-        let moved_rad = Real::wrapped(start - end) + right.above_rad - left.above_rad;
+        let moved_rad = Real::wrapped(start - end) + right.at(0.0) - left.at(0.0);
         let error = |over_s: f64| {
-            let of_rates =
-                over_s * 0.5 * libm::hypot(left.rate_error_per_s, right.rate_error_per_s);
-            noise_rad * libm::hypot(of_rates, libm::hypot(left.end_error, right.end_error))
+            let of_rates = over_s * 0.5 * libm::hypot(left.slope_error(), right.slope_error());
+            noise_rad
+                * libm::hypot(
+                    of_rates,
+                    libm::hypot(left.error_at(0.0), right.error_at(0.0)),
+                )
         };
         let is_near = |over_s: f64, [deviations, share]: [f64; 2]| {
             let limit = deviations * error(over_s) + share * (rate_rad_s * gap_s).abs();
@@ -99,40 +100,16 @@ fn noise_rad(samples: &[Sample<f64>]) -> f64 {
     *median / (0.674_489_75 * 6_f64.sqrt())
 }
 
-/// A straight line through headings beside a gap.
-struct Line {
-    rate_rad_s: f64,
-    /// Standard deviation of the rate for noise of 1, 1/s.
-    rate_error_per_s: f64,
-    /// The line at the heading next to the gap above that heading, rad.
-    above_rad: f64,
-    /// Standard deviation of the line there for noise of 1.
-    end_error: f64,
-}
-
-impl Line {
-    /// `at` is the one next to the gap.
-    fn through(samples: &[Sample<f64>], at: &Sample<f64>) -> Self {
-        let points: Vec<(f64, f64)> = samples
-            .iter()
-            .map(|s| {
-                (
-                    s.time_s - at.time_s,
-                    Real::wrapped(s.heading_rad - at.heading_rad),
-                )
-            })
-            .collect();
-        let count = points.len() as f64;
-        let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
-        let (time_s, heading_rad) = (mean(|p| p.0), mean(|p| p.1));
-        let square: f64 = points.iter().map(|p| (p.0 - time_s).powi(2)).sum();
-        let cross: f64 = points.iter().map(|p| (p.0 - time_s) * p.1).sum();
-        let rate_rad_s = cross / square;
-        Self {
-            rate_rad_s,
-            rate_error_per_s: square.sqrt().recip(),
-            above_rad: heading_rad - rate_rad_s * time_s,
-            end_error: (count.recip() + time_s * time_s / square).sqrt(),
-        }
-    }
+/// A straight line through headings beside a gap: times from the sample `at` next to the gap, s, and headings above its own, rad.
+fn line(samples: &[Sample<f64>], at: &Sample<f64>) -> Option<Line> {
+    let (times_s, headings_rad): (Vec<f64>, Vec<f64>) = samples
+        .iter()
+        .map(|s| {
+            (
+                s.time_s - at.time_s,
+                Real::wrapped(s.heading_rad - at.heading_rad),
+            )
+        })
+        .unzip();
+    Line::through(&times_s, &headings_rad)
 }

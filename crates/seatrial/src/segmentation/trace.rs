@@ -5,6 +5,7 @@ use std::ops::Range;
 use seatrial_core::{Real, Sample};
 
 use super::{Kind, Segment};
+use crate::line::Line;
 use crate::record::{Window, mean, median_interval_s};
 
 /// This share of the rudder's range next to its ends is no neutral angle.
@@ -157,7 +158,7 @@ impl<'a> Trace<'a> {
 
     /// How far the heading goes from the straight line of its lead-in, over how far the lead-in strays from it.
     pub fn departure(&self, lead_in: Range<usize>, during: Range<usize>) -> f64 {
-        let Some(line) = Line::through(&self.time_s, &self.heading_rad, lead_in.clone()) else {
+        let Some(line) = self.line(&lead_in) else {
             return 0.0;
         };
         let farthest = |indices: Range<usize>| {
@@ -201,44 +202,21 @@ impl<'a> Trace<'a> {
         }
     }
 
+    fn line(&self, indices: &Range<usize>) -> Option<Line> {
+        Line::through(
+            &self.time_s[indices.clone()],
+            &self.heading_rad[indices.clone()],
+        )
+    }
+
     /// Standard deviation of the heading about its own straight line.
     fn heading_deviation_rad(&self, indices: &Range<usize>) -> f64 {
-        let Some(line) = Line::through(&self.time_s, &self.heading_rad, indices.clone()) else {
+        let Some(line) = self.line(indices) else {
             return 0.0;
         };
         let off = |k: usize| self.heading_rad[k] - line.at(self.time_s[k]);
         let sum: f64 = indices.clone().map(|k| off(k) * off(k)).sum();
         (sum / indices.len() as f64).sqrt()
-    }
-}
-
-/// A straight line through points by least squares.
-struct Line {
-    mean_s: f64,
-    mean: f64,
-    slope_per_s: f64,
-}
-
-impl Line {
-    fn through(time_s: &[f64], values: &[f64], indices: Range<usize>) -> Option<Self> {
-        let count = indices.len() as f64;
-        let mean_of = |all: &[f64]| all[indices.clone()].iter().sum::<f64>() / count;
-        let (mean_s, mean) = (mean_of(time_s), mean_of(values));
-        let (mut cross, mut square) = (0.0, 0.0);
-        for k in indices {
-            let off_s = time_s[k] - mean_s;
-            cross += off_s * (values[k] - mean);
-            square += off_s * off_s;
-        }
-        (square > 0.0).then(|| Self {
-            mean_s,
-            mean,
-            slope_per_s: cross / square,
-        })
-    }
-
-    fn at(&self, time_s: f64) -> f64 {
-        self.mean + self.slope_per_s * (time_s - self.mean_s)
     }
 }
 

@@ -3,6 +3,7 @@
 use seatrial_core::Sample;
 
 use super::unwrapped_headings_rad;
+use crate::line::Line;
 
 /// A rudder is held while it stays within this share of the largest.
 const HELD: f64 = 0.015;
@@ -106,15 +107,12 @@ pub(super) fn holds(samples: &[Sample<f64>], largest_rad: f64) -> Vec<Hold> {
 
 /// The slope of the heading by least squares and its standard error, rad/s.
 fn slope(samples: &[Sample<f64>], headings_rad: &[f64]) -> [f64; 2] {
-    let count = samples.len() as f64;
-    let mean_s = samples.iter().map(|s| s.time_s).sum::<f64>() / count;
-    let mean_rad = headings_rad.iter().sum::<f64>() / count;
-    let pairs = || {
-        let times = samples.iter().map(|s| s.time_s - mean_s);
-        times.zip(headings_rad.iter().map(|h| h - mean_rad))
+    let times_s: Vec<f64> = samples.iter().map(|s| s.time_s).collect();
+    let Some(line) = Line::through(&times_s, headings_rad) else {
+        return [f64::NAN; 2];
     };
-    let squares: f64 = pairs().map(|(t, _)| t * t).sum();
-    let slope = pairs().map(|(t, h)| t * h).sum::<f64>() / squares;
-    let left: f64 = pairs().map(|(t, h)| (h - slope * t).powi(2)).sum();
-    [slope, (left / ((count - 2.0) * squares)).sqrt()]
+    let off = |(time_s, heading): (&f64, &f64)| (heading - line.at(*time_s)).powi(2);
+    let left: f64 = times_s.iter().zip(headings_rad).map(off).sum();
+    let noise_rad = (left / (samples.len() as f64 - 2.0)).sqrt();
+    [line.slope, noise_rad * line.slope_error()]
 }
