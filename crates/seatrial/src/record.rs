@@ -1,7 +1,7 @@
 //! A record: the samples of a run or a log, and windows on them.
 
 pub use seatrial_core::RudderUnit;
-use seatrial_core::Sample;
+use seatrial_core::{Real, Sample};
 use serde::{Deserialize, Serialize};
 
 use crate::figures::three_figures;
@@ -195,6 +195,31 @@ pub(crate) fn median(mut numbers: Vec<f64>) -> Option<f64> {
     let middle = numbers.len() / 2;
     let (_, median, _) = numbers.select_nth_unstable_by(middle, f64::total_cmp);
     Some(*median)
+}
+
+/// By how much the heading turns over each interval, rad, by at most half a turn.
+pub(crate) fn turns_rad(samples: &[Sample<f64>]) -> impl Iterator<Item = f64> {
+    samples.windows(2).map(turned_rad)
+}
+
+/// By how much the heading turns from one of two samples to the other, rad.
+pub(crate) fn turned_rad(pair: &[Sample<f64>]) -> f64 {
+    (pair[1].heading_rad - pair[0].heading_rad).wrapped()
+}
+
+/// Headings without jumps at a full turn, rad, the first as it is given here.
+pub(crate) fn unwrapped_rad(
+    first_rad: f64,
+    headings_rad: impl IntoIterator<Item = f64>,
+) -> Vec<f64> {
+    let mut before_rad = None;
+    let mut unwrapped_rad = first_rad;
+    let headings = headings_rad.into_iter().map(|heading_rad| {
+        let before_rad = before_rad.replace(heading_rad).unwrap_or(heading_rad);
+        unwrapped_rad += (heading_rad - before_rad).wrapped();
+        unwrapped_rad
+    });
+    headings.collect()
 }
 
 /// From the first sample to the last, s.

@@ -1,9 +1,9 @@
 //! A record as [`Series`], which borrows what is kept here.
 
 use seatrial_core::refine::{self, Disturbance, Fit, RefineFailure, Series, Span};
-use seatrial_core::{Real, Sample, YawModel};
+use seatrial_core::{Sample, YawModel};
 
-use crate::record::{duration_s, median};
+use crate::record::{duration_s, median, unwrapped_rad};
 
 /// Intervals, headings relative to the first and rudder of a record, in blocks.
 #[derive(Clone, Debug)]
@@ -17,14 +17,7 @@ pub struct RecordSeries {
 impl RecordSeries {
     /// `samples` are finite and increase in time; `block` samples are averaged for one comparison.
     pub fn new(samples: &[Sample<f64>], block: usize) -> Self {
-        let mut heading_rad = Vec::with_capacity(samples.len());
-        let mut last = samples.first().map_or(0.0, |s| s.heading_rad);
-        let mut heading = 0.0;
-        for sample in samples {
-            heading += (sample.heading_rad - last).wrapped();
-            last = sample.heading_rad;
-            heading_rad.push(heading);
-        }
+        let heading_rad = unwrapped_rad(0.0, samples.iter().map(|s| s.heading_rad));
         Self::from_headings(samples, heading_rad, block)
     }
 

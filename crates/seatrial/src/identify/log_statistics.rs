@@ -1,6 +1,6 @@
 //! How good the log of a training is: rejected samples, rudder, heading, speed, clock, compass.
 
-use seatrial_core::{Real, Sample};
+use seatrial_core::Sample;
 
 use super::compass::{CompassError, Jump};
 use super::examined::ExaminedRecord;
@@ -11,7 +11,7 @@ use super::validation::heading_range_rad;
 use crate::identification::RejectedSamples;
 use crate::manoeuvre::Manoeuvre;
 use crate::plausibility::{self, Doubt};
-use crate::record::{Record, RudderUnit, Window, median};
+use crate::record::{Record, RudderUnit, Window, median, turns_rad};
 
 /// Relative error of a time that is a whole number of steps, and the least step over the interval of rows that makes them uneven.
 const ROUNDING: f64 = 0.05;
@@ -182,11 +182,7 @@ fn is_turning_circle(samples: &[Sample<f64>], manoeuvre: &Manoeuvre) -> bool {
     let Some(held) = longest.map(|stroke| stroke.window.of(samples)) else {
         return false;
     };
-    let turned_rad: f64 = held
-        .windows(2)
-        .map(|pair| Real::wrapped(pair[1].heading_rad - pair[0].heading_rad))
-        .filter(|step| step.is_finite())
-        .sum();
+    let turned_rad: f64 = turns_rad(held).filter(|step| step.is_finite()).sum();
     let angle = median(held.iter().map(|s| s.rudder_rad).collect());
     let is_held = |sample: &&Sample<f64>| {
         angle.is_some_and(|a| (sample.rudder_rad - a).abs() < HELD * manoeuvre.amplitude_rad)
@@ -213,6 +209,8 @@ fn usual_and_long_interval_s(samples: &[Sample<f64>]) -> Option<[f64; 2]> {
 
 #[cfg(test)]
 mod tests {
+    use seatrial_core::Real;
+
     use super::*;
 
     fn rows(times_s: impl Iterator<Item = f64>) -> Vec<Sample<f64>> {

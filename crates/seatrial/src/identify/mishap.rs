@@ -10,7 +10,7 @@ use super::validation::{fit_of_what_is_measured, goodness_of_fit};
 use crate::identification::LEAST_R2;
 use crate::line::Line;
 use crate::manoeuvre::Manoeuvre;
-use crate::record::between_gaps;
+use crate::record::{between_gaps, unwrapped_rad};
 
 /// Samples on either side that say where the heading goes, beside the nearest one, which may be an outlier.
 const SIDE: usize = 10;
@@ -103,11 +103,7 @@ fn jump_of_part(usable: &[Sample<f64>]) -> Option<Jump> {
     if usable.len() < 4 * SIDE {
         return None;
     }
-    let mut heading_rad = vec![0.0];
-    for pair in usable.windows(2) {
-        let step = Real::wrapped(pair[1].heading_rad - pair[0].heading_rad);
-        heading_rad.push(heading_rad[heading_rad.len() - 1] + step);
-    }
+    let heading_rad = unwrapped_rad(0.0, usable.iter().map(|s| s.heading_rad));
     let times_s: Vec<f64> = usable.iter().map(|s| s.time_s).collect();
     let lines: Vec<Option<Line>> = (times_s.windows(SIDE).zip(heading_rad.windows(SIDE)))
         .map(|(times_s, heading_rad)| Line::through(times_s, heading_rad))

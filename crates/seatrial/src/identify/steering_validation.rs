@@ -9,7 +9,7 @@ use crate::identification::{Identification, Validation};
 use crate::identify::error::IdentifyError;
 use crate::identify::validation;
 use crate::likelihood::steering_model::{SteeringModel, SteeringState};
-use crate::record::{Record, Window};
+use crate::record::{Record, Window, unwrapped_rad};
 
 /// R^2 of the heading of validation data with the offset estimated again. `None` where they tell none.
 pub(super) fn heading_r2(model: &SteeringModel, data: validation::ValidationData) -> Option<f64> {
@@ -103,15 +103,8 @@ fn simulated_by(
 
 /// The headings of usable samples without jumps, rad.
 fn unwrapped_headings(samples: &[Sample<f64>]) -> Vec<f64> {
-    let mut heading = 0.0;
-    samples
-        .iter()
-        .scan(None, |last: &mut Option<f64>, sample| {
-            let before = last.replace(sample.heading_rad);
-            heading += Real::wrapped(sample.heading_rad - before.unwrap_or(0.0));
-            Some(heading)
-        })
-        .collect()
+    let first_rad = samples.first().map_or(0.0, |s| s.heading_rad.wrapped());
+    unwrapped_rad(first_rad, samples.iter().map(|s| s.heading_rad))
 }
 
 /// The longest time constant of the linear part, s.

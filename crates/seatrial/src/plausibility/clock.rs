@@ -16,7 +16,7 @@ use seatrial_core::{Real, Sample};
 
 use super::doubt::Doubt;
 use crate::line::Line;
-use crate::record::{Record, median_interval_s};
+use crate::record::{Record, median_interval_s, turned_rad};
 
 /// A gap is longer than so many usual intervals, and matters to the vehicle: times that are rounded to a second are nothing to a ship.
 const GAP: f64 = 3.0;
@@ -86,10 +86,9 @@ pub(super) fn counts_by(record: &Record, interval_s: f64) -> bool {
 
 /// Standard deviation of a heading's noise from the median of second differences, rad.
 fn noise_rad(samples: &[Sample<f64>]) -> f64 {
-    let change = |pair: &[Sample<f64>]| Real::wrapped(pair[1].heading_rad - pair[0].heading_rad);
     let mut differences: Vec<f64> = samples
         .windows(3)
-        .map(|three| (change(&three[1..]) - change(&three[..2])).abs())
+        .map(|three| (turned_rad(&three[1..]) - turned_rad(&three[..2])).abs())
         .collect();
     if differences.is_empty() {
         return 0.0;

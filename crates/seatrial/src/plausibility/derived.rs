@@ -14,6 +14,7 @@
 //! the heading explains that of the yaw rate to within rounding. The noise of a gyro is in no heading. Where the heading has no noise, its
 //! differences are those of the vehicle, and only a column that equals a difference of two rows counts as computed.
 
+use crate::record::turned_rad;
 use nalgebra::{DMatrix, DVector};
 use seatrial_core::{Real, Sample};
 
@@ -150,8 +151,7 @@ pub fn heading_is_smoothed(samples: &[Sample<f64>]) -> bool {
 }
 
 fn slopes(samples: &[Sample<f64>]) -> Vec<f64> {
-    let slope =
-        |pair: &[Sample<f64>]| change(&pair[0], &pair[1]) / (pair[1].time_s - pair[0].time_s);
+    let slope = |pair: &[Sample<f64>]| turned_rad(pair) / (pair[1].time_s - pair[0].time_s);
     samples.windows(2).map(slope).collect()
 }
 

@@ -17,7 +17,7 @@ use seatrial_core::{Real, Sample};
 use super::doubt::Doubt;
 use super::stood::{COMES_BACK, usual};
 use super::units::{WRAP, numbers};
-use crate::record::Record;
+use crate::record::{Record, turns_rad};
 
 /// Fewer lines tell nothing.
 const LEAST_LINES: usize = 20;
@@ -57,7 +57,7 @@ pub(super) fn leave_out_interpolated(record: &mut Record) {
 
 /// The rows in which a heading was measured that is interpolated in the others.
 fn measured_rows(samples: &[Sample<f64>], rounding_rad: f64) -> Option<Vec<usize>> {
-    let steps = steps(samples);
+    let steps: Vec<f64> = turns_rad(samples).collect();
     let is_bend = |at: &usize| {
         let (before, after) = (steps[at - 1], steps[*at]);
         let time_s = |row: usize| samples[row + 1].time_s - samples[row].time_s;
@@ -102,21 +102,13 @@ fn with_unbent(bends: &[usize], rows: usize) -> Vec<usize> {
     between.chain(bends.last().copied()).collect()
 }
 
-fn steps(samples: &[Sample<f64>]) -> Vec<f64> {
-    let step = |pair: &[Sample<f64>]| Real::wrapped(pair[1].heading_rad - pair[0].heading_rad);
-    samples.windows(2).map(step).collect()
-}
-
 /// The first time at which headings lie between two on either side of north as numbers do.
 pub(super) fn through_south(record: &Record) -> Option<Doubt> {
     let turn_rad = std::f64::consts::TAU;
     let headings: Vec<f64> = (record.samples.iter())
         .map(|sample| sample.heading_rad.rem_euclid(turn_rad))
         .collect();
-    let sizes: Vec<f64> = steps(&record.samples)
-        .iter()
-        .map(|step| step.abs())
-        .collect();
+    let sizes: Vec<f64> = turns_rad(&record.samples).map(f64::abs).collect();
     let usual_rad = usual(&sizes);
     let is_far = |row: usize| sizes[row] > COMES_BACK * usual_rad;
     let passes = |from: &usize| {

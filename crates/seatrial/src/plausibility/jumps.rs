@@ -15,7 +15,7 @@
 use seatrial_core::{Real, Sample};
 
 use super::turn;
-use crate::record::{Record, median, shortest_gap_s};
+use crate::record::{Record, median, shortest_gap_s, turned_rad, turns_rad};
 use crate::stated_units::HeadingJumps;
 
 /// Smaller steps are left to noise and to the compass's own test, rad.
@@ -60,16 +60,15 @@ pub(super) fn take_off(record: &mut Record) {
 
 /// The rows behind jumps, and what the heading jumps by there, rad.
 fn jumps(samples: &[Sample<f64>]) -> Vec<(usize, f64)> {
-    let step = |pair: &[Sample<f64>]| Real::wrapped(pair[1].heading_rad - pair[0].heading_rad);
     let beside = |pair: &[Sample<f64>]| {
         let mean_rad_s = 0.5 * (pair[0].yaw_rate_rad_s? + pair[1].yaw_rate_rad_s?);
-        let beside = step(pair) - mean_rad_s * (pair[1].time_s - pair[0].time_s);
+        let beside = turned_rad(pair) - mean_rad_s * (pair[1].time_s - pair[0].time_s);
         beside.is_finite().then_some(beside)
     };
     let Some(beside): Option<Vec<f64>> = samples.windows(2).map(beside).collect() else {
         return Vec::new();
     };
-    let steps: Vec<f64> = samples.windows(2).map(step).collect();
+    let steps: Vec<f64> = turns_rad(samples).collect();
     let middle = median(beside.clone()).unwrap_or(0.0);
     let apart = median(beside.iter().map(|j| (j - middle).abs()).collect());
     let least_rad = LEAST_JUMP_RAD.max(FAR * DEVIATION * apart.unwrap_or(0.0));

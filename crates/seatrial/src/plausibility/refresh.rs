@@ -11,10 +11,10 @@
 //!
 //! One sample of delay shifts a22 by 8 to 11 % at 20 Hz and a time constant of 1 s.
 
-use seatrial_core::{Real, Sample};
+use seatrial_core::Sample;
 
 use super::doubt::Doubt;
-use crate::record::median_interval_s;
+use crate::record::{median_interval_s, turns_rad};
 
 /// An effect on a22 under this share is left to the interval.
 const LEAST_EFFECT: f64 = 0.02;
@@ -61,10 +61,7 @@ pub(super) fn shared_times(samples: &[Sample<f64>], time_constant_s: f64) -> Opt
 
 /// Rows between new headings while the vehicle turns, where more than chance repeats.
 fn heading_refresh(samples: &[Sample<f64>]) -> Option<f64> {
-    let steps: Vec<f64> = samples
-        .windows(2)
-        .map(|pair| Real::wrapped(pair[1].heading_rad - pair[0].heading_rad))
-        .collect();
+    let steps: Vec<f64> = turns_rad(samples).collect();
     let smallest = steps
         .iter()
         .map(|step| step.abs())

@@ -2,9 +2,10 @@
 //!
 //! A heading that otherwise changes from row to row and is the same for a while was not measured then.
 
-use seatrial_core::{Real, Sample};
+use seatrial_core::Sample;
 
 use super::doubt::Doubt;
+use crate::record::turns_rad;
 
 /// Rows and time that are no chance, s.
 const LEAST_ROWS: usize = 15;
@@ -18,10 +19,7 @@ pub(super) const COMES_BACK: f64 = 10.0;
 
 /// The longest time for which the heading stood still, where the yaw rate, or the step after it, shows that the vehicle turned.
 pub fn heading_stood(samples: &[Sample<f64>]) -> Option<Doubt> {
-    let steps: Vec<f64> = samples
-        .windows(2)
-        .map(|pair| Real::wrapped(pair[1].heading_rad - pair[0].heading_rad).abs())
-        .collect();
+    let steps: Vec<f64> = turns_rad(samples).map(f64::abs).collect();
     let (from, to) = longest_run(&steps)?;
     let (first, last) = (&samples[from], &samples[to]);
     let for_s = last.time_s - first.time_s;

@@ -1,13 +1,13 @@
 //! Does the yaw rate integrate to the heading?
 
-use seatrial_core::{Real, Sample};
+use seatrial_core::Sample;
 
 use super::clock::counts;
 use super::derived::is_derived;
 use super::doubt::Doubt;
 use super::mismatch::RateMismatch;
 
-use crate::record::Record;
+use crate::record::{Record, turns_rad};
 use crate::stated_units::Origin;
 
 /// Rows over which a change of heading is compared, the next where noise hides it over the one before.
@@ -98,10 +98,7 @@ fn ratio(record: &Record, rows: usize) -> Option<f64> {
 }
 
 fn change_rad(span: &[Sample<f64>]) -> Option<f64> {
-    let change: f64 = span
-        .windows(2)
-        .map(|pair| Real::wrapped(pair[1].heading_rad - pair[0].heading_rad))
-        .sum();
+    let change: f64 = turns_rad(span).sum();
     change.is_finite().then_some(change)
 }
 

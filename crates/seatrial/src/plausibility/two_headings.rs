@@ -9,9 +9,9 @@
 //! | psi, psi' | the heading that is read and the other one, rad, unwrapped |
 //! | s | the time by which the one that is read is later, s |
 
-use seatrial_core::{Real, Sample};
+use seatrial_core::Sample;
 
-use crate::record::median_interval_s;
+use crate::record::{median_interval_s, unwrapped_rad};
 
 /// The latest heading that is looked for, s, and how many shifts are tried.
 const LATEST_S: f64 = 12.0;
@@ -47,17 +47,10 @@ pub fn heading_later_s(read: &[Sample<f64>], other: &[Sample<f64>]) -> Option<f6
 
 /// Times and headings, rad, through north.
 fn unwrapped(samples: &[Sample<f64>]) -> Vec<(f64, f64)> {
-    let mut heading_rad = f64::NAN;
-    let usable = samples.iter().filter(|s| s.heading_rad.is_finite());
-    usable
-        .map(|sample| {
-            heading_rad = match heading_rad.is_nan() {
-                true => sample.heading_rad,
-                false => heading_rad + Real::wrapped(sample.heading_rad - heading_rad),
-            };
-            (sample.time_s, heading_rad)
-        })
-        .collect()
+    let usable = || samples.iter().filter(|s| s.heading_rad.is_finite());
+    let first_rad = usable().next().map_or(0.0, |s| s.heading_rad);
+    let headings_rad = unwrapped_rad(first_rad, usable().map(|s| s.heading_rad));
+    usable().map(|s| s.time_s).zip(headings_rad).collect()
 }
 
 fn variance_apart(read: &[(f64, f64)], other: &[(f64, f64)], late_s: f64) -> f64 {
@@ -87,6 +80,8 @@ fn at(rows: &[(f64, f64)], time_s: f64) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
+    use seatrial_core::Real;
+
     use super::*;
     use crate::draw::Draw;
 

@@ -1,11 +1,9 @@
 //! The units that a log states, and numbers that they do not allow.
 
-use seatrial_core::Real;
-
 use super::clock::counts_by;
 use super::doubt::Doubt;
 use super::turn;
-use crate::record::Record;
+use crate::record::{Record, unwrapped_rad};
 use crate::stated_units::{ColumnUnit, Origin};
 
 /// A full turn in radians with some room for rounding.
@@ -298,16 +296,9 @@ fn time_assumed(record: &Record, interval_s: f64) -> Doubt {
 
 /// The fastest turn that no outlier makes.
 fn usual_turn_rad_s(record: &Record) -> Option<f64> {
-    let usable = record.samples.iter().filter(|s| s.heading_rad.is_finite());
-    let mut turned_rad = 0.0;
-    let mut last = None;
-    let headings: Vec<(f64, f64)> = usable
-        .map(|sample| {
-            turned_rad += last.map_or(0.0, |last| Real::wrapped(sample.heading_rad - last));
-            last = Some(sample.heading_rad);
-            (sample.time_s, turned_rad)
-        })
-        .collect();
+    let usable = || record.samples.iter().filter(|s| s.heading_rad.is_finite());
+    let turned_rad = unwrapped_rad(0.0, usable().map(|s| s.heading_rad));
+    let headings: Vec<(f64, f64)> = usable().map(|s| s.time_s).zip(turned_rad).collect();
     let mut rates: Vec<f64> = headings
         .windows(TURN_SAMPLES)
         .map(|part| {

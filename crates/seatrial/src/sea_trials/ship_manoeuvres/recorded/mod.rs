@@ -5,9 +5,10 @@ mod pull_out;
 mod spiral;
 mod stopping;
 
-use seatrial_core::{Real, Sample};
+use seatrial_core::Sample;
 
 use super::{Instant, TurningCircle, ZigZag, track_m};
+use crate::record::unwrapped_rad;
 pub use pull_out::PullOut;
 pub use spiral::{Spiral, SpiralLoop, SpiralRate};
 pub use stopping::Stopping;
@@ -266,15 +267,8 @@ fn executes(samples: &[Sample<f64>], largest_rad: f64) -> Vec<Execute> {
 
 /// Headings without jumps at a full turn, rad.
 fn unwrapped_headings_rad(samples: &[Sample<f64>]) -> Vec<f64> {
-    let mut last_rad = None;
-    let unwrapped = samples.iter().map(|sample| {
-        let heading_rad = last_rad.map_or(sample.heading_rad, |last: f64| {
-            last + Real::wrapped(sample.heading_rad - last)
-        });
-        last_rad = Some(heading_rad);
-        heading_rad
-    });
-    unwrapped.collect()
+    let first_rad = samples.first().map_or(0.0, |s| s.heading_rad);
+    unwrapped_rad(first_rad, samples.iter().map(|s| s.heading_rad))
 }
 
 /// The largest share of a record in one gap of its positions that a straight line bridges.
