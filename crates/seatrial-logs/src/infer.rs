@@ -175,7 +175,6 @@ impl FirstRows {
 
     fn rudder_unit(&self, columns: &BTreeMap<Quantity, String>) -> Result<(Unit, String), Fault> {
         let largest = self.largest(Quantity::Rudder);
-        let because = format!("reaches {largest}");
         let values = self.of(Quantity::Rudder).unwrap_or_default();
         // A motor has no angle.
         let is_of_motors = columns
@@ -183,23 +182,16 @@ impl FirstRows {
             .is_some_and(|column| is_of_a_motor(column));
         let is_pulse = largest <= 2300.0 && values.iter().all(|v| !v.is_finite() || *v >= 700.0);
         if is_pulse && largest > 0.0 {
-            Ok((Unit::PulseWidth, "lies between 700 and 2300".into()))
-        } else if is_of_motors {
-            let because = format!("half the difference of two motors reaches {largest:.3}");
-            match largest {
-                0.0..=LARGEST_FRACTION => Ok((Unit::Fraction, because)),
-                ..=100.0 => Ok((Unit::Percent, because)),
-                _ => Err(self.unit_unknown(Quantity::Rudder, columns)),
-            }
-        } else if largest <= LARGEST_RUDDER_RAD {
-            Ok((Unit::Radian, because))
-        } else if largest <= LARGEST_RUDDER_DEG {
-            Ok((Unit::Degree, because))
-        } else if largest <= 100.0 {
-            Ok((Unit::Percent, because))
-        } else {
-            Err(self.unit_unknown(Quantity::Rudder, columns))
+            return Ok((Unit::PulseWidth, "lies between 700 and 2300".into()));
         }
+        let unit = match largest {
+            ..=LARGEST_FRACTION if is_of_motors => Unit::Fraction,
+            ..=LARGEST_RUDDER_RAD if !is_of_motors => Unit::Radian,
+            ..=LARGEST_RUDDER_DEG if !is_of_motors => Unit::Degree,
+            ..=100.0 => Unit::Percent,
+            _ => return Err(self.unit_unknown(Quantity::Rudder, columns)),
+        };
+        Ok((unit, format!("reaches {}", (largest * 1e3).round() / 1e3)))
     }
 
     fn heading_unit(

@@ -2,7 +2,7 @@
 
 use seatrial::identification::Verdict;
 use seatrial::identify::mission::is_ordinary_steering;
-use seatrial::identify::{ExaminedRecord, IdentifyError, IdentifySettings, ValidationData};
+use seatrial::identify::{IdentifyError, IdentifySettings, RecordSurvey, ValidationData};
 use seatrial::identify::{Single, singles};
 use seatrial::log::segmentation::{Segment, find};
 use seatrial::log::{Manoeuvre, leave_out_unsound};
@@ -225,7 +225,7 @@ fn manoeuvres(record: &Record, new: Window, options: &Options) -> Vec<Row> {
     if is_whole && (found.is_empty() || is_ordinary_steering(&record.samples)) {
         return vec![whole(record, &segments, options)];
     }
-    let examined = ExaminedRecord::of(record);
+    let examined = RecordSurvey::of(record);
     found
         .iter()
         .filter(|single| new.contains(single.segment.window.from_s))
@@ -253,7 +253,7 @@ fn whole(record: &Record, segments: &[Segment], options: &Options) -> Row {
     }
     estimate(
         &mut row,
-        &ExaminedRecord::of(record),
+        &RecordSurvey::of(record),
         Window::ALL,
         None,
         options,
@@ -261,7 +261,7 @@ fn whole(record: &Record, segments: &[Segment], options: &Options) -> Row {
     row
 }
 
-fn one(examined: &ExaminedRecord, single: &Single, options: &Options) -> Row {
+fn one(examined: &RecordSurvey, single: &Single, options: &Options) -> Row {
     let mut row = Row {
         manoeuvre: Some(single.segment.kind.to_string()),
         thrust: single.segment.thrust,
@@ -279,7 +279,7 @@ fn one(examined: &ExaminedRecord, single: &Single, options: &Options) -> Row {
 
 fn estimate(
     row: &mut Row,
-    examined: &ExaminedRecord,
+    examined: &RecordSurvey,
     training: Window,
     held_out: Option<ValidationData>,
     options: &Options,

@@ -5,7 +5,7 @@ use seatrial::campaign::speeds::{
 };
 use seatrial::identification::{Identification, Outcome, Reason, ReasonCode, Refined, Verdict};
 use seatrial::identify::joined::Joined;
-use seatrial::identify::{ExaminedRecord, IdentifyError, IdentifySettings, ValidationData};
+use seatrial::identify::{IdentifyError, IdentifySettings, RecordSurvey, ValidationData};
 use seatrial::identify::{Proposal, propose};
 use seatrial::log::segmentation::find;
 use serde::{Deserialize, Serialize};
@@ -59,7 +59,7 @@ pub(super) fn identify_proposals(
     for proposal in &proposals {
         observer.found(&log.path, proposal);
     }
-    let record = ExaminedRecord::of(&log.record);
+    let record = RecordSurvey::of(&log.record);
     let mut models = of_each(&proposals, |proposal| {
         SpeedModel::identify(log, &record, proposal.clone(), settings)
     })
@@ -223,7 +223,7 @@ impl SpeedModel {
 
     fn identify(
         log: &OpenedLog,
-        record: &ExaminedRecord,
+        record: &RecordSurvey,
         proposal: Proposal,
         settings: &IdentifySettings,
     ) -> Result<Self, Error> {

@@ -6,7 +6,7 @@
 
 use super::mission::LEAST_STROKES;
 use super::steering_validation::simulated;
-use super::{ExaminedRecord, IdentifySettings, OrderSearch, ValidationData, identify_with};
+use super::{IdentifySettings, OrderSearch, RecordSurvey, ValidationData, identify_with};
 use crate::figures::r2_text;
 use crate::identification::{Identification, LEAST_R2, Outcome, Reason, ReasonCode, Validation};
 use crate::legs::{LegSplit, split_by_legs};
@@ -21,7 +21,7 @@ use seatrial_core::{Real, Sample};
 /// few legs, or where the other legs do not confirm a model of its first ones.
 pub(super) fn validated_by_legs(
     whole: Identification,
-    record: &ExaminedRecord,
+    record: &RecordSurvey,
     window: Window,
     settings: &IdentifySettings,
 ) -> Identification {

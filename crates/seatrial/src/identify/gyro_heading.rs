@@ -17,7 +17,7 @@ use seatrial_core::{Real, Sample};
 
 use super::compass::{CompassError, Jump, LEAST_ERROR_RAD, MEAN_OVER_S, Path};
 use super::joined::Joined;
-use super::{ExaminedRecord, IdentifyError, ValidationData};
+use super::{IdentifyError, RecordSurvey, ValidationData};
 use crate::figures::{degrees, with_decimals};
 use crate::identification::{Identification, Outcome, Reason, ReasonCode};
 use crate::record::{Record, Window, between_gaps, median};
@@ -37,10 +37,10 @@ type Answer = (Identification, Option<Joined>);
 
 /// The identification of windows of a record, by the gyro's heading where the compass jumped and that makes the verdict a better one.
 pub(super) fn where_the_compass_jumped(
-    examined: &ExaminedRecord,
+    examined: &RecordSurvey,
     windows: &[Window],
     data: Option<ValidationData>,
-    identify: impl Fn(&ExaminedRecord, Option<ValidationData>) -> Result<Answer, IdentifyError>,
+    identify: impl Fn(&RecordSurvey, Option<ValidationData>) -> Result<Answer, IdentifyError>,
 ) -> Result<Answer, IdentifyError> {
     let record = examined.record();
     let (found, joined) = identify(examined, data)?;
@@ -64,7 +64,7 @@ pub(super) fn where_the_compass_jumped(
         record: own.map_or(data.record, |_| &by_gyro),
         ..data
     });
-    Ok(match identify(&ExaminedRecord::of(&by_gyro), data) {
+    Ok(match identify(&RecordSurvey::of(&by_gyro), data) {
         Ok((again, joined)) if again.verdict.outcome() != Outcome::DoNotUse => {
             (with_the_remark(again, jump), joined)
         }

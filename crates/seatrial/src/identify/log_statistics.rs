@@ -3,10 +3,10 @@
 use seatrial_core::Sample;
 
 use super::compass::{CompassError, Jump};
-use super::examined::ExaminedRecord;
 use super::mishap::heading_jump;
 use super::online::Pass;
 use super::pace::Pace;
+use super::survey::RecordSurvey;
 use super::validation::heading_range_rad;
 use crate::identification::RejectedSamples;
 use crate::manoeuvre::Manoeuvre;
@@ -67,7 +67,7 @@ pub struct LogStatistics {
 impl LogStatistics {
     /// Statistics of a training window and of what the estimator let through of it.
     pub fn of(
-        examined: &ExaminedRecord,
+        examined: &RecordSurvey,
         training: Window,
         manoeuvre: &Manoeuvre,
         pass: &Pass,

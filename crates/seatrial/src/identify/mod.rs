@@ -1,21 +1,19 @@
 //! From a record to a model: a chain of values, each made once from the one before.
 //!
 //! ```text
-//! Prepared -> Explained -> Chosen -> Checked -> Verdict
+//! TrainingRecord -> Explanation -> ModelChoice -> ModelEvidence -> Verdict
 //! ```
 //!
 //! | link | what it holds |
 //! |---|---|
-//! | `Prepared` | the training record, the estimate made sample by sample |
-//! | `Explained` | which kind of vehicle explains the record |
-//! | `Chosen` | the model that goes to the controller, and where it comes from |
-//! | `Checked` | that model against its own record and against validation data |
+//! | `TrainingRecord` | the training record, the estimate made sample by sample |
+//! | `Explanation` | which kind of vehicle explains the record |
+//! | `ModelChoice` | the model that goes to the controller, and where it comes from |
+//! | `ModelEvidence` | that model against its own record and against validation data |
 //! | [`Verdict`] | may the model be used, and why |
 
 pub mod batch;
 mod beyond;
-pub(crate) mod checked;
-pub(crate) mod chosen;
 pub(crate) mod compass;
 pub mod cramer_rao;
 mod cross_validation;
@@ -24,9 +22,8 @@ mod disturbance_study;
 mod edge_times;
 pub(crate) mod error;
 pub mod evenly_sampled;
-mod examined;
 mod excited_segment;
-pub(crate) mod explained;
+pub(crate) mod explanation;
 mod gyro_heading;
 mod heading_gain;
 pub(crate) mod intervals;
@@ -36,10 +33,11 @@ pub(crate) mod log_statistics;
 pub(crate) mod misfit;
 mod mishap;
 pub mod mission;
+pub(crate) mod model_choice;
+pub(crate) mod model_evidence;
 pub mod online;
 pub mod output_error;
 pub(crate) mod pace;
-pub(crate) mod prepared;
 mod proposal;
 pub mod refined;
 pub(crate) mod refusal;
@@ -50,7 +48,9 @@ pub mod simplex;
 mod simulation;
 pub(crate) mod steering_validation;
 mod sums;
+mod survey;
 mod training;
+pub(crate) mod training_record;
 mod valid_range;
 pub mod validation;
 mod validation_estimate;
@@ -68,24 +68,24 @@ use crate::identification::{
 use crate::record::{Record, Window};
 use crate::time_scale::ChosenLambda;
 use beyond::hull_of;
-use checked::Checked;
-use chosen::Chosen;
 use cross_validation::validated_by_legs;
 pub use error::{IdentifyError, WindowUse};
-pub use examined::ExaminedRecord;
 pub(crate) use excited_segment::most_excited;
-use explained::{Explained, predicts_much_better};
+use explanation::{Explanation, predicts_much_better};
 use gyro_heading::where_the_compass_jumped;
 use joined::Joined;
 pub(crate) use mishap::heading_jump;
 use mission::Steering;
+use model_choice::ModelChoice;
+use model_evidence::ModelEvidence;
 use online::Pass;
-use prepared::Prepared;
 pub use proposal::{Proposal, Single, propose, singles};
 pub use settings::IdentifySettings;
 pub use steering_validation::simulated;
+pub use survey::RecordSurvey;
 pub(crate) use training::Training;
 use training::{choose_lambda, manoeuvre_to_learn_from};
+use training_record::TrainingRecord;
 pub use valid_range::valid_range;
 pub use validation::ValidationData;
 pub use validation_estimate::validation_estimate;
@@ -104,17 +104,17 @@ pub fn identify(
     data: Option<ValidationData>,
     settings: &IdentifySettings,
 ) -> Result<Identification, IdentifyError> {
-    ExaminedRecord::of(record).identify(training, data, settings)
+    RecordSurvey::of(record).identify(training, data, settings)
 }
 
 /// [`identify`] of a record that was looked through.
 fn model_of(
-    record: &ExaminedRecord,
+    record: &RecordSurvey,
     training: Window,
     data: Option<ValidationData>,
     settings: &IdentifySettings,
 ) -> Result<Identification, IdentifyError> {
-    let by_its_heading = |record: &ExaminedRecord, data: Option<ValidationData>| {
+    let by_its_heading = |record: &RecordSurvey, data: Option<ValidationData>| {
         Ok((by_this_heading(record, training, data, settings)?, None))
     };
     Ok(where_the_compass_jumped(record, &[training], data, by_its_heading)?.0)
@@ -122,7 +122,7 @@ fn model_of(
 
 /// [`identify`] by the heading of the record as it is.
 fn by_this_heading(
-    record: &ExaminedRecord,
+    record: &RecordSurvey,
     training: Window,
     data: Option<ValidationData>,
     settings: &IdentifySettings,
@@ -139,7 +139,7 @@ fn by_this_heading(
 
 /// The model of ordinary steering, where the window is that.
 fn steering_model_of(
-    record: &ExaminedRecord,
+    record: &RecordSurvey,
     training: Window,
     data: Option<ValidationData>,
     settings: &IdentifySettings,
@@ -184,7 +184,7 @@ fn steering_model_of(
 
 /// [`identify`] with the refined estimates of other manoeuvres of the same speed joined to the record's own.
 fn identify_with(
-    record: &ExaminedRecord,
+    record: &RecordSurvey,
     training: Window,
     data: Option<ValidationData>,
     settings: &IdentifySettings,
@@ -199,8 +199,8 @@ fn identify_with(
         ..Settings::of(&ready.estimator)
     };
     let window = training.known_part(ready.samples);
-    let prepared = Prepared::new(record, window, &pass, settings.refine)?;
-    let assessment = Assessment::of(&prepared, data, others, order)?;
+    let training_record = TrainingRecord::new(record, window, &pass, settings.refine)?;
+    let assessment = Assessment::of(&training_record, data, others, order)?;
     Ok(assessment.identification(window, pass, used))
 }
 
@@ -213,12 +213,12 @@ pub fn identify_joined(
     data: Option<ValidationData>,
     settings: &IdentifySettings,
 ) -> Result<(Identification, Option<Joined>), IdentifyError> {
-    ExaminedRecord::of(record).identify_joined(training, data, settings)
+    RecordSurvey::of(record).identify_joined(training, data, settings)
 }
 
 /// [`identify_joined`] of a record that was looked through.
 fn joined_model(
-    record: &ExaminedRecord,
+    record: &RecordSurvey,
     training: &[Window],
     data: Option<ValidationData>,
     settings: &IdentifySettings,
@@ -229,7 +229,7 @@ fn joined_model(
 }
 
 fn joined_by_this_heading(
-    record: &ExaminedRecord,
+    record: &RecordSurvey,
     training: &[Window],
     data: Option<ValidationData>,
     settings: &IdentifySettings,
@@ -300,9 +300,9 @@ pub fn assess(
     pass: Pass,
     settings: Settings,
 ) -> Result<Identification, IdentifyError> {
-    let record = ExaminedRecord::of(record);
-    let prepared = Prepared::new(&record, training, &pass, !settings.as_paper)?;
-    let assessment = Assessment::of(&prepared, data, &[], OrderSearch::Done)?;
+    let record = RecordSurvey::of(record);
+    let training_record = TrainingRecord::new(&record, training, &pass, !settings.as_paper)?;
+    let assessment = Assessment::of(&training_record, data, &[], OrderSearch::Done)?;
     Ok(assessment.identification(training, pass, settings).0)
 }
 
@@ -315,7 +315,7 @@ enum OrderSearch {
     Skipped,
 }
 
-/// What the chain found of a prepared record.
+/// What the chain found of a training record.
 struct Assessment {
     refined: Option<Refined>,
     joined: Option<Joined>,
@@ -329,26 +329,26 @@ struct Assessment {
 
 impl Assessment {
     fn of(
-        prepared: &Prepared,
+        training_record: &TrainingRecord,
         data: Option<ValidationData>,
         others: &[(Window, Refined)],
         order: OrderSearch,
     ) -> Result<Self, IdentifyError> {
-        let explained = Explained::of(prepared, order, data);
-        let chosen = Chosen::of(prepared, &explained, others, data);
-        let checked = Checked::of(prepared, &explained, &chosen, data)?;
-        let rudder_lag_s = chosen.simulated().map_or(0.0, |model| {
-            model.gear_delay_s(prepared.log.rudder_amplitude_rad)
+        let explanation = Explanation::of(training_record, order, data);
+        let choice = ModelChoice::of(training_record, &explanation, others, data);
+        let evidence = ModelEvidence::of(training_record, &explanation, &choice, data)?;
+        let rudder_lag_s = choice.simulated().map_or(0.0, |model| {
+            model.gear_delay_s(training_record.log.rudder_amplitude_rad)
         });
         Ok(Self {
-            verdict: verdict::judge(&checked),
-            valid_range: checked.valid_range(prepared.accepted, data),
-            refined: checked.refined(),
-            validation: checked.validation,
-            higher_order: checked.higher_order,
-            lag_effect: explained.first_order().and_then(|fit| fit.lag_effect),
-            loop_timing: prepared.interval_s.map(|h| sampled(h, rudder_lag_s)),
-            joined: chosen.joined,
+            verdict: verdict::judge(&evidence),
+            valid_range: evidence.valid_range(training_record.accepted, data),
+            refined: evidence.refined(),
+            validation: evidence.validation,
+            higher_order: evidence.higher_order,
+            lag_effect: explanation.first_order().and_then(|fit| fit.lag_effect),
+            loop_timing: training_record.interval_s.map(|h| sampled(h, rudder_lag_s)),
+            joined: choice.joined,
         })
     }
 

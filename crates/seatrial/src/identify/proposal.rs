@@ -221,8 +221,8 @@ impl<'a> Speed<'a> {
             manoeuvres,
             time_constant_s: None,
         };
-        let chosen = lambda_of(record, speed.window(&speed.manoeuvres[0]));
-        speed.time_constant_s = chosen.ok().map(|chosen| chosen.time_constant_s());
+        let choice = lambda_of(record, speed.window(&speed.manoeuvres[0]));
+        speed.time_constant_s = choice.ok().map(|choice| choice.time_constant_s());
         speed
     }
 

@@ -48,17 +48,17 @@ impl<'a> Training<'a> {
         }
         let heading_range_rad = validation::heading_range_rad(samples);
         let manoeuvre = manoeuvre_to_learn_from(record, samples)?;
-        let chosen = choose_lambda(record, samples, &manoeuvre, heading_range_rad, settings);
+        let choice = choose_lambda(record, samples, &manoeuvre, heading_range_rad, settings);
         Ok(Self {
             samples,
-            estimator: settings.estimator(chosen.lambda_rad_s, heading_range_rad),
-            lambda_because: chosen.because,
+            estimator: settings.estimator(choice.lambda_rad_s, heading_range_rad),
+            lambda_because: choice.because,
             segment: segment(
                 record,
                 samples,
                 &manoeuvre,
                 settings,
-                chosen.lambda_rad_s,
+                choice.lambda_rad_s,
                 SETTLING_TIME_CONSTANTS,
             ),
             keep_trace: settings.trace,

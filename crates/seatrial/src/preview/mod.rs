@@ -176,7 +176,7 @@ fn play(
     plan: &Plan<f64>,
     prior: &Prior,
     budget: &Budget,
-) -> Result<(Option<Outcome>, Vec<Played>), InvalidSetting> {
+) -> Result<(Option<Outcome>, Vec<SpeedRun>), InvalidSetting> {
     let mut trial = Trial::new(*plan)?;
     budget.check(plan, prior)?;
     let thrusts = prior.speeds.iter().map(|speed| speed.thrust);
@@ -185,7 +185,7 @@ fn play(
         field: "prior.speeds",
         requirement: "one for each thrust of the plan, in its order",
     })?;
-    let mut played: Vec<Played> = Vec::new();
+    let mut played: Vec<SpeedRun> = Vec::new();
     while trial.outcome().is_none() {
         let Ok(Some(sample)) = vehicle.next_sample() else {
             break;
@@ -198,7 +198,7 @@ fn play(
             last.end_s = sample.time_s;
         }
         if status.stage.is_some() && played.len() <= speed {
-            played.push(Played::default());
+            played.push(SpeedRun::default());
         }
         if let Some(last) = played.last_mut() {
             last.take(sample, status.stage);
@@ -209,14 +209,14 @@ fn play(
 }
 
 /// From the first sample of a trial to its last, s.
-fn duration_s(played: &[Played]) -> f64 {
+fn duration_s(played: &[SpeedRun]) -> f64 {
     let first_s = played.first().map_or(0.0, |p| p.begin_s(Stage::Settle));
     played.last().map_or(0.0, |p| p.end_s) - first_s
 }
 
 /// The samples of one speed with the instants at which its stages began.
 #[derive(Default)]
-struct Played {
+struct SpeedRun {
     samples: Vec<Sample<f64>>,
     /// Settle, train, validate.
     began_s: [Option<f64>; 3],
@@ -224,7 +224,7 @@ struct Played {
     end_s: f64,
 }
 
-impl Played {
+impl SpeedRun {
     fn take(&mut self, sample: Sample<f64>, stage: Option<Stage>) {
         if let Some(stage) = stage {
             self.began_s[place(stage)].get_or_insert(sample.time_s);
@@ -274,7 +274,7 @@ fn excursion_rad(samples: &[Sample<f64>], heading_rad: f64) -> f64 {
         .fold(0.0, f64::max)
 }
 
-fn track_margin_m(prior: &Prior, played: &[Played]) -> Option<f64> {
+fn track_margin_m(prior: &Prior, played: &[SpeedRun]) -> Option<f64> {
     let mut length_m = 0.0;
     let mut wander_m2 = 0.0;
     let mut compass_rad = 0.0;

@@ -155,7 +155,7 @@ struct Search<'a> {
 
 /// What a doublet does and determines at the speed where it does most and at that where it determines least.
 #[derive(Clone, Copy)]
-struct Played {
+struct DoubletEffect {
     amplitude_rad: f64,
     period_s: f64,
     relative_half_width_95: [f64; 2],
@@ -167,7 +167,7 @@ struct Played {
 
 impl Search<'_> {
     fn best(&self) -> Option<Recommendation> {
-        let tried: Vec<Played> = self
+        let tried: Vec<DoubletEffect> = self
             .periods_s()
             .into_iter()
             .filter_map(|period_s| self.least_amplitude(period_s))
@@ -226,7 +226,7 @@ impl Search<'_> {
     }
 
     /// The least amplitude that reaches the target at this period, otherwise the largest allowed.
-    fn least_amplitude(&self, period_s: f64) -> Option<Played> {
+    fn least_amplitude(&self, period_s: f64) -> Option<DoubletEffect> {
         let limit_rad = self.plan.rudder_limit_rad.min(self.prior.rudder_limit_rad);
         let largest = self.bisect(period_s, limit_rad, |played| !played.fits);
         let largest_rad = largest.below_rad;
@@ -243,7 +243,12 @@ impl Search<'_> {
     }
 
     /// Between which amplitudes a condition begins to hold that holds from some amplitude on.
-    fn bisect(&self, period_s: f64, most_rad: f64, holds: impl Fn(&Played) -> bool) -> Between {
+    fn bisect(
+        &self,
+        period_s: f64,
+        most_rad: f64,
+        holds: impl Fn(&DoubletEffect) -> bool,
+    ) -> Between {
         let mut between = Between {
             below_rad: 0.0,
             above_rad: most_rad,
@@ -263,12 +268,12 @@ impl Search<'_> {
         between
     }
 
-    fn play(&self, amplitude_rad: f64, period_s: f64) -> Played {
+    fn play(&self, amplitude_rad: f64, period_s: f64) -> DoubletEffect {
         let manoeuvre = self.manoeuvre(amplitude_rad, period_s);
         let prior = thinned(self.prior, manoeuvre.duration_s());
         let envelope = &self.plan.envelope;
         let room = 1.0 / (1.0 + PRIOR_ERROR);
-        let mut played = Played {
+        let mut played = DoubletEffect {
             amplitude_rad,
             period_s,
             relative_half_width_95: [0.0; 2],

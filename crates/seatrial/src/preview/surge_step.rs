@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use seatrial_core::{InvalidSetting, List, Outcome, Plan, Stage};
 use serde::Serialize;
 
-use super::{Budget, Played, Prior, PriorSpeed, duration_s, play};
+use super::{Budget, Prior, PriorSpeed, SpeedRun, duration_s, play};
 use crate::motions::surge::{ExpectedRun, ExpectedSurge, SurgeBelief};
 
 /// What the drag length may be, as parts of the one believed in: of all the widest interval counts.
@@ -102,7 +102,7 @@ struct Tried {
     /// `with` is not known yet.
     added: AddedRun,
     prior: Prior,
-    played: Vec<Played>,
+    played: Vec<SpeedRun>,
     /// Relative half width of the 95 % interval of a22 that the run will tell.
     a22_width: f64,
 }
@@ -204,7 +204,7 @@ fn cheapest(tried: &[Tried], believed: &SurgeBelief, time_constant_s: f64) -> Op
 }
 
 /// What a trial will tell, whatever the surge may be.
-fn expected(prior: &Prior, played: &[Played], believed: &SurgeBelief) -> ExpectedSurge {
+fn expected(prior: &Prior, played: &[SpeedRun], believed: &SurgeBelief) -> ExpectedSurge {
     let runs: Vec<ExpectedRun> = prior
         .speeds
         .iter()
@@ -230,7 +230,7 @@ fn expected(prior: &Prior, played: &[Played], believed: &SurgeBelief) -> Expecte
         .unwrap_or_default()
 }
 
-impl Played {
+impl SpeedRun {
     fn expected(&self, speed: &PriorSpeed) -> ExpectedRun {
         let train_s = self.begin_s(Stage::Train);
         ExpectedRun {

@@ -34,12 +34,12 @@ pub(super) struct Stroke {
     pub window: Window,
     pub is_positive: bool,
     /// `None` where the rudder was not held at about the level.
-    pub held: Option<Held>,
+    pub held: Option<Hold>,
 }
 
 /// The part of a stroke in which the rudder was held.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Held {
+pub(super) struct Hold {
     /// Median angle of the stroke from neutral, rad.
     pub angle_rad: f64,
     /// From the first to the last sample near that angle, s.
@@ -74,7 +74,7 @@ impl Stroke {
     }
 }
 
-/// Held strokes from side to side, at least one.
+/// Hold strokes from side to side, at least one.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Chain {
     pub strokes: Vec<Stroke>,
@@ -144,7 +144,7 @@ fn held(
     excursion: &Excursion,
     level_rad: f64,
     scratch: &mut Vec<f64>,
-) -> Option<Held> {
+) -> Option<Hold> {
     let indices = trace.indices(excursion.window);
     scratch.clear();
     scratch.extend(trace.rudder_rad(indices.clone()).iter().map(|d| d.abs()));
@@ -167,7 +167,7 @@ fn held(
     }
     let first = rudder_rad.iter().position(is_near)?;
     let last = rudder_rad.iter().rposition(is_near)?;
-    Some(Held {
+    Some(Hold {
         angle_rad,
         duration_s: trace.duration_s(&(indices.start + first..indices.start + last + 1)),
     })

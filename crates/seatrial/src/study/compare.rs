@@ -141,7 +141,7 @@ pub struct Disagreement {
 }
 
 /// A model, with what else a method can say of it.
-struct Found {
+struct MethodEstimate {
     model: YawModel<f64>,
     interval_95: Option<Intervals>,
     iterations: Option<u32>,
@@ -204,7 +204,7 @@ struct Candidates<'a> {
 }
 
 impl Candidates<'_> {
-    fn model(&self, method: ComparedMethod) -> Result<Found, NoModel> {
+    fn model(&self, method: ComparedMethod) -> Result<MethodEstimate, NoModel> {
         let run = |prepared: &Training| {
             online::run(&prepared.segment, prepared.estimator, |_, _, _| {})
                 .map_err(NoModel::Setting)
@@ -224,17 +224,17 @@ impl Candidates<'_> {
             ComparedMethod::Simplex => by_simplex(self.samples),
             ComparedMethod::OutputError => {
                 let found = output_error(self.samples, None).map_err(NoModel::Refine)?;
-                Ok(Found {
+                Ok(MethodEstimate {
                     iterations: Some(found.iterations),
-                    ..Found::from(found.model)
+                    ..MethodEstimate::from(found.model)
                 })
             }
             ComparedMethod::PredictionError => {
                 let (model, covariance) =
                     prediction_error(self.samples, None).map_err(NoModel::Refine)?;
-                Ok(Found {
+                Ok(MethodEstimate {
                     interval_95: Some(normal_intervals(&model, &covariance)),
-                    ..Found::from(model)
+                    ..MethodEstimate::from(model)
                 })
             }
             ComparedMethod::Refined => self.refined(),
@@ -243,7 +243,7 @@ impl Candidates<'_> {
     }
 
     /// What [`identify`] hands over; a model behind a lagging rudder is validated behind it.
-    fn refined(&self) -> Result<Found, NoModel> {
+    fn refined(&self) -> Result<MethodEstimate, NoModel> {
         let is_training =
             std::ptr::eq(self.data.record, self.record) && self.data.window == self.training;
         let held_out = Some(self.data).filter(|_| !is_training);
@@ -253,10 +253,10 @@ impl Candidates<'_> {
         let behind_lag = found
             .simulated()
             .map(|model| validation_of(model, self.data));
-        Ok(Found {
+        Ok(MethodEstimate {
             interval_95: Some(refined.interval_95),
             validation: behind_lag.transpose()?,
-            ..Found::from(refined.model)
+            ..MethodEstimate::from(refined.model)
         })
     }
 }
@@ -300,20 +300,23 @@ pub fn split(record: &Record) -> Option<(Window, Window)> {
 }
 
 /// The paper's simplex; a search that did not converge is a failure.
-fn by_simplex(samples: &[Sample<f64>]) -> Result<Found, NoModel> {
+fn by_simplex(samples: &[Sample<f64>]) -> Result<MethodEstimate, NoModel> {
     let found = simplex::fit_as_paper(samples).ok_or(NoModel::NoSamples)?;
     let iterations = found.iterations;
     if !found.converged {
         return Err(NoModel::NotConverged { iterations });
     }
-    Ok(Found {
+    Ok(MethodEstimate {
         iterations: Some(iterations),
-        ..Found::from(YawModel::from_theta(found.at))
+        ..MethodEstimate::from(YawModel::from_theta(found.at))
     })
 }
 
 /// The model of more than the first order, where the record supports one; a22, b2 and C0 are its own.
-fn by_higher_order(samples: &[Sample<f64>], data: ValidationData) -> Result<Found, NoModel> {
+fn by_higher_order(
+    samples: &[Sample<f64>],
+    data: ValidationData,
+) -> Result<MethodEstimate, NoModel> {
     // As `identify` asks it.
     if robust_estimate(samples).is_ok_and(|found| !found.asks_for_more(samples)) {
         return Err(NoModel::FirstOrderIsEnough);
@@ -327,16 +330,16 @@ fn by_higher_order(samples: &[Sample<f64>], data: ValidationData) -> Result<Foun
     }
     let full = predictor.steering_model();
     let model = YawModel::from_theta([full.a22_per_s, full.b2_per_s2, full.c0_rad_per_s2]);
-    Ok(Found {
+    Ok(MethodEstimate {
         validation: Some(validation_of(&full, data)?),
-        ..Found::from(model)
+        ..MethodEstimate::from(model)
     })
 }
 
 fn timed(
     method: ComparedMethod,
     clock_ms: &dyn Fn() -> f64,
-    estimate: impl FnOnce() -> Result<Found, NoModel>,
+    estimate: impl FnOnce() -> Result<MethodEstimate, NoModel>,
 ) -> MethodResult {
     let begun_ms = clock_ms();
     let found = estimate();
@@ -356,7 +359,7 @@ fn timed(
     }
 }
 
-impl From<YawModel<f64>> for Found {
+impl From<YawModel<f64>> for MethodEstimate {
     fn from(model: YawModel<f64>) -> Self {
         Self {
             model,

@@ -416,9 +416,8 @@ impl<'a> Problem<'a> {
 }
 
 impl Problem<'_> {
-    /// Fits a hull or a slow gear from the two starts from which a step of scoring promises most. `None` where no step promises that it is
-    /// clearly likelier than a fit without.
-    pub fn with_hull(&self, simpler: &Fit, hypothesis: Hypothesis) -> Option<Fit> {
+    /// Where the search for a hull or a slow gear starts.
+    fn hull_starts(&self, simpler: &Fit, hypothesis: Hypothesis) -> Vec<DVector<f64>> {
         // Coupling, log of the time constant of sway, and the share of what sway then takes of the damping in the long run that is given back to it.
         // Without a coupling the slope tells of one, whatever its sign.
         const SWAYS: [[f64; 3]; 7] = [
@@ -448,11 +447,17 @@ impl Problem<'_> {
             x[SHIFT] *= 0.3;
             x
         };
-        let starts = match (hypothesis.sway, hypothesis.rate_limit) {
+        match (hypothesis.sway, hypothesis.rate_limit) {
             (true, _) => SWAYS.map(with_sway).to_vec(),
             (false, true) => RATE_LIMITS.map(with_limit).to_vec(),
             (false, false) => vec![first],
-        };
+        }
+    }
+
+    /// Fits a hull or a slow gear from the two starts from which a step of scoring promises most. `None` where no step promises that it is
+    /// clearly likelier than a fit without.
+    pub fn with_hull(&self, simpler: &Fit, hypothesis: Hypothesis) -> Option<Fit> {
+        let starts = self.hull_starts(simpler, hypothesis);
         let mut looks: Vec<(f64, Fit)> = (starts.iter())
             .filter_map(|x| {
                 let here = self.at(hypothesis, x)?;

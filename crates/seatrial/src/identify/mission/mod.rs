@@ -31,7 +31,7 @@ use super::online::Pass;
 use super::robust::estimate::{LEAST_EVIDENCE, MODEL_ERROR};
 use super::training::manoeuvre_to_learn_from;
 use super::validation::ValidationData;
-use super::{ExaminedRecord, IdentifyError, valid_range};
+use super::{IdentifyError, RecordSurvey, valid_range};
 use crate::gain_allowance::sampled;
 use crate::identification::{
     EstimateMethod, HigherOrder, Identification, LEAST_R2, Refined, Settings, ValidRange,
@@ -352,7 +352,7 @@ impl Steering {
     ///
     /// It is cut where the log has gaps and where the vehicle stops or goes astern. `None` where that leaves nothing to fit.
     pub fn of(
-        record: &ExaminedRecord,
+        record: &RecordSurvey,
         training: Window,
         data: Option<ValidationData>,
         pass: &Pass,
@@ -456,7 +456,7 @@ fn interval_s(samples: &[Sample<f64>]) -> f64 {
 }
 
 /// A yaw rate that is computed from the heading brings its noise twice.
-fn without_derived_rate(record: &ExaminedRecord, samples: &[Sample<f64>]) -> Vec<Sample<f64>> {
+fn without_derived_rate(record: &RecordSurvey, samples: &[Sample<f64>]) -> Vec<Sample<f64>> {
     let is_derived = record.record().units.yaw_rate_is_derived;
     let rate = |s: &Sample<f64>| s.yaw_rate_rad_s.filter(|_| !is_derived);
     samples

@@ -1,7 +1,7 @@
 //! The average over all disturbances, with and without a lag.
 
-use super::found::Found;
 use super::hypothesis::{Hypothesis, Prior};
+use super::hypothesis_search::HypothesisSearch;
 use super::mixture::{Normal, point_below_which};
 use super::record::{A22, B2, DELAY, PARAMETERS, Point, Record};
 
@@ -32,7 +32,7 @@ impl Hypotheses {
     }
 
     fn from_start(record: &Record, start: &Point, block: usize) -> Option<Self> {
-        let mut found = Found::nothing();
+        let mut found = HypothesisSearch::nothing();
         let prompt = found.prompt_rudder(record, start, block);
         let lagging = match record.known_delay_s {
             Some(_) => None,

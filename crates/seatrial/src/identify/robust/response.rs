@@ -149,12 +149,10 @@ pub(super) struct SmallExponential {
 /// By its series, to rounding where a t is no more than 0.02.
 #[inline(always)]
 pub(super) fn small_exponential(a: f64, t: f64) -> SmallExponential {
-    const THIRD: f64 = 1.0 / 3.0;
-    const SIXTH: f64 = 1.0 / 6.0;
     let x = a * t;
-    let of_integral = 1.0 + x * 0.25 * (1.0 + x * 0.2 * (1.0 + x * SIXTH));
-    let integral_s2 = t * t * (0.5 + x * SIXTH * of_integral);
-    let gain_s = t * (1.0 + x * 0.5 * (1.0 + x * THIRD * of_integral));
+    let of_integral = 1.0 + x * 0.25 * (1.0 + x * 0.2 * (1.0 + x * (1.0 / 6.0)));
+    let integral_s2 = t * t * (0.5 + x * (1.0 / 6.0) * of_integral);
+    let gain_s = t * (1.0 + x * 0.5 * (1.0 + x * (1.0 / 3.0) * of_integral));
     SmallExponential {
         decay: 1.0 + a * gain_s,
         gain_s,

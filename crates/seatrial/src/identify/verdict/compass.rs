@@ -6,8 +6,8 @@
 use super::{Share, Weighing};
 use crate::figures::{degrees, percent, three_figures, with_decimals};
 use crate::identification::{Reason, ReasonCode, Refined};
-use crate::identify::checked::Checked;
 use crate::identify::compass::Jump;
+use crate::identify::model_evidence::ModelEvidence;
 
 /// Half widths of the 95 % interval that an error of the compass may take of a parameter, of which 3 are never to be exceeded.
 const HALF_WIDTHS: f64 = 1.5;
@@ -37,20 +37,19 @@ impl Weighing {
     }
 
     /// A heading that is late by a share of the vehicle's time constant makes a22 smaller by some twice that share.
-    pub(super) fn compass(&mut self, checked: &Checked) {
-        let found = &checked.log.compass;
-        if let Some(jump) = found.largest_jump.filter(|_| !checked.log.times_are_shared) {
+    pub(super) fn compass(&mut self, evidence: &ModelEvidence) {
+        let found = &evidence.log.compass;
+        if let Some(jump) = found
+            .largest_jump
+            .filter(|_| !evidence.log.times_are_shared)
+        {
             self.jump(jump, "in training");
         }
+        let refined = evidence.choice.refined.as_ref();
         let half_width = |of: fn(&Refined) -> (f64, [f64; 2])| {
-            checked
-                .chosen
-                .refined
-                .as_ref()
-                .map_or(f64::INFINITY, |refined| {
-                    let (value, interval) = of(refined);
-                    Share::new(value, interval).half_width
-                })
+            refined.map(of).map_or(f64::INFINITY, |(value, interval)| {
+                Share::new(value, interval).half_width
+            })
         };
         let limit = |half_width: f64, [least, most]: [f64; 2]| {
             (HALF_WIDTHS * half_width).max(least).min(most)
@@ -72,7 +71,7 @@ impl Weighing {
             );
         }
         let a22 = half_width(|refined| (refined.model.a22_per_s, refined.interval_95.a22_per_s));
-        let effect = |late_s: f64| 2.0 * late_s * checked.online.a22_per_s.abs();
+        let effect = |late_s: f64| 2.0 * late_s * evidence.online.a22_per_s.abs();
         if let Some(late_s) = found
             .late_s
             .filter(|x| effect(*x) > limit(a22, LATE_EFFECT))

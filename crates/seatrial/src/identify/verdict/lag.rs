@@ -3,7 +3,7 @@
 use super::Weighing;
 use crate::figures::three_figures;
 use crate::identification::{HigherOrder, Reason, ReasonCode};
-use crate::identify::checked::Checked;
+use crate::identify::model_evidence::ModelEvidence;
 
 /// Lag in the vehicle's time constants from which the two are told apart too seldom: of a lag of three quarters of the time constant a22 is off
 /// by two half widths at most, of an equal one by up to eight.
@@ -12,22 +12,22 @@ const LONGEST_LAG: f64 = 0.7;
 const LOG_BOTH: &str = "Log the measured rudder angle, and a gyro's yaw rate.";
 
 /// The lag, s, that is all that a record has beyond first order, where nothing shows whether it is the rudder's or the heading's.
-fn lag_of_either(checked: &Checked) -> Option<f64> {
-    let unchecked = lag_alone(checked).filter(|_| checked.log.is_heading_unchecked());
+fn lag_of_either(evidence: &ModelEvidence) -> Option<f64> {
+    let unchecked = lag_alone(evidence).filter(|_| evidence.log.is_heading_unchecked());
     Some(unchecked?.model.rudder_lag_s)
 }
 
 /// What a record has beyond first order, where that is a lag and no sway.
-fn lag_alone<'a>(checked: &Checked<'a>) -> Option<&'a HigherOrder> {
-    let higher = checked.explained.beyond()?;
+fn lag_alone<'a>(evidence: &ModelEvidence<'a>) -> Option<&'a HigherOrder> {
+    let higher = evidence.explanation.beyond()?;
     (higher.structure.lag && !higher.structure.sway).then_some(higher)
 }
 
 impl Weighing {
     /// Notes what a record has beyond first order.
-    pub(super) fn beyond(&mut self, detail: String, checked: &Checked) {
+    pub(super) fn beyond(&mut self, detail: String, evidence: &ModelEvidence) {
         let reason = Reason::new(ReasonCode::ModelOrder, detail);
-        self.notes.push(match lag_of_either(checked) {
+        self.notes.push(match lag_of_either(evidence) {
             Some(lag_s) => Reason {
                 text: format!(
                     "The rudder lags, or the heading is late or smoothed, by {} s: the log does not show which.",
@@ -41,10 +41,10 @@ impl Weighing {
     }
 
     /// Rejects a model whose interval of b2, 1/s^2, holds 0.
-    pub(super) fn holds_0(&mut self, interval: [f64; 2], checked: &Checked) {
+    pub(super) fn holds_0(&mut self, interval: [f64; 2], evidence: &ModelEvidence) {
         let [low, high] = interval.map(three_figures);
         let holds_0 = format!("the 95 % interval of b2, {low} to {high} 1/s^2, holds 0");
-        let Some(lag_s) = lag_of_either(checked) else {
+        let Some(lag_s) = lag_of_either(evidence) else {
             return self.reject(
                 ReasonCode::NotIdentifiable,
                 format!(
@@ -68,8 +68,8 @@ impl Weighing {
     }
 
     /// A lag about as long as the vehicle's own time constant may change places with it: the heading is the same.
-    pub(super) fn lag_like_the_vehicle(&mut self, checked: &Checked) {
-        let Some(higher) = lag_alone(checked) else {
+    pub(super) fn lag_like_the_vehicle(&mut self, evidence: &ModelEvidence) {
+        let Some(higher) = lag_alone(evidence) else {
             return;
         };
         let (lag_s, own_s) = (
@@ -80,7 +80,7 @@ impl Weighing {
             return;
         }
         let (lag, own) = (three_figures(lag_s), three_figures(own_s));
-        let (of, gyro) = match checked.log.is_heading_unchecked() {
+        let (of, gyro) = match evidence.log.is_heading_unchecked() {
             true => (
                 "the rudder's or a heading filter's",
                 ", and a gyro's yaw rate",

@@ -3,17 +3,17 @@
 use super::Weighing;
 use crate::figures::{degrees, with_decimals};
 use crate::identification::{Reason, ReasonCode};
-use crate::identify::checked::Checked;
 use crate::identify::compass::Jump;
 use crate::identify::mishap::Jam;
+use crate::identify::model_evidence::ModelEvidence;
 use crate::plausibility::Doubt;
 use crate::record::rudder_text;
 
 impl Weighing {
     /// The cause comes before what it led to.
-    pub(super) fn mishaps(&mut self, checked: &Checked) {
-        let times_are_shared = checked.log.times_are_shared;
-        if let Some(jump) = checked.log.jump_beside.filter(|_| !times_are_shared) {
+    pub(super) fn mishaps(&mut self, evidence: &ModelEvidence) {
+        let times_are_shared = evidence.log.times_are_shared;
+        if let Some(jump) = evidence.log.jump_beside.filter(|_| !times_are_shared) {
             self.nothing_held_out(jump);
         }
         let led_to = |reason: &Reason| is_led_to(&reason.code);
@@ -24,20 +24,20 @@ impl Weighing {
             return;
         }
         // A heading that went on while the time stood still did not jump.
-        if let Some([_, interval_s]) = checked.log.interval_s.filter(|_| times_are_shared) {
-            let effect = 0.5 * interval_s * checked.chosen.model.a22_per_s.abs();
+        if let Some([_, interval_s]) = evidence.log.interval_s.filter(|_| times_are_shared) {
+            let effect = 0.5 * interval_s * evidence.choice.model.a22_per_s.abs();
             let doubt = Doubt::TimesShared { interval_s, effect };
             return self.rejections.insert(at, doubt.reason());
         }
-        let found = &checked.mishaps;
+        let found = &evidence.mishaps;
         let jump = found.jump.map(|(jump, place)| heading_jump(jump, place));
         let jam = || {
             // What a sea does looks like a stuck rudder, too.
-            let (jam, place) = found.jam.filter(|_| !checked.is_in_a_sea())?;
+            let (jam, place) = found.jam.filter(|_| !evidence.is_in_a_sea())?;
             Some(rudder_jam(
                 jam,
                 place,
-                &rudder_text(checked.log.rudder_unit, jam.rudder_rad),
+                &rudder_text(evidence.log.rudder_unit, jam.rudder_rad),
             ))
         };
         if let Some(cause) = jump.or_else(jam) {

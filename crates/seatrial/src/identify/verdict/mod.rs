@@ -11,9 +11,9 @@ mod validation;
 
 use seatrial_core::{Axis, GoodnessOfFit, RudderUnit, YawModel};
 
-use super::checked::Checked;
-use super::explained::Explained;
+use super::explanation::Explanation;
 use super::log_statistics::LogStatistics;
+use super::model_evidence::ModelEvidence;
 pub use super::refusal::{refuse_record, rudder_constant};
 use crate::figures::r2_text;
 pub use crate::figures::three_figures;
@@ -27,46 +27,46 @@ use validation::OffsetDrift;
 const MOST_TIMES: f64 = 4.0;
 
 /// Weighs the last link of the chain.
-pub(super) fn judge(checked: &Checked) -> Verdict {
+pub(super) fn judge(evidence: &ModelEvidence) -> Verdict {
     let mut weighing = Weighing::default();
-    weighing.doubts(&checked.doubts);
-    weighing.record(checked);
-    match &checked.chosen.refined {
-        Some(refined) => weighing.refined(refined, checked),
-        None if checked.needs_interval => weighing.reject(
+    weighing.doubts(&evidence.doubts);
+    weighing.record(evidence);
+    match &evidence.choice.refined {
+        Some(refined) => weighing.refined(refined, evidence),
+        None if evidence.needs_interval => weighing.reject(
             ReasonCode::NotIdentifiable,
             "the whole record gives no model with an interval: the heading does not follow the rudder as one model, as where the two channels do not belong together, or the yaw rate overshoots after each movement of the rudder; repeat the manoeuvre".into(),
         ),
         None => {}
     }
-    weighing.model(checked);
+    weighing.model(evidence);
     weighing.validation(
-        checked.validation,
-        offset_drift(checked),
-        checked.sea_explains_validation(),
+        evidence.validation,
+        offset_drift(evidence),
+        evidence.sea_explains_validation(),
     );
-    weighing.jump_behind_low_r2(checked);
-    if let (Some(refined), Some(apart)) = (&checked.chosen.refined, &checked.independent) {
+    weighing.jump_behind_low_r2(evidence);
+    if let (Some(refined), Some(apart)) = (&evidence.choice.refined, &evidence.independent) {
         // A difference that one way to look at the record does not show is not proven.
-        let compared = checked.explained.compared(refined);
+        let compared = evidence.explanation.compared(refined);
         let is_contradicted = |estimate: &Refined| {
             let mut alone = Weighing::default();
-            alone.trained(estimate, apart, checked);
+            alone.trained(estimate, apart, evidence);
             !alone.rejections.is_empty()
         };
         let first = compared.iter().find(|estimate| !is_contradicted(estimate));
         if let Some(estimate) = first.or(compared.first()) {
-            weighing.trained(estimate, apart, checked);
+            weighing.trained(estimate, apart, evidence);
         }
         // What is contradicted already needs no second cause.
         if weighing.rejections.is_empty() {
-            weighing.reached(refined, checked);
+            weighing.reached(refined, evidence);
         }
     }
-    weighing.mishaps(checked);
-    weighing.extrapolation(checked);
-    let verdict = first_of_all_the_rudder(weighing.verdict(checked.validation), checked.log);
-    match checked.log.is_turning_circle {
+    weighing.mishaps(evidence);
+    weighing.extrapolation(evidence);
+    let verdict = first_of_all_the_rudder(weighing.verdict(evidence.validation), evidence.log);
+    match evidence.log.is_turning_circle {
         true => of_a_turning_circle(verdict),
         false => verdict,
     }
@@ -102,19 +102,19 @@ const HOLDS_R2: f64 = 0.9;
 const HIGHER_ORDER: f64 = 1.5;
 
 /// Does the model predict heading and yaw rate of validation data closely?
-fn predicts_closely(checked: &Checked) -> bool {
+fn predicts_closely(evidence: &ModelEvidence) -> bool {
     let holds = |r2: Option<f64>| r2.is_some_and(|r2| r2 >= HOLDS_R2);
-    checked.validation.is_some_and(|validation| {
+    evidence.validation.is_some_and(|validation| {
         holds(validation.r2_heading_offset_refit) && holds(validation.r2_yaw_rate)
     })
 }
 
 /// Does a model that misses such a share of the rudder's effect leave so little of validation data that this matters to nobody? A lag matters
 /// in any case: gains allow for it.
-fn holds_all_the_same(checked: &Checked, share: f64) -> bool {
+fn holds_all_the_same(evidence: &ModelEvidence, share: f64) -> bool {
     share <= HOLDS_SHARE
-        && !matches!(checked.explained, Explained::BehindLag { .. })
-        && predicts_closely(checked)
+        && !matches!(evidence.explanation, Explanation::BehindLag { .. })
+        && predicts_closely(evidence)
 }
 
 /// A vehicle on a steady course turns by less than this, rad.
@@ -138,13 +138,13 @@ fn first_of_all_the_rudder(mut verdict: Verdict, log: &LogStatistics) -> Verdict
     verdict
 }
 
-fn offset_drift(checked: &Checked) -> Option<OffsetDrift> {
-    let other = checked.independent.as_ref()?.estimate.as_ref()?;
-    let trained = checked.chosen.refined.as_ref()?;
+fn offset_drift(evidence: &ModelEvidence) -> Option<OffsetDrift> {
+    let other = evidence.independent.as_ref()?.estimate.as_ref()?;
+    let trained = evidence.choice.refined.as_ref()?;
     Some(OffsetDrift::between(
         trained,
         other,
-        checked.log.rudder_unit,
+        evidence.log.rudder_unit,
     ))
 }
 

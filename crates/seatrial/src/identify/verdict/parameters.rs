@@ -8,9 +8,9 @@ use crate::figures::{degrees, percent, r2_text, three_figures};
 use crate::identification::{
     HigherOrder, LagEffect, Reason, ReasonCode, Refined, Validation, WIDEST_A22, WIDEST_B2,
 };
-use crate::identify::checked::{Checked, LEAST_R2_IN_A_SEA};
-use crate::identify::chosen::ModelSource;
-use crate::identify::explained::{Explained, MUCH_BETTER};
+use crate::identify::explanation::{Explanation, MUCH_BETTER};
+use crate::identify::model_choice::ModelSource;
+use crate::identify::model_evidence::{LEAST_R2_IN_A_SEA, ModelEvidence};
 use crate::identify::residual_tests::ResidualTests;
 use crate::record::rudder_text;
 
@@ -41,37 +41,37 @@ const LEAST_NOISE: f64 = 1e-3;
 pub(super) const NO_GAIN_HOLDS: &str = "there is no heading gain: on many of the vehicles that explain this record alike every one overshoots by more than a fifth or never settles, since at small rudder angles, or in a long turn, the vehicle may not stop turning by itself, or the rudder has play; record small rudder angles and long turns, or tune the autopilot with a rate gain";
 
 impl Weighing {
-    pub(super) fn refined(&mut self, refined: &Refined, checked: &Checked) {
-        self.intervals(refined, checked);
-        if checked.chosen.simulated().is_none() {
+    pub(super) fn refined(&mut self, refined: &Refined, evidence: &ModelEvidence) {
+        self.intervals(refined, evidence);
+        if evidence.choice.simulated().is_none() {
             // The online estimate takes a lag, and sway, for damping.
-            self.agreement(checked.online, refined, checked.explained.delay_s());
+            self.agreement(evidence.online, refined, evidence.explanation.delay_s());
         }
-        let Some(fit) = checked.explained.first_order() else {
+        let Some(fit) = evidence.explanation.first_order() else {
             return;
         };
         if let Some(effect) = &fit.lag_effect {
-            self.lag(refined, effect, coarse_step_rad(checked.log));
+            self.lag(refined, effect, coarse_step_rad(evidence.log));
         }
         if let Some(residual) = &fit.residual {
-            self.residual(residual, refined, checked.log.heading_range_rad);
+            self.residual(residual, refined, evidence.log.heading_range_rad);
         }
     }
 
     /// Notes that no heading gain suits all vehicles that explain the record. Vehicles that predict validation data worse than the first-order
     /// model that was chosen have no say where it predicts these closely.
-    fn no_gain(&mut self, checked: &Checked) {
-        if let Explained::HigherOrder { share, .. } = *checked.explained
-            && checked.has_no_gain()
-            && (checked.chosen.simulated().is_some()
-                || leaves_much_less(checked)
-                || !holds_all_the_same(checked, share))
+    fn no_gain(&mut self, evidence: &ModelEvidence) {
+        if let Explanation::HigherOrder { share, .. } = *evidence.explanation
+            && evidence.has_no_gain()
+            && (evidence.choice.simulated().is_some()
+                || leaves_much_less(evidence)
+                || !holds_all_the_same(evidence, share))
         {
             self.note(ReasonCode::Unstable, NO_GAIN_HOLDS.into());
         }
     }
 
-    fn intervals(&mut self, refined: &Refined, checked: &Checked) {
+    fn intervals(&mut self, refined: &Refined, evidence: &ModelEvidence) {
         let b2 = Share::new(refined.model.b2_per_s2, refined.interval_95.b2_per_s2);
         let a22 = Share::new(refined.model.a22_per_s, refined.interval_95.a22_per_s);
         if !(b2.half_width.is_finite() && a22.half_width.is_finite()) {
@@ -82,9 +82,9 @@ impl Weighing {
             );
         }
         if b2.half_width >= 1.0 {
-            return self.holds_0(b2.interval, checked);
+            return self.holds_0(b2.interval, evidence);
         }
-        self.no_gain(checked);
+        self.no_gain(evidence);
         if a22.half_width >= 1.0 {
             return self.reject(
                 ReasonCode::NotIdentifiable,
@@ -94,8 +94,8 @@ impl Weighing {
                 ),
             );
         }
-        let is_higher_order = matches!(checked.explained, Explained::HigherOrder { .. });
-        let allowance = match is_higher_order || predicts_closely(checked) {
+        let is_higher_order = matches!(evidence.explanation, Explanation::HigherOrder { .. });
+        let allowance = match is_higher_order || predicts_closely(evidence) {
             true => HIGHER_ORDER,
             false => 1.0,
         };
@@ -121,8 +121,8 @@ impl Weighing {
                 "at this noise {} times the rudder, {} either side, or {} repeats of the manoeuvre would do",
                 three_figures(more),
                 rudder_text(
-                    checked.log.rudder_unit,
-                    more * checked.log.rudder_amplitude_rad
+                    evidence.log.rudder_unit,
+                    more * evidence.log.rudder_amplitude_rad
                 ),
                 (more * more).ceil()
             )
@@ -131,8 +131,8 @@ impl Weighing {
     }
 
     /// The interval that reaches the validation data's own estimate must not hold 0 either.
-    pub(super) fn reached(&mut self, alone: &Refined, checked: &Checked) {
-        let Some(reached) = checked.refined() else {
+    pub(super) fn reached(&mut self, alone: &Refined, evidence: &ModelEvidence) {
+        let Some(reached) = evidence.refined() else {
             return;
         };
         let sides = |refined: &Refined| {
@@ -261,8 +261,8 @@ impl Weighing {
         );
     }
 
-    pub(super) fn model(&mut self, checked: &Checked) {
-        let model = checked.chosen.model;
+    pub(super) fn model(&mut self, evidence: &ModelEvidence) {
+        let model = evidence.choice.model;
         if !model.theta().iter().all(|p| p.is_finite()) {
             return self.reject(
                 ReasonCode::NotIdentifiable,
@@ -278,20 +278,20 @@ impl Weighing {
                 ),
             );
         }
-        if checked.log.hidden_edges > 0 && checked.log.rounded_time_s.is_none() {
+        if evidence.log.hidden_edges > 0 && evidence.log.rounded_time_s.is_none() {
             self.note(
                 ReasonCode::SamplesMissing,
                 format!(
                     "the rudder moved far {} times while samples were missing; when, is what the heading makes most likely; log without losses",
-                    checked.log.hidden_edges
+                    evidence.log.hidden_edges
                 ),
             );
         }
-        self.misfit(checked);
-        self.lag_like_the_vehicle(checked);
-        let refined = checked.refined();
+        self.misfit(evidence);
+        self.lag_like_the_vehicle(evidence);
+        let refined = evidence.refined();
         self.sign(refined.map_or(model.b2_per_s2, |refined| refined.interval_95.b2_per_s2[1]));
-        self.training_fit(checked);
+        self.training_fit(evidence);
     }
 
     /// `b2_per_s2` is the upper end of its interval.
@@ -304,16 +304,16 @@ impl Weighing {
         }
     }
 
-    fn misfit(&mut self, checked: &Checked) {
-        if let Some(share) = checked.explained.structural_misfit()
+    fn misfit(&mut self, evidence: &ModelEvidence) {
+        if let Some(share) = evidence.explanation.structural_misfit()
             && !self.says(&ReasonCode::CompassLate)
-            && !holds_all_the_same(checked, share)
+            && !holds_all_the_same(evidence, share)
         {
-            self.beyond(beyond_first_order(checked, share), checked);
+            self.beyond(beyond_first_order(evidence, share), evidence);
         }
-        self.play(checked.explained.play_rad());
-        if let Explained::Disturbed { share, .. } = *checked.explained
-            && !holds_all_the_same(checked, share)
+        self.play(evidence.explanation.play_rad());
+        if let Explanation::Disturbed { share, .. } = *evidence.explanation
+            && !holds_all_the_same(evidence, share)
         {
             self.note(
                 ReasonCode::Disturbed,
@@ -337,11 +337,11 @@ impl Weighing {
         );
     }
 
-    fn training_fit(&mut self, checked: &Checked) {
-        let fit = &checked.training_fit;
+    fn training_fit(&mut self, evidence: &ModelEvidence) {
+        let fit = &evidence.training_fit;
         let heading = fit.r2_heading_offset_refit;
         let yaw_rate = fit.r2_yaw_rate;
-        if checked.is_in_a_sea() && yaw_rate > Some(LEAST_R2_IN_A_SEA) {
+        if evidence.is_in_a_sea() && yaw_rate > Some(LEAST_R2_IN_A_SEA) {
             return;
         }
         // A heading that cannot be simulated is not described; a yaw rate may be unknown.
@@ -364,19 +364,19 @@ fn holds_zero([low, high]: [f64; 2]) -> bool {
 }
 
 /// What a first-order model does not explain, and of what the model is.
-fn beyond_first_order(checked: &Checked, share: f64) -> String {
-    let found = checked.higher_order.as_ref();
+fn beyond_first_order(evidence: &ModelEvidence, share: f64) -> String {
+    let found = evidence.higher_order.as_ref();
     format!(
         "the rudder and a first-order model do not explain this log: something else turned the vehicle {} % as strongly as the rudder did ({}); {}",
         percent(share),
         found.map_or_else(
             || "sway or a slow servo".into(),
-            |higher| higher_order(higher, checked.log.is_heading_unchecked())
+            |higher| higher_order(higher, evidence.log.is_heading_unchecked())
         ),
-        match checked.chosen.source {
+        match evidence.choice.source {
             ModelSource::BehindLag(_) =>
                 "a22, b2 and C0 are those behind the lag, which gains must allow for as a delay",
-            ModelSource::Beyond(_) if checked.has_no_gain() =>
+            ModelSource::Beyond(_) if evidence.has_no_gain() =>
                 "a22, b2 and C0 are those of the first-order vehicle with the same steady turn at the rudder of the record",
             ModelSource::Beyond(_) =>
                 "a22, b2 and C0 are those of the first-order vehicle with the same steady turn at the rudder of the record; the heading gain also suits the vehicle itself",
@@ -387,12 +387,12 @@ fn beyond_first_order(checked: &Checked, share: f64) -> String {
 }
 
 /// Does the model beyond first order leave much less of the heading of validation data than the chosen one?
-fn leaves_much_less(checked: &Checked) -> bool {
-    let beyond = checked.higher_order.as_ref().and_then(|h| h.validation);
+fn leaves_much_less(evidence: &ModelEvidence) -> bool {
+    let beyond = evidence.higher_order.as_ref().and_then(|h| h.validation);
     let left = |validation: Option<Validation>| Some(1.0 - validation?.r2_heading_offset_refit?);
     left(beyond)
-        .zip(left(checked.validation))
-        .is_some_and(|(beyond, chosen)| beyond < MUCH_BETTER * chosen)
+        .zip(left(evidence.validation))
+        .is_some_and(|(beyond, choice)| beyond < MUCH_BETTER * choice)
 }
 
 /// What the higher order is, in words.

@@ -3,8 +3,8 @@
 use super::Weighing;
 use crate::figures::{degrees, three_figures};
 use crate::identification::{Reason, ReasonCode};
-use crate::identify::checked::Checked;
 use crate::identify::log_statistics::LogStatistics;
+use crate::identify::model_evidence::ModelEvidence;
 use crate::record::{RudderUnit, rudder_text};
 
 /// Share of rejected samples from which the record is noted, and from which it is refused.
@@ -49,8 +49,8 @@ fn rounded_time([step_s, even_s]: [f64; 2]) -> Reason {
 }
 
 impl Weighing {
-    pub(super) fn record(&mut self, checked: &Checked) {
-        let log = checked.log;
+    pub(super) fn record(&mut self, evidence: &ModelEvidence) {
+        let log = evidence.log;
         self.rejected_samples(log);
         if let Some([first, last]) = log.surge_speed_m_s {
             self.speed(first, last);
@@ -72,8 +72,8 @@ impl Weighing {
         if let Some(sides) = log.rudder_sides_rad {
             self.rudder_sides(sides, log.rudder_unit);
         }
-        self.pace(checked);
-        self.compass(checked);
+        self.pace(evidence);
+        self.compass(evidence);
         if let Some(step_rad) = coarse_step_rad(log) {
             self.heading_step(step_rad, log.heading_range_rad);
         }
@@ -166,19 +166,19 @@ impl Weighing {
     }
 
     /// A vehicle's time constant must hold several samples of each channel: how the rudder moved in between is not known.
-    fn pace(&mut self, checked: &Checked) {
-        let Some(pace) = checked.log.pace else {
+    fn pace(&mut self, evidence: &ModelEvidence) {
+        let Some(pace) = evidence.log.pace else {
             return;
         };
         // The slowest vehicle of the interval: it is refused where even that one is sampled too seldom.
-        let slowest_per_s = match &checked.chosen.refined {
+        let slowest_per_s = match &evidence.choice.refined {
             Some(refined) => {
                 let [low, high] = refined.interval_95.a22_per_s;
                 // 0 where the interval holds it.
                 low.max(-high).max(0.0)
             }
             // A vehicle that turns ever faster has no time constant.
-            None => (-checked.chosen.model.a22_per_s).max(0.0),
+            None => (-evidence.choice.model.a22_per_s).max(0.0),
         };
         let longest_s = LONGEST_INTERVAL / slowest_per_s;
         // Of rows so far apart the heading is enough.

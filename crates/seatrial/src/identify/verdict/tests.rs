@@ -2,13 +2,13 @@ use seatrial_core::{GoodnessOfFit, YawModel};
 
 use super::*;
 use crate::identification::{EstimateMethod, Intervals, LagEffect, RejectedSamples};
-use crate::identify::checked::Independent;
-use crate::identify::chosen::{Chosen, ModelSource};
 use crate::identify::compass::{CompassError, Jump};
-use crate::identify::explained::{Explained, FirstOrderFit};
+use crate::identify::explanation::{Explanation, FirstOrderFit};
 use crate::identify::heading_gain::Vehicles;
 use crate::identify::log_statistics::LogStatistics;
 use crate::identify::mishap::{Jam, Mishaps};
+use crate::identify::model_choice::{ModelChoice, ModelSource};
+use crate::identify::model_evidence::Independent;
 use crate::identify::pace::Pace;
 use crate::identify::residual_tests::{ResidualTest, ResidualTests};
 use crate::record::{RudderUnit, Window};
@@ -73,8 +73,8 @@ fn training_fit(heading: f64, yaw_rate: f64) -> GoodnessOfFit<f64> {
 struct Chain {
     log: LogStatistics,
     online: YawModel<f64>,
-    explained: Explained,
-    chosen: Chosen,
+    explanation: Explanation,
+    choice: ModelChoice,
     training_fit: GoodnessOfFit<f64>,
     validation: Option<Validation>,
     validation_rudder_amplitude_rad: Option<f64>,
@@ -106,10 +106,10 @@ impl Chain {
                 unchecked: Vec::new(),
             },
             online: refined.model,
-            explained: Explained::FirstOrder {
+            explanation: Explanation::FirstOrder {
                 fit: fit(&refined, None),
             },
-            chosen: Chosen {
+            choice: ModelChoice {
                 model: refined.model,
                 source: ModelSource::Refined,
                 refined: Some(refined),
@@ -132,8 +132,8 @@ impl Chain {
 
     /// A vehicle that is not of first order, by this share of the rudder's effect.
     fn with_misfit(mut self, share: f64) -> Self {
-        self.explained = Explained::HigherOrder {
-            refined: self.chosen.refined.clone().unwrap(),
+        self.explanation = Explanation::HigherOrder {
+            refined: self.choice.refined.clone().unwrap(),
             share,
             beyond: None,
             nearest: true,
@@ -157,13 +157,13 @@ impl Chain {
     }
 
     fn judge(&self) -> Verdict {
-        judge(&Checked {
+        judge(&ModelEvidence {
             log: &self.log,
             online: self.online,
             needs_interval: true,
-            explained: &self.explained,
+            explanation: &self.explanation,
             doubts: Vec::new(),
-            chosen: &self.chosen,
+            choice: &self.choice,
             higher_order: None,
             training_fit: self.training_fit,
             validation: self.validation,
@@ -203,7 +203,7 @@ fn exact_a_lag_is_noted_for_what_it_does_to_the_model() {
         let refined = refined(half_width);
         let model = refined.model;
         let mut chain = Chain::of(refined.clone());
-        chain.explained = Explained::FirstOrder {
+        chain.explanation = Explanation::FirstOrder {
             fit: FirstOrderFit {
                 lag_effect: Some(LagEffect {
                     lag_s: 0.1,
@@ -247,9 +247,9 @@ fn exact_each_defect_is_refused_under_its_own_code() {
         (
             "not_identifiable",
             Chain::with(|c| {
-                c.explained = Explained::Unrefined;
-                c.chosen.source = ModelSource::Online;
-                c.chosen.refined = None;
+                c.explanation = Explanation::Unrefined;
+                c.choice.source = ModelSource::Online;
+                c.choice.refined = None;
             }),
         ),
         (
@@ -330,7 +330,7 @@ fn exact_no_gain_is_noted_where_the_vehicles_without_one_predict_as_well() {
     let noted = |heading| {
         let mut chain = Chain::of(refined(0.05)).with_misfit(0.1);
         chain.validation = Some(validation(0.7, heading, 0.96));
-        if let Explained::HigherOrder { vehicles, .. } = &mut chain.explained {
+        if let Explanation::HigherOrder { vehicles, .. } = &mut chain.explanation {
             *vehicles = Some(Vehicles::new(Vec::new(), 0.05, 0.26));
         }
         chain.judge().has(&ReasonCode::Unstable)
@@ -510,7 +510,7 @@ fn exact_a_late_rudder_explains_a_disagreement() {
     let a22 = refined.model.a22_per_s;
     let verdict = Chain::with(|c| {
         c.online.a22_per_s = 1.3 * a22;
-        c.explained = Explained::FirstOrder {
+        c.explanation = Explanation::FirstOrder {
             fit: FirstOrderFit {
                 delay_s: 0.15 / a22,
                 ..fit(&refined, None)
@@ -554,7 +554,7 @@ fn exact_a_residual_that_chance_does_not_explain_is_noted() {
     };
     let judged = |residual| {
         let mut chain = Chain::of(refined.clone());
-        chain.explained = Explained::FirstOrder {
+        chain.explanation = Explanation::FirstOrder {
             fit: fit(&refined, residual),
         };
         chain.judge()

@@ -6,7 +6,7 @@ use super::contradiction::{BLIND, GIVEN, STOPPED, TRAINED, contradiction, weakne
 use super::{MOST_TIMES, Weighing};
 use crate::figures::{r2_text, three_figures};
 use crate::identification::{EstimateMethod, LEAST_R2, Reason, ReasonCode, Refined, Validation};
-use crate::identify::checked::{Checked, Independent};
+use crate::identify::model_evidence::{Independent, ModelEvidence};
 use crate::record::{RudderUnit, rudder_text};
 
 /// Rudder angles of validation data beyond the trained ones by this factor are an extrapolation.
@@ -120,8 +120,8 @@ impl Weighing {
     }
 
     /// A compass that jumped is why its data are not predicted, and comes first.
-    pub(super) fn jump_behind_low_r2(&mut self, checked: &Checked) {
-        let Some(jump) = checked.independent.as_ref().and_then(|a| a.largest_jump) else {
+    pub(super) fn jump_behind_low_r2(&mut self, evidence: &ModelEvidence) {
+        let Some(jump) = evidence.independent.as_ref().and_then(|a| a.largest_jump) else {
             return;
         };
         let is_low = |reason: &mut Reason| reason.code == ReasonCode::LowR2;
@@ -155,15 +155,20 @@ impl Weighing {
     /// A model just trained against the one that validation data by themselves give.
     ///
     /// Where the training shows more than first order, R^2 of the validation data is the judge, however uncertain the model that they give.
-    pub(super) fn trained(&mut self, refined: &Refined, apart: &Independent, checked: &Checked) {
+    pub(super) fn trained(
+        &mut self,
+        refined: &Refined,
+        apart: &Independent,
+        evidence: &ModelEvidence,
+    ) {
         let Some(other) = &apart.estimate else {
             return;
         };
         // Both share the lag of the rudder, whatever it is.
-        let given_delay = checked.explained.first_order();
+        let given_delay = evidence.explanation.first_order();
         let covariance = given_delay.map_or(&refined.covariance, |fit| &fit.covariance_given_delay);
         let (model, covariance) = (&refined.model, Some(covariance));
-        let saturated = saturated(refined, other, checked);
+        let saturated = saturated(refined, other, evidence);
         let limits = match saturated {
             Some(_) => &STOPPED,
             None => &TRAINED,
@@ -190,12 +195,12 @@ impl Weighing {
             (None, _) => {
                 let refuses = |times: f64| {
                     times > BLIND
-                        && checked.explained.structural_misfit().is_none()
+                        && evidence.explanation.structural_misfit().is_none()
                         && refined.method != EstimateMethod::WeighedHypotheses
                 };
                 let weak = weakness(model, covariance, other, &STOPPED);
                 if let Some(times) =
-                    weak.filter(|times| refuses(*times) || !predicts_too_well(checked))
+                    weak.filter(|times| refuses(*times) || !predicts_too_well(evidence))
                 {
                     self.weakly_validated(
                         times,
@@ -247,9 +252,9 @@ impl Weighing {
         }
     }
 
-    pub(super) fn extrapolation(&mut self, checked: &Checked) {
-        let log = checked.log;
-        if let Some(other) = checked
+    pub(super) fn extrapolation(&mut self, evidence: &ModelEvidence) {
+        let log = evidence.log;
+        if let Some(other) = evidence
             .validation_rudder_amplitude_rad
             .filter(|other| *other > NOTED_EXTRAPOLATION * log.rudder_amplitude_rad)
         {
@@ -266,16 +271,16 @@ impl Weighing {
 }
 
 /// Does the model predict the heading of validation data better than one of a rudder that stopped at 70 % of the training's angle could?
-fn predicts_too_well(checked: &Checked) -> bool {
-    let r2 = (checked.validation).and_then(|validation| validation.r2_heading_offset_refit);
+fn predicts_too_well(evidence: &ModelEvidence) -> bool {
+    let r2 = (evidence.validation).and_then(|validation| validation.r2_heading_offset_refit);
     r2.is_some_and(|r2| r2 > STOPPED_R2)
 }
 
 /// Where a larger angle in training than in the validation data turned the vehicle less per degree, at which angle the rudder
 /// seems to stop, in words.
-fn saturated(trained: &Refined, other: &Refined, checked: &Checked) -> Option<String> {
-    let log = checked.log;
-    let validation_rad = checked.validation_rudder_amplitude_rad?;
+fn saturated(trained: &Refined, other: &Refined, evidence: &ModelEvidence) -> Option<String> {
+    let log = evidence.log;
+    let validation_rad = evidence.validation_rudder_amplitude_rad?;
     let share = trained.model.b2_per_s2 / other.model.b2_per_s2;
     let is_larger = log.rudder_amplitude_rad > NOTED_EXTRAPOLATION * validation_rad;
     (is_larger && (0.0..1.0).contains(&share)).then(|| {
@@ -316,7 +321,7 @@ mod tests {
     #[test]
     fn exact_speeds_explain_the_b2_that_goes_with_their_square() {
         let trained = refined_at([-1.0, 1.0, 0.0], 0.05);
-        let explained = |speeds, b2| {
+        let explanation = |speeds, b2| {
             let apart = Independent {
                 length: 1.0,
                 rudder_variance_ratio: 1.0,
@@ -326,13 +331,13 @@ mod tests {
             };
             speeds_apart(&trained, &refined_at([-1.0, b2, 0.0], 0.05), &apart)
         };
-        let text = explained(Some([2.0, 1.5]), 0.5625).unwrap();
+        let text = explanation(Some([2.0, 1.5]), 0.5625).unwrap();
         assert!(text.contains("1.50 m/s there and 2.00 m/s in"), "{text}");
         // A rudder that lost more than the speed, one that does more at less speed, one speed, none.
-        assert_eq!(explained(Some([2.0, 1.5]), 0.3), None);
-        assert_eq!(explained(Some([2.0, 1.5]), 1.5), None);
-        assert_eq!(explained(Some([2.0, 1.96]), 0.96), None);
-        assert_eq!(explained(None, 0.5625), None);
-        assert_eq!(explained(Some([2.0, 1.5]), -0.5625), None);
+        assert_eq!(explanation(Some([2.0, 1.5]), 0.3), None);
+        assert_eq!(explanation(Some([2.0, 1.5]), 1.5), None);
+        assert_eq!(explanation(Some([2.0, 1.96]), 0.96), None);
+        assert_eq!(explanation(None, 0.5625), None);
+        assert_eq!(explanation(Some([2.0, 1.5]), -0.5625), None);
     }
 }

@@ -6,18 +6,18 @@ use crate::identification::Identification;
 use crate::plausibility::{self, Doubt};
 use crate::record::{Record, Window};
 
-/// A record that was looked through once, for the identification of several of its windows.
+/// A survey of a record, made once for the identification of several of its windows.
 ///
 /// [`identify`](super::identify()) and [`identify_joined`](super::identify_joined) look through the whole record at each call; of a long
 /// record with many manoeuvres this takes longer than the estimates.
 #[derive(Clone, Debug)]
-pub struct ExaminedRecord<'a> {
+pub struct RecordSurvey<'a> {
     record: &'a Record,
     unit_doubts: Vec<Doubt>,
     unchecked: Vec<Doubt>,
 }
 
-impl<'a> ExaminedRecord<'a> {
+impl<'a> RecordSurvey<'a> {
     /// Looks through a record.
     pub fn of(record: &'a Record) -> Self {
         Self {

@@ -5,9 +5,9 @@ use super::beyond::{beyond_first_order, is_a_sea, is_telling};
 use super::excited_segment::most_excited;
 use super::heading_gain::Vehicles;
 use super::misfit::{disturbance_share, is_large_share};
-use super::prepared::Prepared;
 use super::residual_tests::ResidualTests;
 use super::steering_validation;
+use super::training_record::TrainingRecord;
 use super::validation::ValidationData;
 use super::whole_record::{WholeRecord, robust_estimate};
 use crate::identification::{HigherOrder, LagEffect, Refined};
@@ -15,7 +15,7 @@ use crate::likelihood::{SteeringModel, contest_of};
 
 /// Which kind of vehicle explains the record. The `share` of a misfit is that of the rudder's own effect.
 #[derive(Clone, Debug)]
-pub enum Explained {
+pub enum Explanation {
     /// A first-order vehicle.
     FirstOrder {
         /// The estimate.
@@ -82,29 +82,29 @@ pub struct FirstOrderFit {
     pub play_rad: Option<f64>,
 }
 
-impl Explained {
+impl Explanation {
     /// Estimates from the whole record and asks what a first-order vehicle leaves unexplained.
     pub(super) fn of(
-        prepared: &Prepared,
+        training_record: &TrainingRecord,
         order: OrderSearch,
         data: Option<ValidationData>,
     ) -> Self {
-        let samples = prepared.samples();
-        let found = prepared
+        let samples = training_record.samples();
+        let found = training_record
             .is_to_be_refined()
             .then(|| robust_estimate(samples).ok())
             .flatten();
         let Some(found) = found else {
             return Self::Unrefined;
         };
-        if prepared.is_blurred(&found.refined) {
+        if training_record.is_blurred(&found.refined) {
             return Self::Blurred {
                 refined: found.refined,
             };
         }
         let found = match order == OrderSearch::Done && found.asks_for_more(samples) {
-            true => match Self::by_contest(prepared, found, data) {
-                Ok(explained) => return explained,
+            true => match Self::by_contest(training_record, found, data) {
+                Ok(explanation) => return explanation,
                 Err(found) => *found,
             },
             false => found,
@@ -147,11 +147,11 @@ impl Explained {
     ///
     /// What a sea explains as well as a hull does is the hull's where this predicts the validation data much better.
     fn by_contest(
-        prepared: &Prepared,
+        training_record: &TrainingRecord,
         found: WholeRecord,
         data: Option<ValidationData>,
     ) -> Result<Self, Box<WholeRecord>> {
-        let samples = prepared.samples();
+        let samples = training_record.samples();
         let mut legs = Vec::new();
         let Some(contest) = contest_of(most_excited(samples), &mut legs) else {
             return Err(Box::new(found));
@@ -161,7 +161,7 @@ impl Explained {
             true => (contest.clone().calm(), Some(contest.in_a_sea())),
             false => (contest, None),
         };
-        let amplitude_rad = prepared.log.rudder_amplitude_rad;
+        let amplitude_rad = training_record.log.rudder_amplitude_rad;
         let (hull, beyond) = beyond_first_order(&contest, amplitude_rad);
         let sea = sea.and_then(|sea| {
             let (refined, beyond) = beyond_first_order(&sea, amplitude_rad);
@@ -178,7 +178,7 @@ impl Explained {
         if hull.is_none() && !found.is_nearest() {
             return Err(Box::new(found));
         }
-        let interval_s = prepared.interval_s.unwrap_or(0.0);
+        let interval_s = training_record.interval_s.unwrap_or(0.0);
         let share = found.robust.share;
         let told = hull.filter(is_telling);
         let vehicles = Some(Vehicles::of(&contest, interval_s, amplitude_rad));

@@ -38,14 +38,14 @@ const MORE_PASSES: u32 = 8;
 
 /// The hypotheses found so far.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct HypothesisSearch {
     /// All that were looked at.
     pub all: Vec<Hypothesis>,
     /// Log weight of the heaviest under each prior.
     heaviest: [f64; PRIORS.len()],
 }
 
-impl Found {
+impl HypothesisSearch {
     /// Nothing yet.
     pub fn nothing() -> Self {
         Self::of(Vec::new())

@@ -7,7 +7,7 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use seatrial::identify::{
-    ExaminedRecord, IdentifySettings, ValidationData, identify, identify_joined,
+    IdentifySettings, RecordSurvey, ValidationData, identify, identify_joined,
 };
 use seatrial::{Record, Window};
 use seatrial_core::Sample;
@@ -72,7 +72,7 @@ fn parity_the_answers_of_an_examined_record() {
         record: &record,
         window: WINDOWS[2],
     });
-    let examined = ExaminedRecord::of(&record);
+    let examined = RecordSurvey::of(&record);
     assert_eq!(
         examined.identify(WINDOWS[0], held_out, &settings).unwrap(),
         identify(&record, WINDOWS[0], held_out, &settings).unwrap()
@@ -92,7 +92,7 @@ fn prop_the_time_of_a_window_does_not_grow_with_the_record() {
     let [short, long] = [record(2_000), record(400_000)];
     let settings = IdentifySettings::default();
     let [short_s, long_s] = [&short, &long].map(|record| {
-        let examined = ExaminedRecord::of(record);
+        let examined = RecordSurvey::of(record);
         let held_out = Some(ValidationData {
             record,
             window: WINDOWS[2],

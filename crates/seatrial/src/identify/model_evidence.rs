@@ -2,17 +2,17 @@
 
 use seatrial_core::{GoodnessOfFit, Sample, YawModel};
 
-use super::chosen::Chosen;
 use super::compass::{CompassError, Jump};
 use super::error::IdentifyError;
-use super::explained::Explained;
+use super::explanation::Explanation;
 use super::intervals::reaching_validation;
 use super::late_yaw_rate::{record_in_time, with_yaw_rate_in_time};
 use super::log_statistics::LogStatistics;
 use super::misfit::disturbance_share;
 use super::mishap::Mishaps;
-use super::prepared::Prepared;
+use super::model_choice::ModelChoice;
 use super::steering_validation;
+use super::training_record::TrainingRecord;
 use super::valid_range::valid_range;
 use super::validation::{self, ValidationData};
 use super::validation_estimate::validation_estimate_behind;
@@ -27,7 +27,7 @@ use crate::record::{duration_s, mean};
 pub const LEAST_R2_IN_A_SEA: f64 = 0.5;
 
 /// The chosen model and what its own record and validation data say of it: all that a verdict weighs.
-pub struct Checked<'a> {
+pub struct ModelEvidence<'a> {
     /// How good the log is.
     pub log: &'a LogStatistics,
     /// The estimate made sample by sample.
@@ -35,9 +35,9 @@ pub struct Checked<'a> {
     /// Must there be an estimate from the whole record with its interval?
     pub needs_interval: bool,
     /// Which kind of vehicle explains the record.
-    pub explained: &'a Explained,
+    pub explanation: &'a Explanation,
     /// The model that goes to the controller.
-    pub chosen: &'a Chosen,
+    pub choice: &'a ModelChoice,
     /// What in the log, or in that of the validation data, may not mean what it says.
     pub doubts: Vec<Doubt>,
     /// The model of higher order on validation data, where the record supports one.
@@ -69,15 +69,15 @@ pub struct Independent {
     pub estimate: Option<Refined>,
 }
 
-impl<'a> Checked<'a> {
+impl<'a> ModelEvidence<'a> {
     /// Simulates the chosen model over the training and over validation data.
     pub fn of(
-        prepared: &'a Prepared,
-        explained: &'a Explained,
-        chosen: &'a Chosen,
+        training_record: &'a TrainingRecord,
+        explanation: &'a Explanation,
+        choice: &'a ModelChoice,
         data: Option<ValidationData>,
     ) -> Result<Self, IdentifyError> {
-        let late_s = prepared.log.compass.yaw_rate_late_s();
+        let late_s = training_record.log.compass.yaw_rate_late_s();
         let in_time = data.map(|data| record_in_time(&data, late_s));
         let data_in_time = data
             .zip(in_time.as_deref())
@@ -86,37 +86,38 @@ impl<'a> Checked<'a> {
                 window: data.window,
             });
         let validation = data_in_time
-            .map(|data| match chosen.simulated() {
+            .map(|data| match choice.simulated() {
                 Some(model) => steering_validation::validate(model, data.record, data.window),
-                None => validation::validate(chosen.model, data.record, data.window),
+                None => validation::validate(choice.model, data.record, data.window),
             })
             .transpose()?;
-        let training = with_yaw_rate_in_time(prepared.accepted, late_s);
-        let is_apart =
-            |data: &ValidationData| prepared.is_to_be_refined() && data.window != prepared.training;
+        let training = with_yaw_rate_in_time(training_record.accepted, late_s);
+        let is_apart = |data: &ValidationData| {
+            training_record.is_to_be_refined() && data.window != training_record.training
+        };
         let independent = data
             .filter(is_apart)
-            .map(|data| Independent::of(data, prepared, explained, chosen));
+            .map(|data| Independent::of(data, training_record, explanation, choice));
         let other = independent
             .as_ref()
             .and_then(|apart| apart.estimate.as_ref());
         let held_out = data.map_or_else(Vec::new, |data| data.record.usable(data.window));
-        let mut checked = Self {
+        let mut evidence = Self {
             mishaps: Mishaps::of(
-                [prepared.accepted, &held_out],
-                chosen.model,
+                [training_record.accepted, &held_out],
+                choice.model,
                 other.map(|refined| refined.model),
             ),
-            log: &prepared.log,
-            online: prepared.online,
-            needs_interval: prepared.is_to_be_refined(),
-            explained,
-            doubts: doubts(prepared, explained, chosen, data),
-            chosen,
-            higher_order: higher_order(explained, data_in_time)?,
-            training_fit: match chosen.simulated() {
+            log: &training_record.log,
+            online: training_record.online,
+            needs_interval: training_record.is_to_be_refined(),
+            explanation,
+            doubts: doubts(training_record, explanation, choice, data),
+            choice,
+            higher_order: higher_order(explanation, data_in_time)?,
+            training_fit: match choice.simulated() {
                 Some(model) => steering_validation::goodness_of_fit(model, &training),
-                None => validation::fit_by_the_clearer_rate(chosen.model, &training),
+                None => validation::fit_by_the_clearer_rate(choice.model, &training),
             },
             validation,
             validation_rudder_amplitude_rad: data
@@ -124,13 +125,13 @@ impl<'a> Checked<'a> {
                 .map(|manoeuvre| manoeuvre.amplitude_rad),
             independent,
         };
-        checked.make_gain();
-        Ok(checked)
+        evidence.make_gain();
+        Ok(evidence)
     }
 
     /// Finds the vehicle that the heading gain is made for, where the hypotheses decide it.
     fn make_gain(&mut self) {
-        let found = (self.refined().zip(self.explained.vehicles()))
+        let found = (self.refined().zip(self.explanation.vehicles()))
             .and_then(|(refined, vehicles)| vehicles.gain_vehicle(&refined));
         if let Some(higher_order) = &mut self.higher_order {
             higher_order.gain_vehicle = found;
@@ -140,12 +141,12 @@ impl<'a> Checked<'a> {
     /// Does no heading gain hold on the vehicles of the hypotheses?
     pub fn has_no_gain(&self) -> bool {
         let found = self.higher_order.as_ref().and_then(|h| h.gain_vehicle);
-        self.explained.vehicles().is_some() && found.is_none()
+        self.explanation.vehicles().is_some() && found.is_none()
     }
 
     /// Is the vehicle known to be turned by a sea as well as by its rudder? Its heading then wanders from any simulation.
     pub fn is_in_a_sea(&self) -> bool {
-        self.chosen.refined.as_ref().is_some_and(|refined| {
+        self.choice.refined.as_ref().is_some_and(|refined| {
             refined.method != EstimateMethod::OutputError
                 && disturbance_share(refined, self.log.rudder_amplitude_rad) > LEAST_SHARE
         })
@@ -175,15 +176,15 @@ impl<'a> Checked<'a> {
         training: &[Sample<f64>],
         data: Option<ValidationData>,
     ) -> Option<ValidRange> {
-        let refined = self.chosen.refined.as_ref();
+        let refined = self.choice.refined.as_ref();
         let noise_rad = refined.map_or(0.0, |refined| refined.heading_noise_rad);
         let validation = data.map_or(&[][..], |data| data.record.window(data.window));
-        valid_range(&[training, validation], &self.chosen.model, noise_rad)
+        valid_range(&[training, validation], &self.choice.model, noise_rad)
     }
 
     /// The chosen estimate, with intervals that reach the one of validation data.
     pub fn refined(&self) -> Option<Refined> {
-        let refined = self.chosen.refined.as_ref()?;
+        let refined = self.choice.refined.as_ref()?;
         let apart = self.independent.as_ref();
         Some(
             match apart.and_then(|apart| Some((apart.estimate.as_ref()?, apart.length))) {
@@ -196,10 +197,10 @@ impl<'a> Checked<'a> {
 
 /// The model beyond first order with its simulation of validation data.
 fn higher_order(
-    explained: &Explained,
+    explanation: &Explanation,
     data: Option<ValidationData>,
 ) -> Result<Option<HigherOrder>, IdentifyError> {
-    let Some(beyond) = explained.beyond() else {
+    let Some(beyond) = explanation.beyond() else {
         return Ok(None);
     };
     let validate = |data: ValidationData| {
@@ -213,14 +214,14 @@ fn higher_order(
 
 /// Doubts about the log that trains, about the one that validates, and about how often the vehicle was looked at.
 fn doubts(
-    prepared: &Prepared,
-    explained: &Explained,
-    chosen: &Chosen,
+    training_record: &TrainingRecord,
+    explanation: &Explanation,
+    choice: &ModelChoice,
     data: Option<ValidationData>,
 ) -> Vec<Doubt> {
-    let mut doubts = prepared.log.unit_doubts.clone();
+    let mut doubts = training_record.log.unit_doubts.clone();
     let others = data.map_or_else(Vec::new, |data| {
-        let mut others = prepared.record.unit_doubts_of(data.record);
+        let mut others = training_record.record.unit_doubts_of(data.record);
         others.extend(plausibility::heading_stood(
             &data.record.usable(data.window),
         ));
@@ -229,39 +230,43 @@ fn doubts(
     doubts.extend(
         others
             .into_iter()
-            .filter(|doubt| !prepared.log.unit_doubts.contains(doubt)),
+            .filter(|doubt| !training_record.log.unit_doubts.contains(doubt)),
     );
     // A model whose rudder may turn nothing has no time constant to hold the log against.
     let turns = |refined: &Refined| {
         let [low, high] = refined.interval_95.b2_per_s2;
         low * high > 0.0
     };
-    let timing = plausibility::timing_doubts(prepared.accepted, chosen.model.a22_per_s);
-    if chosen.refined.as_ref().is_none_or(turns) {
+    let timing = plausibility::timing_doubts(training_record.accepted, choice.model.a22_per_s);
+    if choice.refined.as_ref().is_none_or(turns) {
         doubts.extend(timing);
     } else {
         // It may be why the rudder seems to turn nothing.
         let is_held = |doubt: &Doubt| matches!(doubt, Doubt::HeadingHeld { .. }) && doubt.refuses();
         doubts.extend(timing.into_iter().filter(is_held));
     }
-    if prepared.log.times_are_shared {
+    if training_record.log.times_are_shared {
         doubts.extend(plausibility::shared_times(
-            prepared.accepted,
-            chosen.model.a22_per_s,
+            training_record.accepted,
+            choice.model.a22_per_s,
         ));
     }
-    doubts.extend(heading_smoothed(prepared, explained, chosen));
-    doubts.extend(prepared.log.unchecked.iter().cloned());
+    doubts.extend(heading_smoothed(training_record, explanation, choice));
+    doubts.extend(training_record.log.unchecked.iter().cloned());
     doubts
 }
 
 /// A smoothed heading, where that may be the lag behind which the vehicle is. Sway is none: real hulls have it.
-fn heading_smoothed(prepared: &Prepared, explained: &Explained, chosen: &Chosen) -> Option<Doubt> {
+fn heading_smoothed(
+    training_record: &TrainingRecord,
+    explanation: &Explanation,
+    choice: &ModelChoice,
+) -> Option<Doubt> {
     let lags = |beyond: &&HigherOrder| beyond.structure.lag;
-    let late_s = explained.beyond().filter(lags)?.model.rudder_lag_s;
-    let record = prepared.record.record();
-    let is_checked = record.units.are_given() || prepared.log.compass.shows_late;
-    let effect = late_s * chosen.model.a22_per_s.abs();
+    let late_s = explanation.beyond().filter(lags)?.model.rudder_lag_s;
+    let record = training_record.record.record();
+    let is_checked = record.units.are_given() || training_record.log.compass.shows_late;
+    let effect = late_s * choice.model.a22_per_s.abs();
     (!is_checked && plausibility::heading_is_smoothed(&record.samples))
         .then_some(Doubt::HeadingSmoothed { late_s, effect })
 }
@@ -274,34 +279,39 @@ fn rudder_variance(samples: &[Sample<f64>]) -> f64 {
 impl Independent {
     fn of(
         data: ValidationData,
-        prepared: &Prepared,
-        explained: &Explained,
-        chosen: &Chosen,
+        training_record: &TrainingRecord,
+        explanation: &Explanation,
+        choice: &ModelChoice,
     ) -> Self {
         let samples = data.record.usable(data.window);
         let mean_speed_m_s =
             |of: &[Sample<f64>]| mean(of.iter().filter_map(|sample| sample.surge_speed_m_s));
         // What a lagging rudder leaves of a first-order model is no match for the model behind the lag.
         let is_comparable = |estimate: &Refined| {
-            chosen.lagging().is_none() || estimate.method != EstimateMethod::OutputError
+            choice.lagging().is_none() || estimate.method != EstimateMethod::OutputError
         };
         Self {
-            length: duration_s(&samples) / duration_s(prepared.samples()),
-            rudder_variance_ratio: rudder_variance(&samples) / rudder_variance(prepared.samples()),
-            surge_speeds_m_s: mean_speed_m_s(prepared.samples())
+            length: duration_s(&samples) / duration_s(training_record.samples()),
+            rudder_variance_ratio: rudder_variance(&samples)
+                / rudder_variance(training_record.samples()),
+            surge_speeds_m_s: mean_speed_m_s(training_record.samples())
                 .zip(mean_speed_m_s(&samples))
                 .map(Into::into),
             largest_jump: CompassError::of(&samples).largest_jump,
-            estimate: validation_estimate_behind(&samples, Some(chosen.model), explained.delay_s())
-                .filter(is_comparable)
-                .map(|estimate| match chosen.lagging() {
-                    // It was made behind the training's lag.
-                    Some(_) => Refined {
-                        method: EstimateMethod::RudderLag,
-                        ..estimate
-                    },
-                    None => estimate,
-                }),
+            estimate: validation_estimate_behind(
+                &samples,
+                Some(choice.model),
+                explanation.delay_s(),
+            )
+            .filter(is_comparable)
+            .map(|estimate| match choice.lagging() {
+                // It was made behind the training's lag.
+                Some(_) => Refined {
+                    method: EstimateMethod::RudderLag,
+                    ..estimate
+                },
+                None => estimate,
+            }),
         }
     }
 }

@@ -3,12 +3,12 @@
 use nalgebra::{Matrix3, Vector3};
 use seatrial_core::YawModel;
 
-use super::explained::Explained;
+use super::explanation::Explanation;
 use super::intervals;
 use super::joined::{self, Joined};
 use super::output_error::{OutputError, output_error};
-use super::prepared::Prepared;
 use super::steering_validation;
+use super::training_record::TrainingRecord;
 use super::validation::{self, ValidationData};
 use crate::identification::HigherOrder;
 use crate::identification::{EstimateMethod, Refined};
@@ -38,7 +38,7 @@ pub enum ModelSource {
 
 /// The model that goes to the controller.
 #[derive(Clone, Debug)]
-pub struct Chosen {
+pub struct ModelChoice {
     /// The model.
     pub model: YawModel<f64>,
     /// Where it comes from.
@@ -49,27 +49,27 @@ pub struct Chosen {
     pub joined: Option<Joined>,
 }
 
-impl Chosen {
+impl ModelChoice {
     /// Chooses by what explains the record, widens the interval by what else is uncertain, and joins the refined estimates of
     /// other manoeuvres of the same speed.
     ///
     /// Where the vehicle is not of first order, the candidate is chosen that predicts the validation data better.
     pub fn of(
-        prepared: &Prepared,
-        explained: &Explained,
+        training_record: &TrainingRecord,
+        explanation: &Explanation,
         others: &[(Window, Refined)],
         data: Option<ValidationData>,
     ) -> Self {
-        let Some((estimate, origin)) = estimate(prepared, explained, data) else {
+        let Some((estimate, origin)) = estimate(training_record, explanation, data) else {
             return Self {
-                model: prepared.online,
+                model: training_record.online,
                 source: ModelSource::Online,
                 refined: None,
                 joined: None,
             };
         };
-        let alone = intervals::widened(&estimate, &prepared.edge_covariance());
-        let (refined, joined) = match joined::join(prepared.training, &alone, others) {
+        let alone = intervals::widened(&estimate, &training_record.edge_covariance());
+        let (refined, joined) = match joined::join(training_record.training, &alone, others) {
             Some((together, joined)) => (together, Some(joined)),
             None => (alone, None),
         };
@@ -126,39 +126,39 @@ impl Origin<'_> {
 
 /// The estimate by what explains the record. `None` where nothing was refined.
 fn estimate<'a>(
-    prepared: &Prepared,
-    explained: &'a Explained,
+    training_record: &TrainingRecord,
+    explanation: &'a Explanation,
     data: Option<ValidationData>,
 ) -> Option<(Refined, Origin<'a>)> {
-    match explained {
-        Explained::Unrefined => None,
-        Explained::FirstOrder { fit } | Explained::Disturbed { fit, .. } => {
+    match explanation {
+        Explanation::Unrefined => None,
+        Explanation::FirstOrder { fit } | Explanation::Disturbed { fit, .. } => {
             Some((fit.refined.clone(), Origin::Refined))
         }
-        Explained::BehindLag {
+        Explanation::BehindLag {
             refined, lagging, ..
         } => Some((refined.clone(), Origin::Lagging(lagging))),
-        Explained::HigherOrder {
+        Explanation::HigherOrder {
             refined,
             beyond: Some(beyond),
             nearest: false,
             alone: Some(alone),
             ..
         } => {
-            let (first, origin) = better_predicting(alone, prepared.online, data);
+            let (first, origin) = better_predicting(alone, training_record.online, data);
             Some(match predicts_worse(&beyond.model, &first.model, data) {
                 true => (first, origin),
                 false => (refined.clone(), Origin::Beyond(beyond)),
             })
         }
-        Explained::HigherOrder { refined, .. } => {
-            Some(better_predicting(refined, prepared.online, data))
+        Explanation::HigherOrder { refined, .. } => {
+            Some(better_predicting(refined, training_record.online, data))
         }
-        Explained::Blurred { refined } => {
-            let nearest = output_error(prepared.samples(), Some(prepared.online));
+        Explanation::Blurred { refined } => {
+            let nearest = output_error(training_record.samples(), Some(training_record.online));
             Some(match nearest {
                 Ok(nearest) => (
-                    around_online(refined, prepared.online, &nearest),
+                    around_online(refined, training_record.online, &nearest),
                     Origin::Online,
                 ),
                 Err(_) => (refined.clone(), Origin::Refined),

@@ -6,9 +6,9 @@ use seatrial_core::{Sample, YawModel};
 
 use super::edge_times::{EdgeTimes, Edges};
 use super::error::IdentifyError;
-use super::examined::ExaminedRecord;
 use super::log_statistics::LogStatistics;
 use super::online::Pass;
+use super::survey::RecordSurvey;
 use super::training::manoeuvre_to_learn_from;
 use crate::identification::Refined;
 use crate::record::{Window, median_interval_s};
@@ -17,7 +17,7 @@ use crate::record::{Window, median_interval_s};
 const LEFT_OF_A_MEAN: f64 = 0.25;
 
 /// A training record with the estimate made sample by sample.
-pub struct Prepared<'a> {
+pub struct TrainingRecord<'a> {
     /// The training window.
     pub training: Window,
     /// The samples that the estimator let through, headings unwrapped.
@@ -29,15 +29,15 @@ pub struct Prepared<'a> {
     /// The usual interval between samples of the window, s.
     pub interval_s: Option<f64>,
     /// The record that the training window lies in.
-    pub record: &'a ExaminedRecord<'a>,
+    pub record: &'a RecordSurvey<'a>,
     edges: Edges<'a>,
     edge_times: Option<EdgeTimes<'a>>,
 }
 
-impl<'a> Prepared<'a> {
+impl<'a> TrainingRecord<'a> {
     /// `refine`: is there to be an estimate from the whole record?
     pub fn new(
-        record: &'a ExaminedRecord,
+        record: &'a RecordSurvey,
         training: Window,
         pass: &'a Pass,
         refine: bool,
