@@ -4,22 +4,22 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-use crate::c_library::LOOP_FOUND;
-use crate::environment::NO_PYTHON;
-use crate::steps::{run, skipped, succeeds};
-use crate::target::{binary as built_for_tests, in_target};
-use crate::toolchain::{CORTEX_M, has_library, no_library};
-use crate::{run_cargo, wheel};
+use anyhow::{Result, ensure};
 
-const OUT: &str = "archives";
+use crate::c_library::finds_its_vehicle;
+use crate::shell::{Run, command, empty_folder, files, put, shell, tell_size};
+use crate::toolchain::{CORTEX_M, needs_library};
+use crate::wheel;
+use crate::workspace::{binary as built_for_tests, in_target};
+
 /// Linked statically; built where the compiler has its standard library.
 const STATIC: &str = "x86_64-unknown-linux-musl";
 /// Otherwise for an old glibc.
 const WITH_GLIBC: &str = "x86_64-unknown-linux-gnu";
 /// A zip, built by mingw.
 pub const WINDOWS: &str = "x86_64-pc-windows-gnu";
-const HEADER: &str = "crates/seatrial-ffi/include/seatrial.h";
-const LOOP: &str = "crates/seatrial-ffi/examples/loop_20hz.c";
+/// QEMU for single programs, in the package qemu-user. Its time says nothing.
+const EMULATOR: &str = "/usr/bin/qemu-aarch64";
 /// From the archive to a report, s.
 const GOAL_S: f64 = 20.0;
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -27,44 +27,44 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 const PAGES: [&str; 4] = ["README.md", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT"];
 
 /// Builds both for a target, or for this machine, installs both and times the archive to a first report.
-pub fn check(target: Option<&str>) -> Result<(), String> {
-    if !wheel::has_tools() {
-        return skipped("archives", NO_PYTHON);
-    }
-    let target = target.unwrap_or(if has_library(STATIC) {
+pub fn check(target: Option<&str>) -> Result<()> {
+    let own = if needs_library(STATIC).is_ok() {
         STATIC
     } else {
         WITH_GLIBC
-    });
-    let binary = wheel::command_for(target)?;
+    };
+    let target = target.unwrap_or(own);
+    let runner = Runner::of(target);
     let name = name_for(target);
-    let folder = in_target(OUT).join(&name);
-    let _ = std::fs::remove_dir_all(&folder);
-    let machine = Machine::of(target);
-    fill(&folder, &binary, machine)?;
-    c_libraries(&folder, target)?;
+    fill(&name, &wheel::command_for(target)?, target, runner)?;
     let archive = packed(&name)?;
-    let package = debian_package(&folder, target)?;
-    for file in [&archive, &package] {
-        let bytes = std::fs::metadata(file).map_or(0, |file| file.len());
-        eprintln!("== {} of {:.1} MB", file.display(), bytes as f64 / 1e6);
-    }
-    if machine == Machine::Absent {
+    let package = debian_package(&name, target)?;
+    tell_size(&archive)?;
+    tell_size(&package)?;
+    let Some(runner) = runner else {
         eprintln!("== {target} does not run here: built, not tried");
         return Ok(());
-    }
-    let seconds = first_report(&archive, &name, machine)?;
-    if machine != Machine::Emulated {
-        c_program_runs(&in_target(OUT).join("tried").join(&name), target)?;
-    }
-    eprintln!("== from the archive to a report in {seconds:.1} s, {machine}");
-    installed_package_works(&package, machine)?;
-    match machine == Machine::Emulated || seconds < GOAL_S {
-        true => Ok(()),
-        false => Err(format!(
+    };
+    let seconds = first_report(&archive, &name, runner)?;
+    eprintln!("== from the archive to a report in {seconds:.1} s");
+    installed_package_works(&package, runner)?;
+    if runner.0.is_none() {
+        c_program_runs(&folder("tried").join(name), target)?;
+        ensure!(
+            seconds < GOAL_S,
             "a first report took {seconds:.1} s, more than {GOAL_S} s"
-        )),
+        );
     }
+    Ok(())
+}
+
+/// A zip with what the archive holds, of a command that does not run here.
+pub fn zipped(binary: &Path) -> Result<PathBuf> {
+    let name = name_for(WINDOWS);
+    fill(&name, binary, WINDOWS, None)?;
+    let (archives, zip) = (folder(""), folder(&format!("{name}.zip")));
+    command!("python3 -c {ZIP} {archives} {name} {zip}").run()?;
+    Ok(zip)
 }
 
 /// What an archive is called, and the folder in it.
@@ -72,20 +72,9 @@ fn name_for(target: &str) -> String {
     format!("seatrial-{VERSION}-{target}")
 }
 
-/// A zip with what the archive holds, of a command that does not run here.
-pub fn zipped(binary: &Path) -> Result<PathBuf, String> {
-    let name = name_for(WINDOWS);
-    let folder = in_target(OUT).join(&name);
-    let _ = std::fs::remove_dir_all(&folder);
-    fill(&folder, binary, Machine::Absent)?;
-    c_libraries(&folder, WINDOWS)?;
-    let zip = in_target(OUT).join(format!("{name}.zip"));
-    let mut python = Command::new("python3");
-    python.args(["-c", ZIP]).arg(in_target(OUT)).arg(&name);
-    match succeeds(python.arg(&zip)) {
-        true => Ok(zip),
-        false => Err(format!("{} cannot be written", zip.display())),
-    }
+/// A file or folder where archives are built.
+fn folder(name: &str) -> PathBuf {
+    in_target("archives").join(name)
 }
 
 /// Files that do not differ make zips that do not differ.
@@ -99,115 +88,61 @@ with zipfile.ZipFile(out, 'w', zipfile.ZIP_DEFLATED, compresslevel=9) as archive
         archive.writestr(zipfile.ZipInfo(str(path.relative_to(folder))), path.read_bytes(), zipfile.ZIP_DEFLATED)
 ";
 
-/// What runs the command of a target here.
-#[derive(Clone, Copy, PartialEq)]
-enum Machine {
-    /// This one, from a root in which there is nothing but the archive.
-    EmptyRoot,
-    /// This one, with an empty environment: it needs the C library, or a root of its own may not be had.
-    Own,
-    /// QEMU, whose time says nothing.
-    Emulated,
-    Absent,
-}
+/// What runs a command here: the program of another machine needs an emulator.
+#[derive(Clone, Copy)]
+struct Runner(Option<&'static str>);
 
-/// QEMU for single programs, in the package qemu-user.
-const EMULATOR: &str = "qemu-aarch64";
-
-impl Machine {
-    fn of(target: &str) -> Self {
-        let is_own = target.starts_with(std::env::consts::ARCH);
-        let has_roots = || quietly(Command::new("unshare").args(["--map-root-user", "true"]));
-        let has_emulator = || quietly(Command::new(EMULATOR).arg("--version"));
-        match is_own {
-            true if target.ends_with("musl") && has_roots() => Self::EmptyRoot,
-            true => Self::Own,
-            false if target == "aarch64-unknown-linux-musl" && has_emulator() => Self::Emulated,
-            false => Self::Absent,
+impl Runner {
+    /// `None` where nothing runs the commands of a target.
+    fn of(target: &str) -> Option<Self> {
+        if target.starts_with(std::env::consts::ARCH) && target != WINDOWS {
+            return Some(Self(None));
         }
+        let is_emulated =
+            target == "aarch64-unknown-linux-musl" && command!("{EMULATOR} --version").works();
+        is_emulated.then_some(Self(Some(EMULATOR)))
     }
 
-    /// The command with nothing in its environment. `root` is the folder that it may take for the root, `at` where it is in there.
-    fn command(self, root: &Path, at: &Path) -> Command {
-        let program = root.join(at);
-        let mut command = match self {
-            Self::EmptyRoot => {
-                let mut unshare = Command::new("/usr/bin/unshare");
-                unshare
-                    .args(["--map-root-user", "/usr/sbin/chroot"])
-                    .arg(root);
-                unshare.arg(Path::new("/").join(at));
-                unshare
-            }
-            Self::Emulated => {
-                let mut emulator = Command::new(Path::new("/usr/bin").join(EMULATOR));
-                emulator.arg(program);
-                emulator
-            }
-            Self::Own | Self::Absent => Command::new(program),
+    /// A command with nothing in its environment.
+    fn command(self, program: &Path) -> Command {
+        let mut command = match self.0 {
+            Some(emulator) => command!("{emulator} {program}"),
+            None => Command::new(program),
         };
         command.env_clear();
         command
     }
 }
 
-impl std::fmt::Display for Machine {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::EmptyRoot => "in a root that holds nothing else",
-            Self::Own => "with an empty environment",
-            Self::Emulated => "under QEMU",
-            Self::Absent => "not tried",
-        })
-    }
-}
-
-fn quietly(command: &mut Command) -> bool {
-    command.output().is_ok_and(|said| said.status.success())
-}
-
-/// The command as it runs here, which writes its own completions and pages for `man`.
-fn of_any_machine(binary: &Path, machine: Machine) -> Result<Command, String> {
-    if machine == Machine::Absent {
-        run_cargo("build --quiet -p seatrial-cli")?;
-        return Ok(Command::new(built_for_tests()));
-    }
-    let own = match machine {
-        Machine::EmptyRoot => Machine::Own,
-        other => other,
-    };
-    Ok(own.command(Path::new(""), binary))
-}
-
-fn fill(folder: &Path, binary: &Path, machine: Machine) -> Result<(), String> {
-    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
-    let completions = folder.join("completions");
-    std::fs::create_dir_all(&completions).map_err(failed)?;
-    let program = binary.file_name().unwrap_or_default();
-    std::fs::copy(binary, folder.join(program)).map_err(failed)?;
+/// The folder of an archive. The command writes its own completions and pages for `man`: one that does not run here has those of the
+/// command that does.
+fn fill(name: &str, binary: &Path, target: &str, runner: Option<Runner>) -> Result<()> {
+    let folder = folder(name);
+    empty_folder(&folder)?;
+    shell().copy_file(binary, &folder)?;
     for page in PAGES {
-        std::fs::copy(page, folder.join(page)).map_err(failed)?;
+        shell().copy_file(page, &folder)?;
     }
-    for (shell, file) in [
+    if runner.is_none() {
+        command!("cargo build --quiet -p seatrial-cli").run()?;
+    }
+    let seatrial = || match runner {
+        Some(runner) => runner.command(binary),
+        None => Command::new(built_for_tests()),
+    };
+    for (shell_name, file) in [
         ("bash", "seatrial.bash"),
         ("zsh", "_seatrial"),
         ("fish", "seatrial.fish"),
     ] {
-        let mut command = of_any_machine(binary, machine)?;
-        let said = command.args(["completions", shell]).output();
-        let said = said.map_err(failed)?;
-        if !said.status.success() {
-            return Err(format!("seatrial completions {shell}"));
-        }
-        std::fs::write(completions.join(file), said.stdout).map_err(failed)?;
+        let said = seatrial().args(["completions", shell_name]).read()?;
+        shell().write_file(folder.join("completions").join(file), said)?;
     }
-    let mut man = of_any_machine(binary, machine)?;
-    man.args(["completions", "--json", "--man"])
-        .arg(folder.join("man"));
-    match man.output().map_err(failed)?.status.success() {
-        true => Ok(()),
-        false => Err("seatrial completions --man".into()),
-    }
+    seatrial()
+        .args(["completions", "--json", "--man"])
+        .arg(folder.join("man"))
+        .read()?;
+    c_libraries(&folder, target)
 }
 
 /// Where the library for C of a target is in an archive.
@@ -216,61 +151,33 @@ fn c_library(folder: &Path, target: &str) -> PathBuf {
 }
 
 /// Puts the library for C in, which needs no operating system: for the target in double, for a Cortex-M4F in single precision.
-fn c_libraries(folder: &Path, target: &str) -> Result<(), String> {
-    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
+fn c_libraries(folder: &Path, target: &str) -> Result<()> {
     for (target, feature) in [(target, ""), (CORTEX_M, "single")] {
-        if !has_library(target) {
-            return skipped("the library for C", &no_library(target));
-        }
-        run_cargo(&format!(
-            "rustc --quiet -p seatrial-ffi --profile embedded --no-default-features --features={feature} --target {target} --crate-type staticlib"
-        ))?;
-        let library = c_library(folder, target);
-        std::fs::create_dir_all(library.parent().unwrap_or(folder)).map_err(failed)?;
-        let built = in_target(target).join("embedded/libseatrial_ffi.a");
-        std::fs::copy(built, library).map_err(failed)?;
+        needs_library(target)?;
+        command!("cargo rustc --quiet -p seatrial-ffi --profile embedded --no-default-features --features={feature} --target {target} --crate-type staticlib").run()?;
+        put(
+            in_target(target).join("embedded/libseatrial_ffi.a"),
+            c_library(folder, target),
+        )?;
     }
-    std::fs::copy(HEADER, folder.join("c/seatrial.h"))
-        .map(drop)
-        .map_err(failed)
+    put(
+        "crates/seatrial-ffi/include/seatrial.h",
+        folder.join("c/seatrial.h"),
+    )
 }
 
 /// Compiles the example against the archive's library and runs it.
-fn c_program_runs(folder: &Path, target: &str) -> Result<(), String> {
-    let program = folder.join("loop_20hz");
-    let mut compiler = Command::new("cc");
-    compiler.arg("-std=c99").arg("-I").arg(folder.join("c"));
-    compiler.arg(LOOP).arg(c_library(folder, target));
-    compiler
-        .args(["-Wl,--gc-sections", "-lm", "-o"])
-        .arg(&program);
-    if !succeeds(&mut compiler) {
-        return Err(format!("{LOOP} does not compile against the archive"));
-    }
-    let said = Command::new(&program).output();
-    let said = said.map_err(|error| error.to_string())?;
-    match String::from_utf8_lossy(&said.stdout).contains(LOOP_FOUND) {
-        true => Ok(()),
-        false => Err(format!(
-            "{LOOP} finds another vehicle with the archive's library"
-        )),
-    }
+fn c_program_runs(folder: &Path, target: &str) -> Result<()> {
+    let (program, library) = (folder.join("loop_20hz"), c_library(folder, target));
+    command!("cc -std=c99 -I {folder}/c crates/seatrial-ffi/examples/loop_20hz.c {library} -Wl,--gc-sections -lm -o {program}").run()?;
+    finds_its_vehicle(&Command::new(program).read()?)
 }
 
 /// Files that do not differ make archives that do not differ.
-fn packed(name: &str) -> Result<PathBuf, String> {
-    let archive = in_target(OUT).join(format!("{name}.tar.gz"));
-    let mut tar = Command::new("tar");
-    tar.args("--sort=name --owner=0 --group=0 --numeric-owner --mtime=@0".split(' '))
-        .args(["--use-compress-program=gzip -9n", "-cf"])
-        .arg(&archive)
-        .arg("-C")
-        .arg(in_target(OUT))
-        .arg(name);
-    match succeeds(&mut tar) {
-        true => Ok(archive),
-        false => Err("tar".into()),
-    }
+fn packed(name: &str) -> Result<PathBuf> {
+    let (archive, archives) = (folder(&format!("{name}.tar.gz")), folder(""));
+    command!("tar --sort=name --owner=0 --group=0 --numeric-owner --mtime=@0 '--use-compress-program=gzip -9n' -cf {archive} -C {archives} {name}").run()?;
+    Ok(archive)
 }
 
 /// Where files of the archive go.
@@ -290,44 +197,33 @@ const INSTALLED: [(&str, &str); 4] = [
     ),
 ];
 
-fn debian_package(folder: &Path, target: &str) -> Result<PathBuf, String> {
-    let architecture = match target.split('-').next() {
-        Some("aarch64") => "arm64",
-        _ => "amd64",
+fn debian_package(name: &str, target: &str) -> Result<PathBuf> {
+    let architecture = if target.starts_with("aarch64") {
+        "arm64"
+    } else {
+        "amd64"
     };
-    let root = in_target(OUT).join("debian");
-    let _ = std::fs::remove_dir_all(&root);
-    let failed = |error: std::io::Error| format!("{}: {error}", root.display());
-    let put = |from: PathBuf, to: &str| {
-        let to = root.join("usr").join(to);
-        std::fs::create_dir_all(to.parent().unwrap_or(&root)).map_err(failed)?;
-        std::fs::copy(&from, &to).map_err(failed)?;
-        Ok::<PathBuf, String>(to)
-    };
+    let root = folder("debian");
+    empty_folder(&root)?;
     for (from, to) in INSTALLED {
-        put(folder.join(from), to)?;
+        put(folder(name).join(from), root.join("usr").join(to))?;
     }
-    put("packaging/copyright".into(), "share/doc/seatrial/copyright")?;
-    let mut compressed = vec![put("CHANGELOG.md".into(), "share/doc/seatrial/changelog")?];
-    for entry in std::fs::read_dir(folder.join("man")).map_err(failed)? {
-        let page = entry.map_err(failed)?;
-        let to = Path::new("share/man/man1").join(page.file_name());
-        compressed.push(put(page.path(), &to.to_string_lossy())?);
+    let [texts, manual] =
+        ["usr/share/doc/seatrial", "usr/share/man/man1"].map(|place| root.join(place));
+    put("packaging/copyright", texts.join("copyright"))?;
+    put("CHANGELOG.md", texts.join("changelog"))?;
+    for page in files(&folder(name).join("man"))? {
+        put(&page, manual.join(page.file_name().unwrap_or_default()))?;
     }
-    run(Command::new("gzip").arg("-9n").args(&compressed), "gzip")?;
-    std::fs::create_dir_all(root.join("DEBIAN")).map_err(failed)?;
-    let control = control(architecture, target.ends_with("gnu"));
-    std::fs::write(root.join("DEBIAN/control"), control).map_err(failed)?;
-    let package = in_target(OUT).join(format!("seatrial_{VERSION}_{architecture}.deb"));
-    let mut build = Command::new("dpkg-deb");
-    build
-        .args(["--root-owner-group", "-Zxz", "--build"])
-        .arg(&root)
-        .arg(&package);
-    match succeeds(&mut build) {
-        true => Ok(package),
-        false => Err("dpkg-deb".into()),
-    }
+    let pages = files(&manual)?;
+    command!("gzip -9n {texts}/changelog {pages...}").run()?;
+    shell().write_file(
+        root.join("DEBIAN/control"),
+        control(architecture, target.ends_with("gnu")),
+    )?;
+    let package = folder(&format!("seatrial_{VERSION}_{architecture}.deb"));
+    command!("dpkg-deb --root-owner-group -Zxz --build {root} {package}").run()?;
+    Ok(package)
 }
 
 fn control(architecture: &str, needs_glibc: bool) -> String {
@@ -346,60 +242,48 @@ fn control(architecture: &str, needs_glibc: bool) -> String {
 }
 
 /// Unpacks the archive and makes a report of a rehearsed trial, s.
-fn first_report(archive: &Path, name: &str, machine: Machine) -> Result<f64, String> {
-    let folder = in_target(OUT).join("tried");
-    let _ = std::fs::remove_dir_all(&folder);
-    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
-    std::fs::create_dir_all(&folder).map_err(failed)?;
+fn first_report(archive: &Path, name: &str, runner: Runner) -> Result<f64> {
+    let folder = folder("tried");
+    empty_folder(&folder)?;
     let begun = Instant::now();
-    let mut tar = Command::new("tar");
-    tar.arg("-xf").arg(archive).arg("-C").arg(&folder);
-    run(&mut tar, "tar -xf")?;
-    let mut trial = machine.command(&folder, &Path::new(name).join("seatrial"));
+    command!("tar -xf {archive} -C {folder}").run()?;
+    let mut trial = runner.command(&folder.join(name).join("seatrial"));
     trial.args(["trial", "--yes", "--report", "trial.html"]);
-    let done = trial.current_dir(&folder).output().map_err(failed)?;
-    let report = std::fs::read_to_string(folder.join("trial.html")).unwrap_or_default();
-    match done.status.success() && report.contains("</html>") {
-        true => Ok(begun.elapsed().as_secs_f64()),
-        false => Err(String::from_utf8_lossy(&done.stderr).into_owned()),
-    }
+    trial.current_dir(&folder).read()?;
+    let report = shell().read_file(folder.join("trial.html"))?;
+    ensure!(report.contains("</html>"), "the report has no end");
+    Ok(begun.elapsed().as_secs_f64())
 }
 
 /// Installs the package into a root of its own, uses it there, and removes it.
-fn installed_package_works(package: &Path, machine: Machine) -> Result<(), String> {
-    let root = in_target(OUT).join("root");
-    let _ = std::fs::remove_dir_all(&root);
-    let admin = root.join("var/lib/dpkg");
-    for folder in ["info", "updates", "triggers"] {
-        std::fs::create_dir_all(admin.join(folder)).map_err(|error| error.to_string())?;
+fn installed_package_works(package: &Path, runner: Runner) -> Result<()> {
+    let root = folder("root");
+    empty_folder(&root)?;
+    for name in ["info", "updates", "triggers"] {
+        shell().create_dir(root.join("var/lib/dpkg").join(name))?;
     }
-    std::fs::write(admin.join("status"), "").map_err(|error| error.to_string())?;
-    let dpkg = |what: &[&str]| {
-        let mut command = Command::new("dpkg");
-        command.arg(format!("--root={}", root.display()));
-        // The root has no C library of its own.
-        let forces = "--force-depends --force-architecture --force-not-root --log=/dev/null";
-        command.args(forces.split(' ')).args(what);
-        run(&mut command, format!("dpkg {}", what.join(" ")))
+    shell().write_file(root.join("var/lib/dpkg/status"), "")?;
+    // The root has no C library of its own.
+    let dpkg = || {
+        command!(
+            "dpkg --root={root} --force-depends --force-architecture --force-not-root --log=/dev/null"
+        )
     };
-    dpkg(&["--install", &package.display().to_string()])?;
-    let mut installed = machine.command(&root, Path::new("usr/bin/seatrial"));
-    let said = installed.arg("--version").output();
-    let said = said.map_err(|error| error.to_string())?;
-    if String::from_utf8_lossy(&said.stdout) != format!("seatrial {VERSION}\n") {
-        return Err("the installed command does not say its version".into());
-    }
-    if !root
-        .join("usr/share/man/man1/seatrial-identify.1.gz")
-        .exists()
-    {
-        return Err("the package has no page for `man seatrial-identify`".into());
-    }
-    dpkg(&["--purge", "seatrial"])?;
-    match root.join("usr/bin/seatrial").exists() {
-        true => Err("the package leaves files behind".into()),
-        false => Ok(()),
-    }
+    dpkg().arg("--install").arg(package).run()?;
+    let seatrial = root.join("usr/bin/seatrial");
+    let said = runner.command(&seatrial).arg("--version").read()?;
+    ensure!(
+        said == format!("seatrial {VERSION}\n"),
+        "the installed command says {said}"
+    );
+    let page = root.join("usr/share/man/man1/seatrial-identify.1.gz");
+    ensure!(
+        page.exists(),
+        "the package has no page for `man seatrial-identify`"
+    );
+    dpkg().args(["--purge", "seatrial"]).run()?;
+    ensure!(!seatrial.exists(), "the package leaves files behind");
+    Ok(())
 }
 
 #[cfg(test)]
@@ -409,7 +293,7 @@ mod tests {
     /// `cargo binstall` finds what is packed here, under its name.
     #[test]
     fn exact_the_archives_are_where_binstall_looks() {
-        let metadata = crate::packages::metadata().unwrap();
+        let metadata = crate::workspace::metadata().unwrap();
         let packages = metadata["packages"].as_array().unwrap();
         let command = packages
             .iter()

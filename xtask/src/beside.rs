@@ -2,11 +2,14 @@
 
 use std::fs::File;
 use std::io::Read;
-use std::process::{Child, ChildStdin, Command, Stdio};
+use std::process::{ChildStdin, Stdio};
 use std::thread::JoinHandle;
 
+use anyhow::{Context, Result};
+
+use crate::shell::command;
 use crate::steps;
-use crate::target::in_target;
+use crate::workspace::in_target;
 
 /// `cargo xtask beside`, begun. What it prints comes when it has ended; where it failed, that ends the steps beside it.
 pub struct Beside {
@@ -17,25 +20,26 @@ pub struct Beside {
 
 impl Beside {
     /// Begins; an error where the process cannot be started.
-    pub fn begin() -> Result<Self, String> {
+    pub fn begin() -> Result<Self> {
         let log = in_target("beside.log");
-        let failed = |error: std::io::Error| format!("{}: {error}", log.display());
-        let output = File::create(&log).map_err(failed)?;
-        let errors = output.try_clone().map_err(failed)?;
-        let program = std::env::current_exe().map_err(|error| error.to_string())?;
-        let mut process = Command::new("nice")
-            .args(["-n", "10"])
-            .arg(program)
-            .arg("beside")
+        let output = File::create(&log).with_context(|| log.display().to_string())?;
+        let program = std::env::current_exe()?;
+        let mut process = command!("nice -n 10 {program} beside")
             .stdin(Stdio::piped())
-            .stdout(output)
-            .stderr(errors)
+            .stdout(output.try_clone()?)
+            .stderr(output)
             .spawn()
-            .map_err(|error| format!("nice: {error}"))?;
-        Ok(Self {
-            life: process.stdin.take(),
-            ended: std::thread::spawn(move || passed(process, &log)),
-        })
+            .context("nice")?;
+        let life = process.stdin.take();
+        let ended = std::thread::spawn(move || {
+            let passed = process.wait().is_ok_and(|status| status.success());
+            eprint!("{}", std::fs::read_to_string(log).unwrap_or_default());
+            if !passed {
+                steps::end();
+            }
+            passed
+        });
+        Ok(Self { ended, life })
     }
 
     /// Waits for the end. Did all pass?
@@ -48,15 +52,6 @@ impl Beside {
         self.life = None;
         let _ = self.ended.join();
     }
-}
-
-fn passed(mut process: Child, log: &std::path::Path) -> bool {
-    let passed = process.wait().is_ok_and(|status| status.success());
-    eprint!("{}", std::fs::read_to_string(log).unwrap_or_default());
-    if !passed {
-        steps::end();
-    }
-    passed
 }
 
 /// Ends this process and its steps when its standard input ends, as it does with the process that began it.

@@ -1,15 +1,17 @@
 //! The library for C: the examples are compiled as strict C99 and run here and on a Cortex-M4F, against the parity vectors.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::cargo;
-use crate::embedded::{BOARDS, Checked, run_on};
-use crate::steps::{run, skipped, succeeds};
-use crate::target::{in_target, root};
-use crate::toolchain::CORTEX_M;
+use anyhow::{Context, Result, ensure};
 
+use crate::embedded::{BOARDS, PLAIN, run_on};
+use crate::shell::{Run, command, empty_folder, shell};
+use crate::steps::missing;
+use crate::toolchain::CORTEX_M;
+use crate::workspace::{in_target, root};
+
+/// The compiler's words for code that warns of nothing.
 const STRICT: [&str; 6] = [
     "-std=c99",
     "-Wall",
@@ -25,6 +27,13 @@ const M4F: [&str; 4] = [
     "-mfloat-abi=hard",
     "-mfpu=fpv4-sp-d16",
 ];
+/// Every access to memory and every undefined operation of the C code is checked.
+const SANITIZERS: [&str; 3] = [
+    "-g",
+    "-fsanitize=address,undefined",
+    "-fno-sanitize-recover=all",
+];
+const LIBRARY: &str = "crates/seatrial-ffi";
 
 /// Printed by the loop once its trial has found the vehicle, a22 = -1.07 1/s; its plant takes 50 plain steps an interval.
 pub const LOOP_FOUND: &str = "thrust 0.9: a22 -1.06";
@@ -50,74 +59,111 @@ const PROGRAMS: [(&str, &[&str], [u64; 2]); 4] = [
     ("everything", &["seatrial_"], [51_700, 72_900]),
 ];
 
-/// The width of SeatrialNumber.
+/// The width of SeatrialNumber, and what asks the library and the compiler of C for it.
 struct Precision {
     name: &'static str,
-    features: &'static [&'static str],
-    defines: &'static [&'static str],
+    feature: &'static str,
+    define: Option<&'static str>,
 }
 
 const DOUBLE: Precision = Precision {
     name: "f64",
-    features: &[],
-    defines: &[],
+    feature: "",
+    define: None,
 };
 const SINGLE: Precision = Precision {
     name: "f32",
-    features: &["--features", "single"],
-    defines: &["-DSEATRIAL_SINGLE"],
+    feature: "single",
+    define: Some("-DSEATRIAL_SINGLE"),
 };
 
+/// A table of parity vectors that C computes: its name, its type, its file.
+type Table = (String, String, PathBuf);
+
 /// Compiles and runs the examples everywhere; `vectors` is what the generator prints.
-pub fn check(vectors: &str) -> Checked {
+pub fn check(vectors: &str) -> Result<()> {
     let tables = write_tables(vectors)?;
-    let folder = build_for_host()?;
-    let rpath = format!("-Wl,-rpath,{}", folder.display());
-    let shared = [
-        rpath.as_ref(),
-        "-L",
-        &folder.to_string_lossy(),
-        "-lseatrial_ffi",
-    ]
-    .map(String::from);
-    let archive = [folder
-        .join("libseatrial_ffi.a")
-        .to_string_lossy()
-        .into_owned()];
-    for (kind, library) in [("static", &archive[..]), ("shared", &shared[..])] {
-        let program = |example: &str| compile_for_host(example, kind, library);
-        let (parity, trial) = (program("parity")?, program("loop_20hz")?);
-        for (table, file) in of_precision(&tables, &DOUBLE) {
-            report(kind, &output(Command::new(&parity).arg(table).arg(file))?);
-        }
-        found_its_vehicle(&output(&mut Command::new(&trial))?)?;
+    command!("cargo build --quiet --release -p seatrial-ffi").run()?;
+    let folder = in_target("release");
+    let library = folder.join("libseatrial_ffi.a").display().to_string();
+    let [rpath, from] = ["-Wl,-rpath,", "-L"].map(|option| format!("{option}{}", folder.display()));
+    let sanitized = [&SANITIZERS[..], &[&library]].concat();
+    let kinds = [
+        ("static", vec![library.as_str()]),
+        ("shared", vec![&rpath, &from, "-lseatrial_ffi"]),
+        ("sanitized", sanitized),
+    ];
+    for (kind, options) in kinds {
+        let options = [&options[..], &HOST_LIBRARIES].concat();
+        examples(
+            &tables,
+            &DOUBLE,
+            kind,
+            |example| {
+                let program = in_target(format!("firmware/{example}-{kind}"));
+                compiler("gcc", example, &program).args(&options).run()?;
+                Ok(program)
+            },
+            |program, words| {
+                let words = words.iter().skip(1);
+                command!("{program} {words...}").read()
+            },
+        )?;
     }
-    installed(&folder)?;
-    does_not_link_for_other_numbers(&archive)?;
-    sanitized(&tables, &archive)?;
+    does_not_link_for_other_numbers(&library)?;
     for (width, precision) in [&SINGLE, &DOUBLE].into_iter().enumerate() {
         let library = build_for_m4f(precision)?;
         for (program, prefixes, limits) in PROGRAMS {
             let bytes = code_bytes(prefixes, &library)?;
             eprintln!("C code, {}, {program}: {bytes} bytes", precision.name);
             let limit = limits[width];
-            if bytes > limit {
-                return Err(format!("{program}: {bytes} bytes of code, at most {limit}"));
-            }
-        }
-        let parity = compile_for_m4f("parity", precision, &library)?;
-        for (table, file) in of_precision(&tables, precision) {
-            let arguments = format!(
-                "enable=on,target=native,arg=parity,arg={table},arg={}",
-                file.display()
+            ensure!(
+                bytes <= limit,
+                "{program}: {bytes} bytes of code, at most {limit}"
             );
-            let text = run_on(&BOARDS[0], &parity, &["-semihosting-config", &arguments])?;
-            report(&format!("{}, {}", BOARDS[0].name, precision.name), &text);
         }
-        let trial = compile_for_m4f("loop_20hz", precision, &library)?;
-        let plain = ["-semihosting-config", "enable=on,target=native"];
-        found_its_vehicle(&run_on(&BOARDS[0], &trial, &plain)?)?;
+        let kind = format!("{}, {}", BOARDS[0].name, precision.name);
+        examples(
+            &tables,
+            precision,
+            &kind,
+            |example| compile_for_m4f(example, precision, &library),
+            |program, words| {
+                let arguments = words.iter().map(|word| format!(",arg={word}"));
+                let arguments = [PLAIN.to_owned()]
+                    .into_iter()
+                    .chain(arguments)
+                    .collect::<String>();
+                run_on(&BOARDS[0], program, &arguments, &[])
+            },
+        )?;
     }
+    is_found_when_installed(&folder)
+}
+
+/// Compiles both examples and runs them: `parity` on every table of a precision, and the loop, which finds its vehicle.
+fn examples(
+    tables: &[Table],
+    precision: &Precision,
+    kind: &str,
+    compile: impl Fn(&str) -> Result<PathBuf>,
+    run: impl Fn(&Path, &[&str]) -> Result<String>,
+) -> Result<()> {
+    let parity = compile("parity")?;
+    for (table, _, file) in tables.iter().filter(|(_, of, _)| of == precision.name) {
+        let said = run(&parity, &["parity", table, &file.to_string_lossy()])?;
+        eprintln!("C ({kind}): {}", said.trim_end());
+    }
+    let said = run(&compile("loop_20hz")?, &[])?;
+    finds_its_vehicle(&said)
+}
+
+/// Fails where the loop says that it has found another vehicle.
+pub fn finds_its_vehicle(said: &str) -> Result<()> {
+    ensure!(
+        said.contains(LOOP_FOUND),
+        "loop_20hz.c did not find its vehicle:\n{said}"
+    );
     Ok(())
 }
 
@@ -131,252 +177,111 @@ target_link_libraries(loop PRIVATE seatrial::seatrial)
 ";
 
 /// The library, installed by CMake, is found by CMake and by pkg-config; `built` is the folder of the one that is there.
-fn installed(built: &Path) -> Checked {
+fn is_found_when_installed(built: &Path) -> Result<()> {
     for tool in ["cmake", "pkg-config"] {
-        if Command::new(tool).arg("--version").output().is_err() {
-            return skipped("the installed library for C", &format!("{tool} is missing"));
+        if !command!("{tool} --version").works() {
+            return missing(format!(
+                "{tool} is missing, with which the library for C is installed"
+            ));
         }
     }
     let folder = in_target("firmware/cmake");
-    let _ = fs::remove_dir_all(&folder);
-    let [build, prefix, project] = ["build", "prefix", "project"].map(|part| folder.join(part));
-    fs::create_dir_all(&project).map_err(|error| error.to_string())?;
-    fs::write(project.join("CMakeLists.txt"), PROJECT).map_err(|error| error.to_string())?;
-    let library = root().join("crates/seatrial-ffi");
-    let example = library.join("examples/loop_20hz.c");
-    let cmake = |arguments: &[String]| output(Command::new("cmake").args(arguments)).map(drop);
-    let option = |name: &str, path: &Path| format!("-D{name}={}", path.display());
-    let [from, into] = ["-S", "-B"].map(String::from);
-    let text = |path: &Path| path.display().to_string();
-    let cargo_folder = option("SEATRIAL_CARGO_FOLDER", built.parent().unwrap_or(built));
-    let place = option("CMAKE_INSTALL_PREFIX", &prefix);
-    cmake(&[
-        from.clone(),
-        text(&library),
-        into.clone(),
-        text(&build),
-        cargo_folder,
-        place,
-        "-DCMAKE_INSTALL_LIBDIR=lib".into(),
-    ])?;
-    cmake(&["--build".into(), text(&build)])?;
-    cmake(&["--install".into(), text(&build)])?;
-    let own = project.join("build");
-    let found = option("CMAKE_PREFIX_PATH", &prefix);
-    let version = format!("-DVERSION={}", env!("CARGO_PKG_VERSION"));
-    cmake(&[
-        from,
-        text(&project),
-        into,
-        text(&own),
-        found,
-        version,
-        option("EXAMPLE", &example),
-    ])?;
-    cmake(&["--build".into(), text(&own)])?;
-    found_its_vehicle(&output(&mut Command::new(own.join("loop")))?)?;
+    empty_folder(&folder)?;
+    let [build, prefix, project, own] =
+        ["build", "prefix", "project", "own"].map(|part| folder.join(part));
+    shell().write_file(project.join("CMakeLists.txt"), PROJECT)?;
+    let (cargo_folder, version) = (built.parent().unwrap_or(built), env!("CARGO_PKG_VERSION"));
+    let example = root().join(LIBRARY).join("examples/loop_20hz.c");
+    command!("cmake -S {LIBRARY} -B {build} -DSEATRIAL_CARGO_FOLDER={cargo_folder} -DCMAKE_INSTALL_PREFIX={prefix} -DCMAKE_INSTALL_LIBDIR=lib").read()?;
+    command!("cmake --build {build}").read()?;
+    command!("cmake --install {build}").read()?;
+    command!("cmake -S {project} -B {own} -DCMAKE_PREFIX_PATH={prefix} -DVERSION={version} -DEXAMPLE={example}").read()?;
+    command!("cmake --build {own}").read()?;
+    finds_its_vehicle(&Command::new(own.join("loop")).read()?)?;
 
-    let folders = prefix.join("lib/pkgconfig");
-    let mut said = Command::new("pkg-config");
-    said.args(["--cflags", "--libs", "seatrial"])
-        .env("PKG_CONFIG_PATH", folders);
-    let said = output(&mut said)?;
-    let program = in_target("firmware/loop_20hz-pkg-config");
-    let mut gcc = Command::new("gcc");
-    gcc.args(STRICT).arg(&example).args(said.split_whitespace());
-    gcc.arg("-o").arg(&program);
-    let program = compiled(gcc, program)?;
-    found_its_vehicle(&output(&mut Command::new(&program))?)?;
+    let mut package = command!("pkg-config --cflags --libs seatrial");
+    let said = package
+        .env("PKG_CONFIG_PATH", prefix.join("lib/pkgconfig"))
+        .read()?;
+    let (program, words) = (folder.join("loop"), said.split_whitespace());
+    command!("gcc {STRICT...} {example} {words...} -o {program}").run()?;
+    finds_its_vehicle(&Command::new(program).read()?)?;
     eprintln!("C: the installed library is found by CMake and by pkg-config");
     Ok(())
 }
 
 /// A program that was compiled for `float` must not link with the library of `double`: its structures are of other sizes.
-fn does_not_link_for_other_numbers(double: &[String]) -> Checked {
-    let program = in_target("firmware/loop_20hz-mixed");
-    let mut gcc = compiler("gcc", "loop_20hz", &program);
-    gcc.args(SINGLE.defines).args(double).args(HOST_LIBRARIES);
-    let output = gcc.output().map_err(|error| error.to_string())?;
+fn does_not_link_for_other_numbers(double: &str) -> Result<()> {
+    let mut gcc = compiler("gcc", "loop_20hz", &in_target("firmware/loop_20hz-mixed"));
+    let output = gcc
+        .args(SINGLE.define)
+        .arg(double)
+        .args(HOST_LIBRARIES)
+        .outcome()?;
     let printed = String::from_utf8_lossy(&output.stderr);
-    if !output.status.success() && printed.contains("seatrial_trial_new_abi1_single") {
-        eprintln!("C: a program for float does not link with the library of double");
-        return Ok(());
-    }
-    Err(format!(
+    let is_told = printed.contains("seatrial_trial_new_abi1_single");
+    ensure!(
+        !output.status.success() && is_told,
         "a program for float links with the library of double, or fails for another reason:\n{printed}"
-    ))
+    );
+    eprintln!("C: a program for float does not link with the library of double");
+    Ok(())
 }
 
-/// The examples once more, with every access to memory and every undefined operation of the C code checked.
-fn sanitized(tables: &[(String, String, PathBuf)], archive: &[String]) -> Checked {
-    let program = |example: &str| {
-        let program = in_target(format!("firmware/{example}-sanitized"));
-        let mut gcc = compiler("gcc", example, &program);
-        gcc.args([
-            "-g",
-            "-fsanitize=address,undefined",
-            "-fno-sanitize-recover=all",
-        ]);
-        gcc.args(archive).args(HOST_LIBRARIES);
-        compiled(gcc, program)
-    };
-    let (parity, trial) = (program("parity")?, program("loop_20hz")?);
-    for (table, file) in of_precision(tables, &DOUBLE) {
-        report(
-            "sanitized",
-            &output(Command::new(&parity).arg(table).arg(file))?,
-        );
-    }
-    found_its_vehicle(&output(&mut Command::new(&trial))?)
-}
-
-/// One file for every table and type that C computes: name of the table, name of the type, file.
-fn write_tables(vectors: &str) -> Result<Vec<(String, String, PathBuf)>, String> {
-    let folder = in_target("firmware/vectors");
-    fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
-    let mut tables = Vec::new();
+/// One file for every table and type that C computes.
+fn write_tables(vectors: &str) -> Result<Vec<Table>> {
     let of_c = |table: &&str| !table.is_empty() && !table.starts_with("refined");
-    for table in vectors.split("# ").filter(of_c) {
-        let (title, rows) = table.split_once('\n').ok_or("a table without rows")?;
-        let (name, precision) = title.split_once(' ').ok_or("a table without a type")?;
-        let file = folder.join(format!("{name}.{precision}.csv"));
-        fs::write(&file, rows).map_err(|error| format!("{}: {error}", file.display()))?;
-        tables.push((name.to_owned(), precision.to_owned(), file));
-    }
-    Ok(tables)
-}
-
-fn of_precision<'a>(
-    tables: &'a [(String, String, PathBuf)],
-    precision: &Precision,
-) -> impl Iterator<Item = (&'a str, &'a Path)> {
-    tables
-        .iter()
-        .filter(|(_, of, _)| of == precision.name)
-        .map(|(name, _, file)| (name.as_str(), file.as_path()))
-}
-
-/// The folder with the static and the shared library.
-fn build_for_host() -> Result<PathBuf, String> {
-    run(
-        &mut cargo(&["build", "--quiet", "--release", "-p", "seatrial-ffi"]),
-        "seatrial-ffi does not build for this machine",
-    )?;
-    let folder = in_target("release");
-    folder.canonicalize().map_err(|error| error.to_string())
+    let tables = vectors.split("# ").filter(of_c).map(|table| {
+        let (title, rows) = table.split_once('\n').context("a table without rows")?;
+        let (name, precision) = title.split_once(' ').context("a table without a type")?;
+        let file = in_target(format!("firmware/vectors/{name}.{precision}.csv"));
+        shell().write_file(&file, rows)?;
+        Ok((name.to_owned(), precision.to_owned(), file))
+    });
+    tables.collect()
 }
 
 /// The static library.
-fn build_for_m4f(precision: &Precision) -> Result<PathBuf, String> {
+fn build_for_m4f(precision: &Precision) -> Result<PathBuf> {
     let folder = in_target("firmware").join(precision.name);
-    let mut command = cargo(&["rustc", "--quiet", "-p", "seatrial-ffi"]);
-    command.args(["--profile", "embedded", "--no-default-features"]);
-    command.args(precision.features);
-    command.args(["--crate-type", "staticlib", "--target", CORTEX_M]);
-    command.arg("--target-dir").arg(&folder);
-    if succeeds(&mut command) {
-        Ok(folder.join(CORTEX_M).join("embedded/libseatrial_ffi.a"))
-    } else {
-        Err(format!(
-            "seatrial-ffi does not build for {CORTEX_M}, {}",
-            precision.name
-        ))
-    }
+    let feature = precision.feature;
+    command!("cargo rustc --quiet -p seatrial-ffi --profile embedded --no-default-features --features={feature} --crate-type staticlib --target {CORTEX_M} --target-dir {folder}").run()?;
+    Ok(folder.join(CORTEX_M).join("embedded/libseatrial_ffi.a"))
 }
 
-fn compile_for_host(example: &str, kind: &str, library: &[String]) -> Result<PathBuf, String> {
-    let program = in_target(format!("firmware/{example}-{kind}"));
-    let mut gcc = compiler("gcc", example, &program);
-    gcc.args(library).args(HOST_LIBRARIES);
-    compiled(gcc, program)
-}
-
-fn compile_for_m4f(
-    example: &str,
-    precision: &Precision,
-    library: &Path,
-) -> Result<PathBuf, String> {
+fn compile_for_m4f(example: &str, precision: &Precision, library: &Path) -> Result<PathBuf> {
     let program = in_target(format!("firmware/{example}-m4f-{}", precision.name));
-    let startup = root().join("firmware/c");
     let mut gcc = compiler("arm-none-eabi-gcc", example, &program);
-    gcc.args(M4F).args(precision.defines);
-    gcc.arg(startup.join("startup.c")).arg(library);
-    gcc.args([
-        "--specs=rdimon.specs",
-        "-Wl,--gc-sections",
-        "-Wl,--no-warn-execstack",
-        "-lm",
-    ]);
-    gcc.arg("-T").arg(startup.join("mps2.ld"));
-    compiled(gcc, program)
+    gcc.args(M4F)
+        .args(precision.define)
+        .arg("firmware/c/startup.c")
+        .arg(library);
+    let linker =
+        "--specs=rdimon.specs -Wl,--gc-sections -Wl,--no-warn-execstack -lm -T firmware/c/mps2.ld";
+    gcc.args(linker.split(' ')).run()?;
+    Ok(program)
 }
 
 /// What the functions of the header with these prefixes bring into an image: all that the linker does not throw away. With a panic path among
 /// it there is no image.
-fn code_bytes(prefixes: &[&str], library: &Path) -> Result<u64, String> {
-    let header = root().join("crates/seatrial-ffi/include/seatrial.h");
-    let header = fs::read_to_string(&header).map_err(|error| format!("seatrial.h: {error}"))?;
+fn code_bytes(prefixes: &[&str], library: &Path) -> Result<u64> {
+    let header = shell().read_file(format!("{LIBRARY}/include/seatrial.h"))?;
     let declared = header.lines().filter_map(|line| {
         let name = line.split_once('(')?.0.rsplit([' ', '*']).next()?;
         let wanted = prefixes.iter().any(|prefix| name.starts_with(prefix));
         wanted.then(|| format!("-Wl,--undefined={name}"))
     });
     let image = in_target("firmware/code");
-    let mut gcc = Command::new("arm-none-eabi-gcc");
-    gcc.args(M4F).args([
-        "-nostdlib",
-        "-Wl,--gc-sections",
-        "-Wl,--entry=seatrial_status_text",
-    ]);
-    gcc.args(declared)
-        .arg(library)
-        .args(["-lgcc", "-o"])
-        .arg(&image);
-    let image = compiled(gcc, image)?;
-    let table = output(Command::new("arm-none-eabi-size").arg(image))?;
+    command!("arm-none-eabi-gcc {M4F...} -nostdlib -Wl,--gc-sections -Wl,--entry=seatrial_status_text {declared...} {library} -lgcc -o {image}").run()?;
+    let table = command!("arm-none-eabi-size {image}").read()?;
     let row = table
         .lines()
         .nth(1)
         .and_then(|row| row.split_whitespace().next());
-    row.and_then(|text| text.parse().ok())
-        .ok_or_else(|| format!("arm-none-eabi-size: {table}"))
+    Ok(row.context("arm-none-eabi-size prints no row")?.parse()?)
 }
 
+/// A compiler that makes a program of an example.
 fn compiler(name: &str, example: &str, program: &Path) -> Command {
-    let library = root().join("crates/seatrial-ffi");
-    let mut gcc = Command::new(name);
-    gcc.args(STRICT).arg("-I").arg(library.join("include"));
-    gcc.arg(library.join("examples").join(example).with_extension("c"));
-    gcc.arg("-o").arg(program);
-    gcc
-}
-
-fn compiled(mut gcc: Command, program: PathBuf) -> Result<PathBuf, String> {
-    if succeeds(&mut gcc) {
-        Ok(program)
-    } else {
-        Err(format!("{} does not compile", program.display()))
-    }
-}
-
-fn output(command: &mut Command) -> Result<String, String> {
-    let output = command.output().map_err(|error| error.to_string())?;
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    if output.status.success() {
-        Ok(text)
-    } else {
-        Err(format!("{command:?}: {}\n{text}", output.status))
-    }
-}
-
-fn report(place: &str, text: &str) {
-    eprintln!("C ({place}): {}", text.trim_end());
-}
-
-fn found_its_vehicle(text: &str) -> Checked {
-    if text.contains(LOOP_FOUND) {
-        Ok(())
-    } else {
-        Err(format!("loop_20hz.c did not find its vehicle:\n{text}"))
-    }
+    command!("{name} {STRICT...} -I {LIBRARY}/include {LIBRARY}/examples/{example}.c -o {program}")
 }

@@ -1,13 +1,12 @@
 //! Python environments of the project's own.
 
 use std::path::PathBuf;
-use std::process::Command;
 
-use crate::steps::succeeds;
-use crate::target::in_target;
+use anyhow::Result;
 
-/// The Python of this machine.
-pub const PYTHON: &str = "python3";
+use crate::shell::{Run, command, shell};
+use crate::steps::missing;
+use crate::workspace::in_target;
 
 /// A virtual environment with what files of requirements name.
 pub struct Environment {
@@ -20,20 +19,25 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// Makes it where it is missing or not what the requirements name today. `false`: there is no Python that can.
-    pub fn is_ready(&self) -> bool {
-        let Ok(required) = self.required() else {
-            return false;
-        };
-        let is_made = std::fs::read(self.installed()).is_ok_and(|installed| installed == required);
-        is_made || self.make(&required)
-    }
-
-    /// A program of the environment.
-    pub fn program(&self, name: &str, arguments: &[&str]) -> Command {
-        let mut command = Command::new(self.path(name));
-        command.args(arguments);
-        command
+    /// A program of the environment, which is made where it is missing or not what the requirements name today.
+    pub fn program(&self, name: &str) -> Result<PathBuf> {
+        let required: Vec<_> = self
+            .requirements
+            .iter()
+            .map(|file| shell().read_file(file))
+            .collect::<Result<_, _>>()?;
+        let installed = in_target(self.folder).join("installed.txt");
+        if shell().read_file(&installed).ok() != Some(required.concat()) {
+            if self.make().is_err() {
+                let what = self.requirements.join(" or ");
+                return missing(format!(
+                    "{} with venv, or what {what} names, is missing",
+                    self.python
+                ));
+            }
+            shell().write_file(installed, required.concat())?;
+        }
+        Ok(self.path(name))
     }
 
     /// Where a program of the environment is, once it is made.
@@ -41,27 +45,10 @@ impl Environment {
         in_target(self.folder).join("bin").join(name)
     }
 
-    fn required(&self) -> std::io::Result<Vec<u8>> {
-        let files: Result<Vec<_>, _> = self.requirements.iter().map(std::fs::read).collect();
-        files.map(|files| files.concat())
-    }
-
-    fn make(&self, required: &[u8]) -> bool {
-        let mut venv = Command::new(self.python);
-        venv.args(["-m", "venv"]).arg(in_target(self.folder));
-        let mut install = self.program("python", &["-m", "pip", "install", "--quiet"]);
-        for file in self.requirements {
-            install.args(["-r", file]);
-        }
-        succeeds(&mut venv)
-            && succeeds(&mut install)
-            && std::fs::write(self.installed(), required).is_ok()
-    }
-
-    fn installed(&self) -> PathBuf {
-        in_target(self.folder).join("installed.txt")
+    fn make(&self) -> Result<()> {
+        let (maker, folder, python) = (self.python, in_target(self.folder), self.path("python"));
+        command!("{maker} -m venv {folder}").run()?;
+        let files = self.requirements.iter().flat_map(|file| ["-r", file]);
+        command!("{python} -m pip install --quiet {files...}").run()
     }
 }
-
-/// What is missing where no environment can be made.
-pub const NO_PYTHON: &str = "python3 with venv, or what requirements.txt names, is missing";

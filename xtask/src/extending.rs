@@ -1,32 +1,68 @@
-//! The program outside the workspace that brings a format, a vehicle and an estimator of its own, which the pages on extending show.
+//! Programs outside the workspace: one that brings a format, a vehicle and an estimator of its own, which the pages on extending show,
+//! and the data loader for Foxglove, which is also built as the module that Foxglove loads.
 
-use std::path::Path;
+use anyhow::{Result, ensure};
 
-use crate::cargo;
-use crate::steps::run;
-use crate::target::in_target;
+use crate::long_log::long_log;
+use crate::shell::{Run, command, tell_size};
+use crate::steps::missing;
+use crate::toolchain::BROWSER;
+use crate::workspace::in_target;
 
-const FOLDER: &str = "examples/extending";
-/// Where programs outside the workspace are built, which have other features.
-pub const TARGET: &str = "examples";
+/// Where they are built, below the folder that cargo builds into: they have other features.
+const TARGET: &str = "examples";
+/// A log that is opened through the module.
+const LOG_MB: &str = "4";
+/// What a program in the place of Foxglove says of it: topic, encoding, messages, least and greatest.
+const SAID: [&str; 2] = [
+    "/heading_rad cdr 45000 0.646 1.370",
+    "/rudder_fraction cdr 45000 -0.500 0.500",
+];
 
-/// Builds the library, the command and the tests of the program, whose manifest makes warnings errors, and runs the tests.
-pub fn check() -> Result<(), String> {
-    let manifest = Path::new(FOLDER).join("Cargo.toml");
-    let mut tests = cargo(&["test", "--quiet", "--locked", "--manifest-path"]);
-    tests
-        .arg(&manifest)
-        .arg("--target-dir")
-        .arg(in_target(TARGET));
-    tests.env("CARGO_INCREMENTAL", "0");
-    run(&mut tests, format!("the tests of {FOLDER}"))
+/// Builds the library, the command and the tests of the program that extends seatrial, and runs the tests.
+pub fn check() -> Result<()> {
+    cargo("test", "extending")
+}
+
+/// Runs the tests of the data loader on this machine.
+pub fn check_loader() -> Result<()> {
+    cargo("test", "foxglove-loader")
+}
+
+/// Runs the tests of the data loader, builds the module and opens a log through it.
+pub fn build_loader() -> Result<()> {
+    check_loader()?;
+    cargo(
+        &format!("build --release --lib --target {BROWSER}"),
+        "foxglove-loader",
+    )?;
+    let module = in_target(TARGET)
+        .join(BROWSER)
+        .join("release/seatrial_foxglove_loader.wasm");
+    tell_size(&module)?;
+    if !command!("node --version").works() {
+        return missing("node, in which the module is loaded, is missing");
+    }
+    let log = long_log("examples/log.bin", LOG_MB)?;
+    let said = command!("node examples/foxglove-loader/tests/host.mjs {module} {log}").read()?;
+    ensure!(
+        SAID.iter().all(|topic| said.contains(topic)),
+        "{said}\nexpected {SAID:?}"
+    );
+    Ok(())
+}
+
+/// The manifests make warnings errors.
+fn cargo(words: &str, example: &str) -> Result<()> {
+    let (words, folder) = (words.split(' '), in_target(TARGET));
+    command!("cargo {words...} --quiet --locked --manifest-path examples/{example}/Cargo.toml --target-dir {folder}")
+        .env("CARGO_INCREMENTAL", "0")
+        .run()
 }
 
 #[cfg(test)]
 mod tests {
-    use std::path::PathBuf;
-
-    use super::*;
+    use std::path::{Path, PathBuf};
 
     fn files(folder: &str, ending: &str) -> Vec<(PathBuf, String)> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -9,9 +9,11 @@ mod source;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use anyhow::{Result, ensure};
 use serde_json::Value;
 
-use crate::cargo;
+use crate::shell::shell;
+use crate::workspace::{metadata, packages, root, text};
 use gates::Counts;
 use modules::Modules;
 use source::Source;
@@ -19,25 +21,22 @@ use source::Source;
 const FILE_LINES: usize = 500;
 const FUNCTION_LINES: usize = 100;
 const LONG_FUNCTION_LINES: usize = 60;
+const PLAN: &str = "ARCHITECTURE.md";
 
-/// Crates with a file for each verb of theirs, which no list needs to name.
-const HAS_A_FILE_A_VERB: [&str; 1] = ["seatrial-cli"];
-
+/// The crate with a file for each verb of its own, which no list needs to name.
+const HAS_A_FILE_A_VERB: &str = "seatrial-cli";
+/// What is no production code.
+const OTHER_TARGETS: [&str; 4] = ["test", "example", "bench", "custom-build"];
 /// The program of a crate's tests/, which names each file there as a module.
 const TEST_PROGRAM: &str = "suite.rs";
-
-/// What breaks the plan.
-struct Finding {
-    /// The rule and what breaks it.
-    what: String,
-    /// Where it is and by how much.
-    detail: String,
-}
+/// How a documentation comment begins that is understood beside another one only.
+const LEANING: [&str; 3] = ["The same ", "Likewise", "Of it"];
 
 /// What the code is found to be.
 #[derive(Default)]
 struct Survey {
-    findings: Vec<Finding>,
+    /// What breaks the plan: the rule, what breaks it, and where or by how much.
+    faults: Vec<String>,
     counts: Counts,
     lines: Vec<(String, usize)>,
     function_lengths: Vec<usize>,
@@ -45,74 +44,68 @@ struct Survey {
 }
 
 /// Fails on what breaks the plan. `list` prints the long functions that it still allows.
-pub fn check(list: bool) -> Result<(), String> {
-    let survey = Survey::of_workspace()?;
+pub fn check(list: bool) -> Result<()> {
+    let mut survey = Survey::default();
+    survey.faults.extend(
+        floors::violations(metadata()?)
+            .into_iter()
+            .map(|arrow| format!("floor {arrow}")),
+    );
+    for page in [PLAN, "CONTRIBUTING.md"] {
+        let text = shell().read_file(page)?;
+        survey.faults.extend(
+            missing_paths(&text).map(|path| format!("path {page} {path}  (does not exist)")),
+        );
+    }
+    let plan = shell().read_file(PLAN)?;
+    for package in packages(metadata()?) {
+        survey.add_package(package, &plan)?;
+        survey.add_forgotten_tests(text(package, "name"));
+    }
+    let above = survey.counts.faults()?.into_iter();
+    survey
+        .faults
+        .extend(above.map(|fault| format!("count {fault}  ({})", gates::LIMITS)));
     survey.print_lines();
     if list {
-        for function in &survey.long_functions {
-            println!("long-function {function}");
-        }
+        survey
+            .long_functions
+            .iter()
+            .for_each(|function| println!("long-function {function}"));
     }
-    let faults = survey.faults();
-    match faults.is_empty() {
-        true => Ok(()),
-        false => Err(faults.join("\n")),
-    }
+    ensure!(survey.faults.is_empty(), "{}", survey.faults.join("\n"));
+    Ok(())
 }
 
 impl Survey {
-    fn of_workspace() -> Result<Self, String> {
-        let output = cargo(&["metadata", "--format-version", "1", "--no-deps"])
-            .output()
-            .map_err(|error| format!("cargo metadata: {error}"))?;
-        let metadata: Value = serde_json::from_slice(&output.stdout)
-            .map_err(|error| format!("cargo metadata: {error}"))?;
-        let root = PathBuf::from(metadata["workspace_root"].as_str().unwrap_or_default());
-        let mut survey = Self::default();
-        for arrow in floors::violations(&metadata) {
-            survey.add("floor", &arrow, String::new());
-        }
-        for page in ["ARCHITECTURE.md", "CONTRIBUTING.md"] {
-            let text = std::fs::read_to_string(root.join(page))
-                .map_err(|error| format!("{page}: {error}"))?;
-            for path in missing_paths(&root, &text) {
-                survey.add("path", &format!("{page} {path}"), "does not exist".into());
-            }
-        }
-        let plan = std::fs::read_to_string(root.join("ARCHITECTURE.md"))
-            .map_err(|error| format!("ARCHITECTURE.md: {error}"))?;
-        for package in metadata["packages"].as_array().into_iter().flatten() {
-            survey.add_package(&root, package)?;
-            survey.add_unnamed_rooms(&root, package, &plan)?;
-            survey.add_forgotten_tests(&root, package)?;
-        }
-        for fault in survey.counts.faults(&root)? {
-            survey.add("count", &fault, gates::LIMITS.into());
-        }
-        Ok(survey)
-    }
-
-    fn add(&mut self, rule: &str, what: &str, detail: String) {
-        let what = format!("{rule} {what}");
-        self.findings.push(Finding { what, detail });
-    }
-
-    fn add_package(&mut self, root: &Path, package: &Value) -> Result<(), String> {
-        let name = package["name"].as_str().unwrap_or_default();
+    fn add_package(&mut self, package: &Value, plan: &str) -> Result<()> {
+        let name = text(package, "name");
         let mut seen = BTreeSet::new();
         let mut lines = 0;
         for target in package["targets"].as_array().into_iter().flatten() {
-            if ["test", "example", "bench", "custom-build"].contains(&kind(target)) {
+            if OTHER_TARGETS.contains(&target["kind"][0].as_str().unwrap_or_default()) {
                 continue;
             }
-            let path = PathBuf::from(target["src_path"].as_str().unwrap_or_default());
-            let path = path.strip_prefix(root).unwrap_or(&path);
-            let modules = Modules::read(path)?;
+            let path = Path::new(text(target, "src_path"));
+            let modules = Modules::read(path.strip_prefix(root()).unwrap_or(path))?;
             for circle in modules.circles() {
-                let what = format!("{name}/{}", circle.name);
-                self.add("circle", &what, circle.places.join("; "));
+                self.faults.push(format!(
+                    "circle {name}/{}  ({})",
+                    circle.name,
+                    circle.places.join("; ")
+                ));
             }
-            for (path, source) in modules.files() {
+            if let Some(rooms) = rooms_of(plan, name)
+                .filter(|_| path.ends_with("lib.rs") && name != HAS_A_FILE_A_VERB)
+            {
+                let unnamed = modules
+                    .rooms()
+                    .filter(|module| !rooms.contains(&module.as_str()));
+                self.faults.extend(
+                    unnamed.map(|module| format!("room {name}/{module}  (is not in {PLAN})")),
+                );
+            }
+            for (path, source) in &modules.files {
                 if seen.insert(path.clone()) {
                     lines += source.production_lines;
                     self.counts.add(name, path, source);
@@ -124,147 +117,97 @@ impl Survey {
         Ok(())
     }
 
-    /// Modules of a crate that the plan does not name.
-    fn add_unnamed_rooms(
-        &mut self,
-        root: &Path,
-        package: &Value,
-        plan: &str,
-    ) -> Result<(), String> {
-        let name = package["name"].as_str().unwrap_or_default();
-        let Some(rooms) = rooms_of(plan, name).filter(|_| !HAS_A_FILE_A_VERB.contains(&name))
-        else {
-            return Ok(());
-        };
-        let library = root.join("crates").join(name).join("src/lib.rs");
-        for module in Modules::read(library.strip_prefix(root).unwrap_or(&library))?.rooms() {
-            if !rooms.contains(&module.as_str()) {
-                self.add(
-                    "room",
-                    &format!("{name}/{module}"),
-                    "is not in ARCHITECTURE.md".into(),
-                );
-            }
-        }
-        Ok(())
-    }
-
     /// Files of tests that the crate's test program does not name, which would never run.
-    fn add_forgotten_tests(&mut self, root: &Path, package: &Value) -> Result<(), String> {
-        let name = package["name"].as_str().unwrap_or_default();
-        let folder = root.join("crates").join(name).join("tests");
-        let Ok(suite) = std::fs::read_to_string(folder.join(TEST_PROGRAM)) else {
-            return Ok(());
+    fn add_forgotten_tests(&mut self, name: &str) {
+        let folder = PathBuf::from(format!("crates/{name}/tests"));
+        let Ok(suite) = shell().read_file(folder.join(TEST_PROGRAM)) else {
+            return;
         };
-        let entries = std::fs::read_dir(&folder).map_err(|error| format!("{name}: {error}"))?;
-        for path in entries.flatten().map(|entry| entry.path()) {
+        for path in shell().read_dir(&folder).unwrap_or_default() {
             let is_module =
                 path.extension().is_some_and(|kind| kind == "rs") || path.join("mod.rs").exists();
             let module = path.file_stem().unwrap_or_default().to_string_lossy();
-            if is_module
-                && !path.ends_with(TEST_PROGRAM)
-                && !suite.lines().any(|line| line == format!("mod {module};"))
-            {
-                let what = format!("{name}/tests/{module}");
-                self.add("test", &what, format!("is not in {TEST_PROGRAM}"));
+            let is_named = path.ends_with(TEST_PROGRAM)
+                || suite.lines().any(|line| line == format!("mod {module};"));
+            if is_module && !is_named {
+                self.faults.push(format!(
+                    "test {name}/tests/{module}  (is not in {TEST_PROGRAM})"
+                ));
             }
         }
-        Ok(())
     }
 
     fn add_file(&mut self, package: &str, path: &Path, source: &Source) {
         let path = path.display();
         if source.production_lines > FILE_LINES {
-            let detail = format!("{} lines", source.production_lines);
-            self.add("file", &path.to_string(), detail);
+            self.faults
+                .push(format!("file {path}  ({} lines)", source.production_lines));
         }
         for function in source.functions() {
             self.function_lengths.push(function.lines);
-            let place = format!("{path}:{}: {} lines", function.line, function.lines);
+            let place = format!(
+                "{} at {path}:{}: {} lines",
+                function.name, function.line, function.lines
+            );
             if function.lines > FUNCTION_LINES {
-                let what = format!("{package} {}", function.name);
-                self.add("function", &what, place.clone());
+                self.faults.push(format!("function {package} {place}"));
             }
             if function.lines > LONG_FUNCTION_LINES {
                 self.counts.raise("long_functions", 1);
-                self.long_functions
-                    .push(format!("{} at {place}", function.name));
+                self.long_functions.push(place);
             }
         }
-        for (number, line) in source.text.lines().enumerate() {
-            if leans_on_another(line) {
-                let detail = format!("{path}:{}", number + 1);
-                self.add("comment", "that does not stand alone", detail);
+        for (number, line) in (1..).zip(source.text.lines().map(str::trim_start)) {
+            let comment = line
+                .strip_prefix("///")
+                .or_else(|| line.strip_prefix("//!"));
+            let comment = comment.unwrap_or_default().trim_start();
+            if LEANING.iter().any(|opening| comment.starts_with(opening)) {
+                self.faults.push(format!(
+                    "comment that does not stand alone  ({path}:{number})"
+                ));
             }
         }
         if !floors::is_edge(package) {
-            for line in source.string_errors() {
-                let detail = format!("{path}:{line}");
-                self.add("string-error", package, detail);
-            }
+            let places = source.string_errors().into_iter();
+            self.faults
+                .extend(places.map(|line| format!("string-error {package}  ({path}:{line})")));
         }
     }
 
-    fn print_lines(&self) {
-        let total: usize = self.lines.iter().map(|(_, lines)| lines).sum();
+    fn print_lines(&mut self) {
         for (name, lines) in &self.lines {
             println!("{lines:>7}  {name}");
         }
-        let mut lengths = self.function_lengths.clone();
-        lengths.sort_unstable();
+        self.function_lengths.sort_unstable();
         println!(
-            "{total:>7}  lines of production code; {} functions, half of them of at most {} lines, {} over {LONG_FUNCTION_LINES}",
-            lengths.len(),
-            lengths.get(lengths.len() / 2).unwrap_or(&0),
+            "{:>7}  lines of production code; {} functions, half of them of at most {} lines, {} over {LONG_FUNCTION_LINES}",
+            self.lines.iter().map(|(_, lines)| lines).sum::<usize>(),
+            self.function_lengths.len(),
+            self.function_lengths[self.function_lengths.len() / 2],
             self.long_functions.len()
         );
     }
-
-    fn faults(&self) -> Vec<String> {
-        self.findings
-            .iter()
-            .map(|finding| format!("{}  ({})", finding.what, finding.detail))
-            .collect()
-    }
-}
-
-/// Does a documentation comment begin so that it is understood beside another one only?
-fn leans_on_another(line: &str) -> bool {
-    let line = line.trim_start();
-    let text = line
-        .strip_prefix("///")
-        .or_else(|| line.strip_prefix("//!"));
-    let text = text.unwrap_or_default().trim_start();
-    ["The same ", "Likewise", "Of it"]
-        .iter()
-        .any(|opening| text.starts_with(opening))
 }
 
 /// The words of a crate in the list of rooms; `None` where it is not in the list.
 fn rooms_of<'a>(plan: &'a str, package: &str) -> Option<Vec<&'a str>> {
-    let starts: Vec<usize> = plan.match_indices("\ncrates/").map(|(at, _)| at).collect();
-    let of_package = starts.iter().filter(|at| {
-        let rest = plan[**at..].strip_prefix("\ncrates/");
-        rest.and_then(|rest| rest.strip_prefix(package))
+    let is_of_package = |section: &&str| {
+        section
+            .strip_prefix(package)
             .is_some_and(|rest| rest.starts_with('/'))
-    });
-    let sections = of_package.map(|at| {
-        let end = plan[at + 1..]
-            .find("\ncrates/")
-            .map(|length| at + 1 + length);
-        let end = end.or_else(|| plan[*at..].find("\n```").map(|length| at + length));
-        &plan[*at..end.unwrap_or(plan.len())]
-    });
+    };
+    let sections = plan.split("\ncrates/").skip(1).filter(is_of_package);
+    let lists = sections.filter_map(|section| section.split("\n```").next());
     let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    let words: Vec<&str> = sections
-        .flat_map(|section| section.split(move |c| !is_word(c)))
-        .filter(|word| !word.is_empty())
+    let words: Vec<&str> = lists
+        .flat_map(|list| list.split(move |c| !is_word(c)))
         .collect();
     (!words.is_empty()).then_some(words)
 }
 
 /// What a page names between backticks as a path of the project, and is not there.
-fn missing_paths<'a>(root: &'a Path, page: &'a str) -> impl Iterator<Item = &'a str> {
+fn missing_paths(page: &str) -> impl Iterator<Item = &str> {
     const FOLDERS: [&str; 7] = [
         "crates/",
         "xtask/",
@@ -274,14 +217,7 @@ fn missing_paths<'a>(root: &'a Path, page: &'a str) -> impl Iterator<Item = &'a 
         "bench/",
         "validation/",
     ];
-    page.split('`')
-        .skip(1)
-        .step_by(2)
-        .filter(|quoted| !quoted.contains([' ', '{', '*', '\n']))
-        .filter(|quoted| FOLDERS.iter().any(|folder| quoted.starts_with(folder)))
-        .filter(|path| !root.join(path).exists())
-}
-
-fn kind(target: &Value) -> &str {
-    target["kind"][0].as_str().unwrap_or_default()
+    let quoted = page.split('`').skip(1).step_by(2);
+    let paths = quoted.filter(|quoted| FOLDERS.iter().any(|folder| quoted.starts_with(folder)));
+    paths.filter(|path| !path.contains([' ', '{', '*', '\n']) && !root().join(path).exists())
 }

@@ -4,6 +4,7 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
+use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
 
 /// Longer than a long log takes on a busy machine.
@@ -15,8 +16,8 @@ pub struct Client {
     pub address: String,
     /// The name that a person types.
     pub host: String,
-    /// Sent to the programming interface.
-    pub token: Option<String>,
+    /// Headers of every request, each with its line end.
+    pub headers: String,
 }
 
 impl Client {
@@ -25,56 +26,72 @@ impl Client {
         Self {
             address: address.into(),
             host: address.into(),
-            token: None,
+            headers: String::new(),
         }
     }
 
     /// The body of the answer to GET.
-    pub fn get(&self, path: &str) -> Result<String, String> {
-        self.ask("GET", path, &[], &[])
+    pub fn get(&self, path: &str) -> Result<String> {
+        self.ask("GET", path, "text/plain", &[])
     }
 
-    /// The JSON document of the answer to POST.
-    pub fn post(&self, path: &str, headers: &[(&str, &str)], body: &[u8]) -> Result<Value, String> {
-        json(&self.ask("POST", path, headers, body)?)
+    /// The answer to GET, a JSON document.
+    pub fn document(&self, path: &str) -> Result<Value> {
+        json(&self.get(path)?)
     }
 
-    fn ask(
-        &self,
-        method: &str,
-        path: &str,
-        headers: &[(&str, &str)],
-        body: &[u8],
-    ) -> Result<String, String> {
-        let failed = |error: std::io::Error| format!("{method} {path}: {error}");
-        let mut stream = TcpStream::connect(&self.address).map_err(failed)?;
-        stream.set_read_timeout(Some(PATIENCE)).map_err(failed)?;
-        let mut head = format!(
-            "{method} {path} HTTP/1.1\r\nHost: {}\r\nConnection: close\r\nContent-Length: {}\r\n",
-            self.host,
-            body.len()
+    /// The JSON document of the answer to POST of bytes.
+    pub fn post(&self, path: &str, body: &[u8]) -> Result<Value> {
+        json(&self.ask("POST", path, "application/octet-stream", body)?)
+    }
+
+    /// The JSON document of the answer to POST of another one.
+    pub fn order(&self, path: &str, body: &Value) -> Result<Value> {
+        json(&self.ask(
+            "POST",
+            path,
+            "application/json",
+            body.to_string().as_bytes(),
+        )?)
+    }
+
+    /// The page and the files that it names, each with its text.
+    pub fn page(&self) -> Result<Vec<(String, String)>> {
+        let page = self.get("/")?;
+        let named = page
+            .split("\"./")
+            .skip(1)
+            .filter_map(|rest| rest.split('"').next());
+        let files = named.filter(|name| name.starts_with("assets/"));
+        let files = files.map(|name| Ok((name.to_owned(), self.get(&format!("/{name}"))?)));
+        let files: Vec<_> = files.collect::<Result<_>>()?;
+        ensure!(!files.is_empty(), "the page names no files:\n{page}");
+        Ok(files)
+    }
+
+    fn ask(&self, method: &str, path: &str, kind: &str, body: &[u8]) -> Result<String> {
+        let asked = || format!("{method} {path}");
+        let mut stream = TcpStream::connect(&self.address).with_context(asked)?;
+        stream.set_read_timeout(Some(PATIENCE))?;
+        let (host, length) = (&self.host, body.len());
+        let head = format!(
+            "{method} {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\n{}\r\n",
+            self.headers
         );
-        if let Some(token) = self.token.as_ref().filter(|_| path.starts_with("/api/")) {
-            head += &format!("Authorization: Bearer {token}\r\n");
-        }
-        for (name, value) in headers {
-            head += &format!("{name}: {value}\r\n");
-        }
-        let request = [(head + "\r\n").as_bytes(), body].concat();
-        stream.write_all(&request).map_err(failed)?;
+        stream
+            .write_all(&[head.as_bytes(), body].concat())
+            .with_context(asked)?;
         let mut answer = Vec::new();
-        stream.read_to_end(&mut answer).map_err(failed)?;
-        let answer = String::from_utf8_lossy(&answer).into_owned();
+        stream.read_to_end(&mut answer).with_context(asked)?;
+        let answer = String::from_utf8_lossy(&answer);
         let (head, body) = answer.split_once("\r\n\r\n").unwrap_or_default();
-        let status = head.split_whitespace().nth(1).unwrap_or("no answer");
-        match status.starts_with('2') {
-            true => Ok(body.to_owned()),
-            false => Err(format!("{method} {path}: {status}: {body}")),
+        match head.split(' ').nth(1).unwrap_or("no answer") {
+            status if status.starts_with('2') => Ok(body.to_owned()),
+            status => bail!("{method} {path}: {status}: {body}"),
         }
     }
 }
 
-/// The document of an answer.
-pub fn json(text: &str) -> Result<Value, String> {
-    serde_json::from_str(text).map_err(|error| format!("no JSON: {error}: {text}"))
+fn json(text: &str) -> Result<Value> {
+    serde_json::from_str(text).with_context(|| format!("no JSON: {text}"))
 }

@@ -1,13 +1,12 @@
 //! Instructions that the hot kernels execute, counted by callgrind: the same on every run, however busy the machine.
 
 use std::collections::BTreeMap;
-use std::process::Command;
 
-use crate::cargo;
-use crate::steps::{run, skipped};
-use crate::target::in_target;
+use anyhow::{Context, Result, ensure};
 
-const COUNTS: &str = "callgrind.out";
+use crate::shell::{Run, command, shell};
+use crate::steps::missing;
+use crate::workspace::in_target;
 
 /// A kernel may take this much more than is stated before the check fails: a compiler's release moves it by a few percent.
 const MARGIN: f64 = 1.05;
@@ -23,54 +22,36 @@ const KERNELS: [(&str, &str, f64, f64); 6] = [
     ("kernel_identify", "log", 1.0, 47_874_802.0),
 ];
 
-/// Counts and compares. Where valgrind is missing, or the machine has not the instructions that the counts hold for, this is said and
-/// skipped; with `CI=true` a missing valgrind is a failure.
-pub fn check() -> Result<(), String> {
-    let valgrind = Command::new("valgrind").arg("--version").output();
-    if !valgrind.is_ok_and(|found| found.status.success()) {
-        return skipped("instructions", "valgrind is missing");
+/// Counts and compares.
+pub fn check() -> Result<()> {
+    if !command!("valgrind --version").works() {
+        return missing("valgrind is missing");
     }
-    let build = ["build", "--release", "-p", "seatrial-instructions"];
-    run(&mut cargo(&build), "seatrial-instructions does not build")?;
-    let run = Command::new("valgrind")
-        .args(["--tool=callgrind", "--quiet"])
-        .arg(format!(
-            "--callgrind-out-file={}",
-            in_target(COUNTS).display()
-        ))
-        .arg(in_target("release/seatrial-instructions"))
-        .output()
-        .map_err(|error| format!("valgrind: {error}"))?;
-    if !run.status.success() {
-        return Err(format!(
-            "valgrind: {}",
-            String::from_utf8_lossy(&run.stderr)
-        ));
-    }
-    if !run.stdout.is_empty() {
+    command!("cargo build --release -p seatrial-instructions").run()?;
+    let [kernels, counts] = ["release/seatrial-instructions", "callgrind.out"].map(in_target);
+    let said =
+        command!("valgrind --tool=callgrind --quiet --callgrind-out-file={counts} {kernels}")
+            .read()?;
+    if !said.is_empty() {
         eprintln!("== instructions skipped: the counts hold for x86-64");
         return Ok(());
     }
-    let text =
-        std::fs::read_to_string(in_target(COUNTS)).map_err(|error| format!("{COUNTS}: {error}"))?;
-    let counts = inclusive(&text);
+    let counts = inclusive(&shell().read_file(counts)?);
     let mut slower = Vec::new();
     for (kernel, unit, units, stated) in KERNELS {
         let counted = counts.iter().find(|(name, _)| name.contains(kernel));
-        let (_, count) = counted.ok_or(format!("{COUNTS} has no {kernel}"))?;
+        let (_, count) = counted.with_context(|| format!("callgrind.out has no {kernel}"))?;
         let each = *count as f64 / units;
         eprintln!("{kernel}: {each:.1} instructions a {unit}, stated {stated:.1}");
         if each > MARGIN * stated {
             slower.push(kernel);
         }
     }
-    match slower.is_empty() {
-        true => Ok(()),
-        false => Err(format!(
-            "more than {MARGIN} times the stated instructions: {}",
-            slower.join(", ")
-        )),
-    }
+    ensure!(
+        slower.is_empty(),
+        "more than {MARGIN} times the stated instructions: {slower:?}"
+    );
+    Ok(())
 }
 
 /// Instructions of every function with all that it calls.

@@ -1,15 +1,15 @@
 //! A long ArduPilot log of a made-up boat.
 
 use std::path::PathBuf;
-use std::process::Command;
 
-use crate::steps::run;
+use anyhow::Result;
 
-const MAKER: &str = "bench/waits/make.py";
+use crate::shell::{Run, command};
+use crate::workspace::in_target;
 
-/// Writes a log of about this many megabytes, of 4 at least.
-pub fn long_log(path: PathBuf, megabytes: &str) -> Result<PathBuf, String> {
-    let mut make = Command::new("python3");
-    make.args([MAKER, "bin"]).arg(&path).arg(megabytes);
-    run(&mut make, MAKER).map(|()| path)
+/// Writes a log of about this many megabytes, of 4 at least, where cargo builds.
+pub fn long_log(name: &str, megabytes: &str) -> Result<PathBuf> {
+    let path = in_target(name);
+    command!("python3 bench/waits/make.py bin {path} {megabytes}").run()?;
+    Ok(path)
 }

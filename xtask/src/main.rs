@@ -1,14 +1,4 @@
-//! The project's own commands.
-//!
-//! `cargo xtask test` runs what every change needs, in the order in which it fails fastest. `cargo xtask test --all` runs every check: the
-//! same steps with the vehicles over ROS 2, the dashboard, the pages, the docs and the Python package, and beside them what has a build of
-//! its own (`cargo xtask beside`, which ends with its standard input); everything is built once, for tests. Both add what is missing of the
-//! pinned toolchain, and the first step that fails ends them. `cargo xtask embedded` is the one
-//! on microcontrollers alone, `cargo xtask python` that of the Python package, `cargo xtask instructions` that of the kernels'
-//! speed, `cargo xtask dash` that of the dashboard's interface, `cargo xtask web` that of its page, `cargo xtask page` that of the page
-//! without a server, `cargo xtask page --measure` holds it against the terminal on long logs, `cargo xtask docs` builds the docs as a site, `cargo xtask extending` builds and tests the program that extends seatrial, `cargo xtask foxglove-loader` the data loader for Foxglove. `cargo xtask ros2` checks
-//! the features `ros2` and `ros2-zenoh` each alone and neither, `cargo xtask ros2-jazzy` tries trials on a node of ROS 2 Jazzy, which it installs (248 MB), `cargo xtask miri` runs the library for C and the core under Miri. `cargo xtask packages` packs what
-//! is published on crates.io, `cargo xtask oldest` builds the crates that promise an older compiler with it, `cargo xtask wheel` builds and installs the Python wheel, `cargo xtask archive` the archive and the Debian package of a release, `cargo xtask container` runs the command of the container file in a root of its own, `cargo xtask windows` builds the zip for Windows and tries its command under Wine. `cargo xtask same-answers` compares every answer with that of another binary. `cargo xtask house` holds the code against its plan.
+//! The project's own commands: `cargo xtask --help`.
 
 mod alone;
 mod archive;
@@ -20,7 +10,6 @@ mod dash;
 mod embedded;
 mod environment;
 mod extending;
-mod foxglove_loader;
 mod house;
 mod http;
 mod instructions;
@@ -32,21 +21,98 @@ mod packages;
 mod page;
 mod python;
 mod same_answers;
+mod shell;
 mod steps;
-mod target;
 mod toolchain;
 mod wheel;
 mod windows;
+mod workspace;
 
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
+use anyhow::Result;
+use clap::Parser;
+
 use beside::Beside;
-use steps::{Step, in_order, passes, run, side_by_side, skipped};
-use target::{in_target, target};
+use shell::{Run, command};
+use steps::{Step, in_order, passes, side_by_side};
+use workspace::{in_target, root};
 
 /// The features of the terminal that no build has by default.
 const ROS2: &str = "seatrial-cli/ros2,seatrial-cli/ros2-zenoh";
+
+/// The project's own commands. What needs a tool that is missing is skipped, which is said; with CI=true it fails
+#[derive(Parser)]
+#[command(bin_name = "cargo xtask")]
+enum Asked {
+    /// What every change needs, in the order in which it fails fastest; adds what is missing of the pinned toolchain
+    Test {
+        /// Every check: also vehicles over ROS 2, the dashboard, the pages, the docs, the Python package, and what has a build of its own
+        #[arg(long)]
+        all: bool,
+    },
+    /// What `test --all` runs beside the tests; it ends with its standard input
+    #[command(hide = true)]
+    Beside,
+    /// The code against its plan
+    House {
+        /// Print the long functions that it still allows
+        #[arg(long)]
+        list: bool,
+    },
+    /// The core on microcontrollers, and the library for C
+    Embedded,
+    /// The Python package, and its speed beside scipy
+    Python,
+    /// The dashboard's programming interface
+    Dash,
+    /// The dashboard's page in a browser
+    Web,
+    /// The page without a server
+    Page {
+        /// Hold it against the terminal on long logs
+        #[arg(long)]
+        measure: bool,
+    },
+    /// The docs as a site
+    Docs,
+    /// The features ros2 and ros2-zenoh, each alone and neither
+    Ros2,
+    /// Trials on a node of ROS 2 Jazzy, which it installs (248 MB)
+    Ros2Jazzy,
+    /// The library for C and the core under Miri
+    Miri,
+    /// How many instructions the kernels take
+    Instructions,
+    /// The program that extends seatrial
+    Extending,
+    /// The data loader for Foxglove
+    FoxgloveLoader,
+    /// Crates that promise an older compiler, built with it
+    Oldest,
+    /// What is published on crates.io
+    Packages {
+        /// Build each crate from what would be uploaded
+        #[arg(long)]
+        build: bool,
+    },
+    /// The Python wheel, built and installed
+    Wheel {
+        /// The target of the compiler [default: this machine's]
+        target: Option<String>,
+    },
+    /// The archive and the Debian package of a release, built, installed and used
+    Archive {
+        /// The target of the compiler [default: this machine's]
+        target: Option<String>,
+    },
+    /// The command of the container file in a root of its own
+    Container,
+    /// The zip for Windows, and its command under Wine
+    Windows,
+    SameAnswers(same_answers::Options),
+}
 
 /// Names, and the cargo commands that run in the order in which they fail fastest; `ROS2` stands for its features, where they are wanted.
 const CHECKS: [(&str, &str); 6] = [
@@ -56,7 +122,7 @@ const CHECKS: [(&str, &str); 6] = [
         "clippy --workspace --all-targets ROS2 -- -D warnings",
     ),
     (
-        CORE,
+        "core on Cortex-M",
         "build -p seatrial-core --target thumbv7em-none-eabihf",
     ),
     (
@@ -66,7 +132,6 @@ const CHECKS: [(&str, &str); 6] = [
     ("doc tests", "test --workspace ROS2 --doc --quiet"),
     ("documentation", "doc --workspace ROS2 --no-deps --quiet"),
 ];
-const CORE: &str = "core on Cortex-M";
 
 const HOUSE: Step = ("the plan of the house", || house::check(false));
 const PYTHON_FOR_TESTS: Step = ("Python for the tests", python::prepare_tests);
@@ -81,75 +146,47 @@ const SITE: Step = ("the docs as a site", book::check);
 const INSTRUCTIONS: Step = ("instructions", instructions::check);
 const EXTENDING: Step = ("a program outside the workspace", extending::check);
 const OLDEST: Step = ("old compilers", oldest::check);
-const MICROCONTROLLERS: Step = ("microcontrollers", || match embedded::check()? {
-    Some(vectors) => c_library::check(&vectors),
-    None => Ok(()),
-});
-
-/// What each command runs, by its words.
-const COMMANDS: [(&str, &[Step]); 22] = [
-    ("house", &[HOUSE]),
-    (
-        "house --list",
-        &[("the plan of the house", || house::check(true))],
-    ),
-    ("embedded", &[MICROCONTROLLERS]),
-    ("python", &[PYTHON, PYTHON_SPEED]),
-    ("dash", &[DASHBOARD]),
-    ("ros2", &[("ROS 2", on_ros2)]),
-    ("ros2-jazzy", &[("ROS 2 Jazzy", on_ros2_itself)]),
-    ("miri", &[("Miri", miri::check)]),
-    ("instructions", &[INSTRUCTIONS]),
-    ("web", &[PAGE]),
-    ("page", &[PAGE_ALONE]),
-    (
-        "page --measure",
-        &[("the page beside the terminal", alone::measure)],
-    ),
-    ("docs", &[PYTHON_FOR_TESTS, SITE]),
-    ("extending", &[EXTENDING]),
-    (
-        "foxglove-loader",
-        &[(
-            "the data loader for Foxglove",
-            foxglove_loader::check_and_build,
-        )],
-    ),
-    ("oldest", &[OLDEST]),
-    ("packages", &[("packages", || on_crates_io(false))]),
-    ("packages --build", &[("packages", || on_crates_io(true))]),
-    ("wheel", &[("the wheel", || wheel::check(None))]),
-    ("archive", &[("archives", || archive::check(None))]),
-    ("container", &[("the container", container::check_at_work)]),
-    ("windows", &[("Windows", windows::check)]),
-];
+const MICROCONTROLLERS: Step = ("microcontrollers", embedded::check);
 
 fn main() -> ExitCode {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let command = arguments.join(" ");
-    let steps = COMMANDS.iter().find(|(name, _)| *name == command);
-    let passed = match arguments.as_slice() {
-        ["test"] => test(|| with_cargo(&CHECKS, &[])),
-        ["test", "--all"] => test(everything),
-        ["beside"] => beside_the_tests(),
-        ["wheel", target] => passes("the wheel", || wheel::check(Some(target))),
-        ["archive", target] => passes("archives", || archive::check(Some(target))),
-        ["same-answers", rest @ ..] => return same_answers::run(rest),
-        _ => match steps {
-            Some((_, steps)) => in_order(steps),
-            None => {
-                let names = COMMANDS.map(|(name, _)| name).join("|");
-                eprintln!(
-                    "usage: cargo xtask test [--all]|wheel TARGET|archive TARGET|same-answers|{names}"
-                );
-                return ExitCode::from(2);
-            }
+    let asked = Asked::parse();
+    if let Err(error) = std::env::set_current_dir(root()) {
+        eprintln!("{}: {error}", root().display());
+        return ExitCode::FAILURE;
+    }
+    let passed = match asked {
+        Asked::Test { all: false } => test(|| with_cargo("")),
+        Asked::Test { all: true } => test(everything),
+        Asked::Beside => beside_the_tests(),
+        Asked::House { list } => passes(HOUSE.0, || house::check(list)),
+        Asked::Embedded => in_order(&[MICROCONTROLLERS]),
+        Asked::Python => in_order(&[PYTHON, PYTHON_SPEED]),
+        Asked::Dash => in_order(&[DASHBOARD]),
+        Asked::Web => in_order(&[PAGE]),
+        Asked::Page { measure: false } => in_order(&[PAGE_ALONE]),
+        Asked::Page { measure: true } => passes("the page beside the terminal", alone::measure),
+        Asked::Docs => in_order(&[PYTHON_FOR_TESTS, SITE]),
+        Asked::Ros2 => passes("ROS 2", on_ros2),
+        Asked::Ros2Jazzy => passes("ROS 2 Jazzy", on_ros2_itself),
+        Asked::Miri => passes("Miri", miri::check),
+        Asked::Instructions => in_order(&[INSTRUCTIONS]),
+        Asked::Extending => in_order(&[EXTENDING]),
+        Asked::FoxgloveLoader => passes("the data loader for Foxglove", extending::build_loader),
+        Asked::Oldest => in_order(&[OLDEST]),
+        Asked::Packages { build } => passes("packages", || packages::check(build)),
+        Asked::Wheel { target } => passes("the wheel", || wheel::check(target.as_deref())),
+        Asked::Archive { target } => passes("archives", || archive::check(target.as_deref())),
+        Asked::Container => passes("the container", container::check_at_work),
+        Asked::Windows => passes("Windows", windows::check),
+        Asked::SameAnswers(options) => match same_answers::run(&options) {
+            Ok(false) => return ExitCode::from(4),
+            result => passes("same answers", || result.map(drop)),
         },
     };
-    match passed {
-        true => ExitCode::SUCCESS,
-        false => ExitCode::FAILURE,
+    if passed {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
     }
 }
 
@@ -165,13 +202,13 @@ fn test(checks: fn() -> bool) -> bool {
 fn everything() -> bool {
     let beside = match Beside::begin() {
         Ok(beside) => beside,
-        Err(message) => {
-            eprintln!("xtask: {message}");
+        Err(error) => {
+            eprintln!("xtask: {error:#}");
             return false;
         }
     };
     let passed = in_order(&[PYTHON_FOR_TESTS])
-        && with_cargo(&CHECKS, &["--features", ROS2])
+        && with_cargo(&format!("--features {ROS2}"))
         && in_order(&[("vehicles over ROS 2", over_ros2)])
         && side_by_side(&[&[PYTHON, DASHBOARD], &[PAGE, PAGE_ALONE, SITE]]);
     if !passed {
@@ -197,52 +234,49 @@ fn beside_the_tests() -> bool {
         &[
             (browser, alone::compile),
             EXTENDING,
-            ("logs in Foxglove", foxglove_loader::check),
+            ("logs in Foxglove", extending::check_loader),
         ],
     ])
 }
 
 /// Fetches what later checks need; one that cannot be had is told by the check that needs it.
-fn prepare_tools() -> Result<(), String> {
-    python::prepare();
-    dash::prepare();
-    page::prepare();
+fn prepare_tools() -> Result<()> {
+    let _ = dash::ENVIRONMENT.program("schemathesis");
+    let _ = page::prepare();
     Ok(())
 }
 
 /// Ends with the tests that were skipped for want of data or tools.
-fn with_cargo(checks: &[(&str, &str)], ros2: &[&str]) -> bool {
+fn with_cargo(ros2: &str) -> bool {
     let skipped_tests = in_target("skipped-tests.txt");
     let _ = std::fs::remove_file(&skipped_tests);
-    let passed = checks.iter().all(|(name, command)| {
+    let passed = CHECKS.iter().all(|(name, words)| {
         passes(name, || {
-            if *name == CORE && !toolchain::has_library(toolchain::CORTEX_M) {
-                return skipped(CORE, &toolchain::no_library(toolchain::CORTEX_M));
+            if words.contains(toolchain::CORTEX_M) {
+                toolchain::needs_library(toolchain::CORTEX_M)?;
             }
-            let command = command.replace("ROS2", &ros2.join(" "));
-            let mut cargo = cargo_or_nextest(&command)?;
+            let mut cargo = cargo(&words.replace("ROS2", ros2))?;
             cargo.env("RUSTDOCFLAGS", "-D warnings");
-            cargo.env("SEATRIAL_SKIPPED", &skipped_tests);
-            run(&mut cargo, format!("cargo {command}"))
+            cargo.env("SEATRIAL_SKIPPED", &skipped_tests).run()
         })
     });
-    if let Ok(list) = std::fs::read_to_string(&skipped_tests) {
-        eprint!("{list}");
-    }
+    eprint!(
+        "{}",
+        std::fs::read_to_string(&skipped_tests).unwrap_or_default()
+    );
     passed
 }
 
 /// Whole trials on vehicles of other processes, from the tests that are built. They are played in real time, which they
 /// mostly wait for: one that the machine holds up for long is a lost one, which is tried again.
-fn over_ros2() -> Result<(), String> {
+fn over_ros2() -> Result<()> {
     let tests =
         "nextest run --workspace --test-threads 3 --retries 2 -E test(/^ros2::/) --features";
-    let mut tests = cargo_or_nextest(&format!("{tests} {ROS2}"))?;
-    run(&mut tests, "vehicles over DDS or zenoh")
+    cargo(&format!("{tests} {ROS2}"))?.run()
 }
 
 /// One test at a time: the vehicles are played in real time, and one that the machine holds up for long is a lost one.
-fn on_ros2() -> Result<(), String> {
+fn on_ros2() -> Result<()> {
     python::prepare_tests()?;
     for command in [
         "clippy -p seatrial-links -p seatrial-cli --all-targets --features ros2,ros2-zenoh -- -D warnings",
@@ -252,46 +286,24 @@ fn on_ros2() -> Result<(), String> {
         "nextest run --test-threads 1 --features ros2-zenoh -p seatrial-links --lib ros2_vehicle",
         "nextest run --test-threads 1 --features ros2,ros2-zenoh -p seatrial-cli -E test(/^ros2/)",
     ] {
-        run(&mut cargo_or_nextest(command)?, command)?;
+        cargo(command)?.run()?;
     }
     Ok(())
 }
 
 /// Whole trials on a vehicle that is a node of ROS 2 Jazzy; not part of `test --all`, for the size of ROS 2.
-fn on_ros2_itself() -> Result<(), String> {
-    let Some(python) = python::of_jazzy() else {
-        let missing = "python3.12 with venv, or ROS 2 in its registry, is missing";
-        return skipped("ROS 2 Jazzy", missing);
+fn on_ros2_itself() -> Result<()> {
+    let python = python::OF_JAZZY.program("python")?;
+    let tests = "nextest run -p seatrial-cli --features ros2 --test-threads 1 --run-ignored only -E test(/^ros2::jazzy/) --no-capture";
+    cargo(tests)?.env("SEATRIAL_PYTHON", python).run()
+}
+
+/// Cargo or cargo-nextest with the words of a command, between blanks.
+fn cargo(words: &str) -> Result<Command> {
+    let (mut command, words) = match words.strip_prefix("nextest ") {
+        Some(rest) => (nextest::nextest()?, rest),
+        None => (command!("cargo"), words),
     };
-    let mut tests = cargo_or_nextest(
-        "nextest run -p seatrial-cli --features ros2 --test-threads 1 --run-ignored only -E test(/^ros2::jazzy/) --no-capture",
-    )?;
-    let failed = "vehicles that are nodes of ROS 2";
-    run(tests.env("SEATRIAL_PYTHON", python), failed)
-}
-
-fn on_crates_io(builds: bool) -> Result<(), String> {
-    container::check()?;
-    packages::check(builds)
-}
-
-/// The words of a command, between blanks.
-fn cargo_or_nextest(command: &str) -> Result<Command, String> {
-    let words: Vec<&str> = command.split_whitespace().collect();
-    match words.split_first() {
-        Some((&"nextest", rest)) => nextest::command(rest),
-        _ => Ok(cargo(&words)),
-    }
-}
-
-/// Runs cargo with the words of a command, between blanks.
-fn run_cargo(words: &str) -> Result<(), String> {
-    let arguments: Vec<&str> = words.split_whitespace().collect();
-    run(&mut cargo(&arguments), format!("cargo {words}"))
-}
-
-fn cargo(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO"));
-    command.args(arguments).env("CARGO_TARGET_DIR", target());
-    command
+    command.args(words.split_whitespace());
+    Ok(command)
 }

@@ -1,15 +1,12 @@
 //! Crates that promise an older compiler than that of the workspace, built with that compiler.
 
-use std::process::Command;
-
+use anyhow::Result;
 use serde_json::Value;
 
-use crate::packages;
-use crate::steps::{run, skipped, succeeds};
-use crate::target::in_target;
-
-/// A build of its own: what the pinned compiler has made is of no use to another.
-const FOLDER: &str = "oldest";
+use crate::packages::is_published;
+use crate::shell::{Run, command};
+use crate::steps::missing;
+use crate::workspace::{in_target, metadata, packages, text};
 
 /// A crate and the compiler that its `rust-version` names.
 #[derive(Debug, PartialEq)]
@@ -19,25 +16,23 @@ struct Promise {
 }
 
 /// Builds each of them, with all features, with its compiler, which is installed where it is missing.
-pub fn check() -> Result<(), String> {
-    for Promise { name, compiler } in
-        promises(&packages::metadata()?, env!("CARGO_PKG_RUST_VERSION"))
-    {
-        if !is_installed(&compiler) && !install(&compiler) {
-            let missing = format!("Rust {compiler} is missing, and rustup could not install it");
-            skipped(&format!("{name} on Rust {compiler}"), &missing)?;
-            continue;
+pub fn check() -> Result<()> {
+    for Promise { name, compiler } in promises(metadata()?, env!("CARGO_PKG_RUST_VERSION")) {
+        let is_there = || command!("rustup run {compiler} rustc --version").works();
+        let install = || {
+            command!("rustup toolchain install {compiler} --profile minimal --no-self-update").run()
+        };
+        if !is_there() && install().is_err() {
+            let what = "is missing, and rustup could not install it";
+            return missing(format!("Rust {compiler} for {name} {what}"));
         }
-        let mut build = Command::new("rustup");
-        build.args(["run", &compiler, "cargo", "check", "--quiet"]);
-        build.args(["--all-features", "-p", &name, "--target-dir"]);
-        build.arg(in_target(FOLDER));
+        // What the pinned compiler has made is of no use to another.
+        let folder = in_target("oldest");
         // This process runs under the pinned compiler, which its environment names.
-        build.env_remove("RUSTC").env_remove("RUSTUP_TOOLCHAIN");
-        run(
-            &mut build,
-            format!("{name} does not build on Rust {compiler}, which it promises"),
-        )?;
+        command!("rustup run {compiler} cargo check --quiet --all-features -p {name} --target-dir {folder}")
+            .env_remove("RUSTC")
+            .env_remove("RUSTUP_TOOLCHAIN")
+            .run()?;
         eprintln!("== {name} builds on Rust {compiler}");
     }
     Ok(())
@@ -45,43 +40,17 @@ pub fn check() -> Result<(), String> {
 
 /// Published crates whose oldest compiler is not the workspace's.
 fn promises(metadata: &Value, workspace: &str) -> Vec<Promise> {
-    let crates = metadata["packages"].as_array().cloned().unwrap_or_default();
-    let older = crates.iter().filter(|found| packages::is_published(found));
-    let promised = older.filter_map(|found| {
+    let promised = packages(metadata).iter().filter_map(|found| {
         let version = found["rust_version"].as_str()?;
-        let numbers: Vec<&str> = version.split('.').collect();
         // The toolchain 1.88 is its last patch; a promise is kept by the first.
-        let compiler = match numbers.len() {
-            2 => format!("{version}.0"),
+        let compiler = match version.matches('.').count() {
+            1 => format!("{version}.0"),
             _ => version.to_owned(),
         };
-        (version != workspace).then(|| Promise {
-            name: found["name"].as_str().unwrap_or_default().to_owned(),
-            compiler,
-        })
+        let name = text(found, "name").to_owned();
+        (is_published(found) && version != workspace).then_some(Promise { name, compiler })
     });
     promised.collect()
-}
-
-fn install(compiler: &str) -> bool {
-    let mut rustup = Command::new("rustup");
-    rustup.args([
-        "toolchain",
-        "install",
-        compiler,
-        "--profile",
-        "minimal",
-        "--no-self-update",
-    ]);
-    succeeds(&mut rustup)
-}
-
-fn is_installed(compiler: &str) -> bool {
-    let mut rustup = Command::new("rustup");
-    let said = rustup
-        .args(["run", compiler, "rustc", "--version"])
-        .output();
-    said.is_ok_and(|said| said.status.success())
 }
 
 #[cfg(test)]

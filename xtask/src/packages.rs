@@ -1,146 +1,105 @@
 //! What is published on crates.io: whether every crate has what its page there needs, and whether all of them can be packed.
 
-use std::path::Path;
-use std::process::Command;
-
+use anyhow::{Result, ensure};
 use serde_json::Value;
 
-use crate::cargo;
-use crate::steps::run;
+use crate::container;
+use crate::shell::{Run, command, shell};
+use crate::workspace::{metadata, packages, root, text};
 
 /// Most keywords of a crate, and most characters of one.
 const KEYWORDS: (usize, usize) = (5, 20);
+const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// What a packed crate holds besides its code.
 const FILES: [&str; 4] = ["Cargo.toml", "README.md", "LICENSE-APACHE", "LICENSE-MIT"];
 
-/// Fails on a published crate whose page would lack something. `builds` also builds each from what would be uploaded,
-/// in the order of their dependencies, as publishing does.
-pub fn check(builds: bool) -> Result<(), String> {
-    let metadata = metadata()?;
-    let packages = metadata["packages"].as_array().cloned();
-    let packages = packages.unwrap_or_default();
-    let (published, others): (Vec<&Value>, Vec<&Value>) =
-        packages.iter().partition(|package| is_published(package));
-    let mut faults: Vec<String> = published.iter().flat_map(|p| faults_of(p)).collect();
-    for package in &published {
-        faults.extend(missing_files(text(package, "name"))?);
+/// Fails on a published crate whose page would lack something, and on a container file that contradicts itself. `builds` also builds
+/// each crate from what would be uploaded, in the order of their dependencies, as publishing does.
+pub fn check(builds: bool) -> Result<()> {
+    container::check()?;
+    let crates = packages(metadata()?).iter();
+    let (published, others): (Vec<_>, Vec<_>) = crates.partition(|package| is_published(package));
+    let mut faults: Vec<String> = published
+        .iter()
+        .flat_map(|package| faults_of(package))
+        .collect();
+    for name in published.iter().map(|package| text(package, "name")) {
+        let listed = command!("cargo package --list --allow-dirty -p {name}").read()?;
+        let absent = FILES
+            .iter()
+            .filter(|file| !listed.lines().any(|line| line == **file));
+        faults.extend(absent.map(|file| format!("{name}: the package lacks {file}")));
     }
     faults.extend(unlike_changes(&changes()?));
-    if !faults.is_empty() {
-        return Err(faults.join("\n"));
+    ensure!(faults.is_empty(), "{}", faults.join("\n"));
+    let others = others
+        .iter()
+        .flat_map(|package| ["--exclude", text(package, "name")]);
+    let what = if builds {
+        "publish --dry-run"
+    } else {
+        "package --no-verify"
     }
-    let names: Vec<&str> = others.iter().map(|p| text(p, "name")).collect();
-    run(
-        &mut packing(builds, &names),
-        "cargo could not pack the crates",
-    )?;
+    .split(' ');
+    command!("cargo {what...} --workspace --quiet --allow-dirty {others...}").run()?;
     eprintln!("== {} crates can be published", published.len());
     Ok(())
 }
 
-/// What cargo knows of the workspace's crates.
-pub fn metadata() -> Result<Value, String> {
-    let output = cargo(&["metadata", "--format-version", "1", "--no-deps"])
-        .output()
-        .map_err(|error| format!("cargo metadata: {error}"))?;
-    serde_json::from_slice(&output.stdout).map_err(|error| format!("cargo metadata: {error}"))
-}
-
-fn changes() -> Result<String, String> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../CHANGELOG.md");
-    std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
+fn changes() -> Result<String> {
+    Ok(shell().read_file(root().join("CHANGELOG.md"))?)
 }
 
 /// The changes begin with those of the workspace's version, released or not.
 fn unlike_changes(changes: &str) -> Option<String> {
-    let heading = changes.lines().find_map(|line| line.strip_prefix("## "));
-    let heading = heading.unwrap_or_default();
-    let version = heading.split([' ', ',']).next().unwrap_or_default();
-    (version != env!("CARGO_PKG_VERSION")).then(|| {
+    let heading = changes
+        .lines()
+        .find_map(|line| line.strip_prefix("## "))
+        .unwrap_or_default();
+    let is_of_version = heading.split([' ', ',']).next() == Some(VERSION);
+    (!is_of_version).then(|| {
         format!(
-            "CHANGELOG.md: begins with {heading:?}; expected {}, the version in Cargo.toml",
-            env!("CARGO_PKG_VERSION")
+            "CHANGELOG.md: begins with {heading:?}; expected {VERSION}, the version in Cargo.toml"
         )
     })
 }
 
-/// Packs all crates that are published, or does what publishing does but for the upload.
-fn packing(builds: bool, others: &[&str]) -> Command {
-    let mut command = match builds {
-        true => cargo(&["publish", "--workspace", "--dry-run", "--quiet"]),
-        false => cargo(&["package", "--workspace", "--no-verify", "--quiet"]),
-    };
-    command.arg("--allow-dirty");
-    for name in others {
-        command.args(["--exclude", name]);
-    }
-    command
-}
-
 /// `publish = false` is an empty list of registries.
 pub fn is_published(package: &Value) -> bool {
-    package["publish"]
-        .as_array()
-        .is_none_or(|registries| !registries.is_empty())
-}
-
-fn text<'a>(package: &'a Value, field: &str) -> &'a str {
-    package[field].as_str().unwrap_or_default()
+    package["publish"] != serde_json::json!([])
 }
 
 fn faults_of(package: &Value) -> Vec<String> {
-    let name = text(package, "name");
-    let mut faults: Vec<String> = [
+    const TEXTS: [&str; 5] = [
         "description",
         "license",
         "readme",
         "repository",
         "rust_version",
-    ]
-    .into_iter()
-    .filter(|field| text(package, field).is_empty())
-    .map(|field| format!("{name}: no {field}"))
-    .collect();
-    let words = |field: &str| package[field].as_array().cloned().unwrap_or_default();
-    let keywords = words("keywords");
-    let is_short = |word: &Value| word.as_str().is_some_and(|word| word.len() <= KEYWORDS.1);
-    if keywords.is_empty() || keywords.len() > KEYWORDS.0 || !keywords.iter().all(is_short) {
+    ];
+    let name = text(package, "name");
+    let list = |field: &str| package[field].as_array().cloned().unwrap_or_default();
+    let without = TEXTS
+        .into_iter()
+        .filter(|field| text(package, field).is_empty());
+    let mut faults: Vec<String> = without.map(|field| format!("{name}: no {field}")).collect();
+    let (most, longest) = KEYWORDS;
+    let keywords = list("keywords");
+    let is_short = |word: &Value| word.as_str().is_some_and(|word| word.len() <= longest);
+    if !(1..=most).contains(&keywords.len()) || !keywords.iter().all(is_short) {
         faults.push(format!(
-            "{name}: expected 1 to {} keywords of at most {} characters",
-            KEYWORDS.0, KEYWORDS.1
+            "{name}: expected 1 to {most} keywords of at most {longest} characters"
         ));
     }
-    if words("categories").is_empty() {
+    if list("categories").is_empty() {
         faults.push(format!("{name}: no categories"));
     }
-    for dependency in words("dependencies") {
-        let is_local = dependency["path"].is_string() && dependency["kind"].is_null();
-        if is_local && text(&dependency, "req") == "*" {
-            faults.push(format!(
-                "{name}: no version of {}",
-                text(&dependency, "name")
-            ));
-        }
-    }
+    let dependencies = list("dependencies").into_iter();
+    let without_version = dependencies
+        .filter(|on| on["path"].is_string() && on["kind"].is_null() && on["req"] == "*");
+    faults.extend(without_version.map(|on| format!("{name}: no version of {}", text(&on, "name"))));
     faults
-}
-
-/// What the packed crate should hold and does not.
-fn missing_files(name: &str) -> Result<Vec<String>, String> {
-    let output = cargo(&["package", "--list", "--allow-dirty", "-p", name])
-        .output()
-        .map_err(|error| format!("cargo package: {error}"))?;
-    let listed = String::from_utf8_lossy(&output.stdout).into_owned();
-    let holds = |file: &str| {
-        listed
-            .lines()
-            .any(|line| Path::new(line) == Path::new(file))
-    };
-    let missing = FILES.into_iter().filter(|file| !holds(file));
-    Ok(missing
-        .map(|file| format!("{name}: the package lacks {file}"))
-        .collect())
 }
 
 #[cfg(test)]

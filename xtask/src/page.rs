@@ -3,133 +3,95 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::steps::{run, skipped, succeeds};
-use crate::target::{binary, in_target};
+use anyhow::{Result, ensure};
+
+use crate::shell::{Run, command, files, shell};
+use crate::steps::missing;
+use crate::workspace::{binary, in_target, root};
 
 const SOURCE: &str = "web";
 const COMMITTED: &str = "crates/seatrial-dash/dist";
-const REBUILT: &str = "page";
-pub const BROWSER: &str = "/usr/bin/chromium";
-pub const NO_NPM: &str = "npm, or what package-lock.json names, is missing";
+const BROWSER: &str = "/usr/bin/chromium";
 
-/// Installs what the lock names where it is not there.
-pub fn prepare() {
-    prepared();
+/// Installs what the lock names where it is not there, or ends the step that needs it.
+pub fn prepare() -> Result<()> {
+    let lock = shell().read_file("web/package-lock.json")?;
+    let installed = Path::new(SOURCE).join("node_modules/installed.json");
+    if shell()
+        .read_file(&installed)
+        .is_ok_and(|installed| installed == lock)
+    {
+        return Ok(());
+    }
+    let mut npm = command!("npm ci --no-audit --no-fund --loglevel=error");
+    if npm.current_dir(SOURCE).run().is_err() {
+        return missing("npm, or what package-lock.json names, is missing");
+    }
+    Ok(shell().write_file(installed, lock)?)
 }
 
-/// Is what the lock names there, or could it be fetched?
-pub fn prepared() -> bool {
-    is_installed() || install()
+/// Ends a step that needs a browser where there is none.
+pub fn needs_browser() -> Result<()> {
+    match Path::new(BROWSER).exists() {
+        true => Ok(()),
+        false => missing("chromium is missing"),
+    }
 }
 
 /// Builds the page and proves that the committed one is the same bytes, then opens it in a browser over `seatrial serve`.
-/// Where npm or the browser is missing, this is said and skipped; with `CI=true` it is a failure.
-pub fn check() -> Result<(), String> {
-    if !prepared() {
-        return skipped("the page", NO_NPM);
-    }
-    with_node(
-        "prettier/bin/prettier.cjs",
-        &["--check", "--log-level", "warn", "."],
-    )?;
-    with_node("typescript/bin/tsc", &["--noEmit"])?;
-    let rebuilt = in_target(REBUILT);
-    let out = rebuilt.display().to_string();
-    with_node(
-        "vite/bin/vite.js",
-        &["build", "--logLevel", "warn", "--outDir", &out],
-    )?;
-    compare(&rebuilt, Path::new(COMMITTED))?;
-    if !Path::new(BROWSER).exists() {
-        return skipped("the page", "chromium is missing");
-    }
-    let mut tests = node();
+pub fn check() -> Result<()> {
+    prepare()?;
+    node("node_modules/prettier/bin/prettier.cjs --check --log-level warn .").run()?;
+    node("node_modules/typescript/bin/tsc --noEmit").run()?;
+    let rebuilt = in_target("page");
+    vite("vite.config.ts", &rebuilt).run()?;
+    ensure!(
+        content(&rebuilt)? == content(Path::new(COMMITTED))?,
+        "{COMMITTED} is not what {SOURCE} builds: run `npm run build` in {SOURCE} and commit the result"
+    );
+    needs_browser()?;
+    tests("tests/*.test.ts").run()
+}
+
+/// Vite, which builds a page into a folder.
+pub fn vite(config: &str, out: &Path) -> Command {
+    let mut vite = node("node_modules/vite/bin/vite.js build --logLevel warn");
+    vite.args(["--config", config, "--outDir"]).arg(out);
+    vite
+}
+
+/// Tests in a browser, which find the command that the tests built.
+pub fn tests(files: &str) -> Command {
+    let mut tests = node("--test --test-reporter=spec");
+    tests.arg(files).env("SEATRIAL", binary());
     tests
-        .args(["--test", "--test-reporter=spec", "tests/*.test.ts"])
-        .env("SEATRIAL", binary());
-    run(&mut tests, "tests of the page in the browser")
 }
 
-/// Has `node_modules` what the lock names today?
-fn is_installed() -> bool {
-    let lock = std::fs::read(Path::new(SOURCE).join("package-lock.json"));
-    let installed = std::fs::read(Path::new(SOURCE).join("node_modules/installed.json"));
-    lock.is_ok_and(|lock| installed.is_ok_and(|installed| installed == lock))
-}
-
-fn install() -> bool {
-    let mut npm = Command::new("npm");
-    npm.args(["ci", "--no-audit", "--no-fund", "--loglevel=error"])
-        .current_dir(SOURCE);
-    let source = Path::new(SOURCE);
-    succeeds(&mut npm)
-        && std::fs::copy(
-            source.join("package-lock.json"),
-            source.join("node_modules/installed.json"),
-        )
-        .is_ok()
-}
-
-/// The node that the lock pins: a system's own may be too old for the tools.
-pub fn node() -> Command {
+/// The node that the lock pins, with words between blanks: a system's own may be too old for the tools.
+pub fn node(words: &str) -> Command {
     let architecture = match std::env::consts::ARCH {
         "aarch64" => "arm64",
         _ => "x64",
     };
-    let pinned: PathBuf = [
-        SOURCE,
-        "node_modules",
-        &format!("node-linux-{architecture}"),
-        "bin/node",
-    ]
-    .iter()
-    .collect();
-    let program = match std::path::absolute(&pinned) {
-        Ok(path) if path.exists() => path,
-        _ => "node".into(),
-    };
-    let mut command = Command::new(program);
-    command.current_dir(SOURCE);
-    command
-}
-
-fn with_node(tool: &str, arguments: &[&str]) -> Result<(), String> {
-    let mut command = node();
-    command
-        .arg(Path::new("node_modules").join(tool))
-        .args(arguments);
-    run(&mut command, format!("{tool} {}", arguments.join(" ")))
-}
-
-fn compare(rebuilt: &Path, committed: &Path) -> Result<(), String> {
-    let (ours, built) = (files(committed)?, files(rebuilt)?);
-    let same = ours.len() == built.len()
-        && ours.iter().zip(&built).all(|(ours, built)| {
-            let name = |file: &Path, place: &Path| file.strip_prefix(place).map(Path::to_owned);
-            name(ours, committed) == name(built, rebuilt)
-                && matches!((std::fs::read(ours), std::fs::read(built)), (Ok(a), Ok(b)) if a == b)
-        });
-    if same {
-        Ok(())
+    let pinned = root().join(format!(
+        "{SOURCE}/node_modules/node-linux-{architecture}/bin/node"
+    ));
+    let program = if pinned.exists() {
+        pinned
     } else {
-        Err(format!(
-            "{COMMITTED} is not what {SOURCE} builds: found {ours:?}, built {built:?}. Run `npm run build` in {SOURCE} and commit the result"
-        ))
-    }
+        PathBuf::from("node")
+    };
+    let words = words.split(' ');
+    let mut node = command!("{program} {words...}");
+    node.current_dir(SOURCE);
+    node
 }
 
-/// Every file of a folder and of those in it.
-fn files(place: &Path) -> Result<Vec<PathBuf>, String> {
-    let failed = |error: std::io::Error| format!("{}: {error}", place.display());
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(place).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
-        if path.is_dir() {
-            found.extend(files(&path)?);
-        } else {
-            found.push(path);
-        }
-    }
-    found.sort();
-    Ok(found)
+/// Every file of a folder with its bytes.
+fn content(folder: &Path) -> Result<Vec<(PathBuf, Vec<u8>)>> {
+    let content = files(folder)?.into_iter().map(|file| {
+        let bytes = shell().read_binary_file(&file)?;
+        Ok((file.strip_prefix(folder)?.to_owned(), bytes))
+    });
+    content.collect()
 }

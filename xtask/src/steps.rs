@@ -1,15 +1,32 @@
 //! Steps of a check, in order or side by side. The first that fails ends the others.
 
 use std::fmt::Display;
-use std::process::Command;
+use std::process::{Command, Output};
 use std::sync::Mutex;
 use std::time::Instant;
+
+use anyhow::{Context, Result};
+
+use crate::shell::words;
+
+/// A name, and what is done.
+pub type Step = (&'static str, fn() -> Result<()>);
 
 /// The processes that steps wait for; `None` once a step has failed.
 static RUNNING: Mutex<Option<Vec<u32>>> = Mutex::new(Some(Vec::new()));
 
+/// What a step needs and is not there: the step is skipped, which is said; with `CI=true` it fails.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct Missing(pub String);
+
+/// Ends a step for want of something.
+pub fn missing<T>(what: impl Display) -> Result<T> {
+    Err(Missing(what.to_string()).into())
+}
+
 /// Runs a step and prints its name, its time and what it failed for.
-pub fn passes(name: &str, step: impl FnOnce() -> Result<(), String>) -> bool {
+pub fn passes(name: &str, step: impl FnOnce() -> Result<()>) -> bool {
     if is_over() {
         return false;
     }
@@ -25,16 +42,19 @@ pub fn passes(name: &str, step: impl FnOnce() -> Result<(), String>) -> bool {
             eprintln!("== {name} passed in {seconds:.0} s");
             true
         }
-        Err(message) => {
-            eprintln!("{message}\n== {name} failed");
+        Err(error)
+            if error.is::<Missing>() && !std::env::var("CI").is_ok_and(|ci| ci == "true") =>
+        {
+            eprintln!("== {name} skipped: {error}");
+            true
+        }
+        Err(error) => {
+            eprintln!("{error:#}\n== {name} failed");
             end();
             false
         }
     }
 }
-
-/// A name, and what is done.
-pub type Step = (&'static str, fn() -> Result<(), String>);
 
 /// Steps until the first that fails; did all pass?
 pub fn in_order(steps: &[Step]) -> bool {
@@ -52,47 +72,26 @@ pub fn side_by_side(rows: &[&[Step]]) -> bool {
 }
 
 /// Runs a command to its end, or until another step fails.
-pub fn succeeds(command: &mut Command) -> bool {
-    let Some(mut child) = started(command) else {
-        return false;
+pub fn wait_for(command: &mut Command) -> Result<Output> {
+    let child = {
+        let mut running = RUNNING.lock().expect("no panic");
+        let running = running.as_mut().context("another step has failed")?;
+        let child = command.spawn().with_context(|| words(command))?;
+        running.push(child.id());
+        child
     };
-    let status = child.wait();
-    if let Ok(Some(running)) = RUNNING.lock().as_deref_mut().map(Option::as_mut) {
-        running.retain(|id| *id != child.id());
+    let id = child.id();
+    let output = child.wait_with_output();
+    if let Some(running) = RUNNING.lock().expect("no panic").as_mut() {
+        running.retain(|other| *other != id);
     }
-    status.is_ok_and(|status| status.success())
-}
-
-/// Runs a command as [`succeeds`] does; what failed where it fails.
-pub fn run(command: &mut Command, failed: impl Into<String>) -> Result<(), String> {
-    match succeeds(command) {
-        true => Ok(()),
-        false => Err(failed.into()),
-    }
-}
-
-fn started(command: &mut Command) -> Option<std::process::Child> {
-    let mut running = RUNNING.lock().ok()?;
-    let running = running.as_mut()?;
-    match command.spawn() {
-        Ok(child) => {
-            running.push(child.id());
-            Some(child)
-        }
-        Err(error) => {
-            let program = command.get_program().display();
-            eprintln!("{program}: {error}");
-            None
-        }
-    }
+    output.with_context(|| words(command))
 }
 
 /// Ends every command that a step waits for; no other begins.
 pub fn end() {
-    let running = RUNNING.lock().ok().and_then(|mut running| running.take());
-    for id in running.unwrap_or_default() {
-        ask_to_end(id);
-    }
+    let running = RUNNING.lock().expect("no panic").take();
+    running.unwrap_or_default().into_iter().for_each(ask_to_end);
 }
 
 /// Asks a process to end, by the shell's own `kill`: the smallest systems have no program of that name.
@@ -103,42 +102,30 @@ pub fn ask_to_end(process: impl Display) {
 }
 
 fn is_over() -> bool {
-    RUNNING.lock().is_ok_and(|running| running.is_none())
-}
-
-/// A step for which something is missing: said and skipped; with `CI=true` a failure.
-pub fn skipped(step: &str, missing: &str) -> Result<(), String> {
-    match std::env::var("CI").as_deref() {
-        Ok("true") => Err(missing.into()),
-        _ => {
-            eprintln!("== {step} skipped: {missing}");
-            Ok(())
-        }
-    }
+    RUNNING.lock().expect("no panic").is_none()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shell::{Run, command};
 
     /// One test, as the state is the process's.
     #[test]
     fn exact_a_step_that_fails_ends_the_others() {
         assert!(passes("one that passes", || Ok(())));
         let begun = Instant::now();
-        let waits: Step = ("a step of a minute", || {
-            run(Command::new("sleep").arg("60"), "sleep")
-        });
+        let waits: Step = ("a step of a minute", || command!("sleep 60").run());
         let fails: Step = ("one that fails", || {
             std::thread::sleep(std::time::Duration::from_millis(200));
-            Err("as it should".into())
+            anyhow::bail!("as it should")
         });
         let after: Step = ("one after it", || {
             panic!("nothing begins after a failure in its row")
         });
         assert!(!side_by_side(&[&[waits, after], &[fails, after]]));
         assert!(begun.elapsed().as_secs() < 30);
-        assert!(!succeeds(&mut Command::new("true")));
+        assert!(!command!("true").works());
         assert!(!passes("another", || Ok(())));
     }
 }

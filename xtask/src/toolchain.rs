@@ -1,70 +1,54 @@
 //! What rust-toolchain.toml names beside the compiler, which a machine with that compiler may lack.
 
 use std::path::Path;
-use std::process::Command;
 
-use crate::cargo;
-use crate::steps::succeeds;
-use crate::target::root;
+use anyhow::{Context, Result};
 
-const FILE: &str = "rust-toolchain.toml";
+use crate::shell::{Run, command, shell};
+use crate::steps::missing;
+use crate::workspace::root;
+
 pub const CORTEX_M: &str = "thumbv7em-none-eabihf";
 pub const BROWSER: &str = "wasm32-unknown-unknown";
 
 /// Adds the components and targets that are missing. What cannot be had is told by the step that needs it.
-pub fn prepare() -> Result<(), String> {
-    let add = |what: &str, names: Vec<String>| {
-        if !names.is_empty() && !succeeds(Command::new("rustup").args([what, "add"]).args(names)) {
-            eprintln!("== rustup {what} add failed: steps that need it are skipped");
-        }
+pub fn prepare() -> Result<()> {
+    let is_there = |what: &str, name: &str| match (what, name) {
+        ("target", _) => needs_library(name).is_ok(),
+        (_, "rustfmt") => command!("cargo fmt --version").works(),
+        _ => command!("cargo {name} --version").works(),
     };
-    let is_missing = |name: &String| !has_component(name);
-    add(
-        "component",
-        named("components")?
+    for what in ["component", "target"] {
+        let names = named(what)?
             .into_iter()
-            .filter(is_missing)
-            .collect(),
-    );
-    let is_missing = |name: &String| !has_library(name);
-    add(
-        "target",
-        named("targets")?.into_iter().filter(is_missing).collect(),
-    );
+            .filter(|name| !is_there(what, name));
+        for name in names {
+            if command!("rustup {what} add {name}").run().is_err() {
+                eprintln!("== {name} is missing: steps that need it are skipped");
+            }
+        }
+    }
     Ok(())
 }
 
-/// Can the compiler build for a target?
-pub fn has_library(target: &str) -> bool {
-    let mut rustc = Command::new("rustc");
-    let found = rustc
-        .args(["--print", "target-libdir", "--target", target])
-        .output();
-    found.is_ok_and(|found| Path::new(String::from_utf8_lossy(&found.stdout).trim()).exists())
+/// Ends a step that builds for a target whose standard library the compiler has not.
+pub fn needs_library(target: &str) -> Result<()> {
+    let folder = command!("rustc --print target-libdir --target {target}").read();
+    match folder.is_ok_and(|folder| Path::new(folder.trim()).exists()) {
+        true => Ok(()),
+        false => missing(format!(
+            "the standard library of {target} is missing: rustup target add {target}"
+        )),
+    }
 }
 
-/// What a step says that cannot build for a target.
-pub fn no_library(target: &str) -> String {
-    format!("the standard library of {target} is missing: rustup target add {target}")
-}
-
-fn has_component(name: &str) -> bool {
-    let program = if name == "rustfmt" { "fmt" } else { name };
-    let said = cargo(&[program, "--version"]).output();
-    said.is_ok_and(|said| said.status.success())
-}
-
-fn named(list: &str) -> Result<Vec<String>, String> {
-    let path = root().join(FILE);
-    let text = std::fs::read_to_string(&path).map_err(|error| format!("{FILE}: {error}"))?;
-    names(&text, list).ok_or_else(|| format!("{FILE}: no list of {list}"))
-}
-
-/// The strings of a list that stands on a line of its own.
-fn names(text: &str, list: &str) -> Option<Vec<String>> {
-    let line = text.lines().find_map(|line| line.strip_prefix(list))?;
-    let quoted = line.split('"').skip(1).step_by(2);
-    Some(quoted.map(String::from).collect())
+/// The components or the targets of the pinned toolchain.
+fn named(what: &str) -> Result<Vec<String>> {
+    let text = shell().read_file(root().join("rust-toolchain.toml"))?;
+    let pinned: toml::Table = text.parse()?;
+    let names = pinned["toolchain"].get(format!("{what}s"));
+    let names = names.with_context(|| format!("rust-toolchain.toml: no {what}s"))?;
+    Ok(names.clone().try_into()?)
 }
 
 #[cfg(test)]
@@ -73,10 +57,10 @@ mod tests {
 
     #[test]
     fn exact_the_pinned_toolchain_names_what_the_steps_build_for() {
-        let targets = named("targets").unwrap();
+        let targets = named("target").unwrap();
         assert!(targets.contains(&CORTEX_M.to_owned()), "{targets:?}");
         assert!(targets.contains(&BROWSER.to_owned()), "{targets:?}");
-        assert_eq!(named("components").unwrap(), ["rustfmt", "clippy"]);
-        assert_eq!(names("channel = \"1\"\n", "targets"), None);
+        assert_eq!(named("component").unwrap(), ["rustfmt", "clippy"]);
+        assert!(named("profile name").is_err());
     }
 }

@@ -4,203 +4,122 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-use crate::environment::{Environment, NO_PYTHON, PYTHON};
-use crate::steps::{run, skipped, succeeds};
-use crate::target::{in_target, target};
+use anyhow::{Context, Result, ensure};
+
+use crate::environment::Environment;
+use crate::shell::{Run, command, empty_folder, files, put, shell, tell_size};
+use crate::workspace::{in_target, target};
 
 const TOOLS: Environment = Environment {
-    python: PYTHON,
+    python: "python3",
     folder: "packaging",
     requirements: &["xtask/packaging.txt"],
 };
 const PACKAGE: &str = "crates/seatrial-py";
-const OUT: &str = "wheels";
 /// glibc 2.28: Debian 10, Ubuntu 20.04, RHEL 8 and what is newer.
 const GLIBC: &str = "2.28";
 /// From the wheel to a model, s.
 const GOAL_S: f64 = 30.0;
 
-/// Where a wheel is built for: the target of the compiler, and the tag of the wheel.
-#[derive(Clone, Copy)]
-struct Platform {
-    target: &'static str,
-    compatibility: &'static str,
-}
-
-/// The first is the one of this machine. The compiler needs the standard library of each: `rustup target add`.
-const PLATFORMS: [Platform; 4] = [
-    Platform {
-        target: "x86_64-unknown-linux-gnu",
-        compatibility: "manylinux_2_28",
-    },
-    Platform {
-        target: "aarch64-unknown-linux-gnu",
-        compatibility: "manylinux_2_28",
-    },
-    Platform {
-        target: "x86_64-unknown-linux-musl",
-        compatibility: "musllinux_1_2",
-    },
-    Platform {
-        target: "aarch64-unknown-linux-musl",
-        compatibility: "musllinux_1_2",
-    },
+/// Targets of the compiler for which there are wheels, of this machine first, and the tag of the wheel. The compiler needs the standard
+/// library of each: `rustup target add`.
+const PLATFORMS: [(&str, &str); 4] = [
+    ("x86_64-unknown-linux-gnu", "manylinux_2_28"),
+    ("aarch64-unknown-linux-gnu", "manylinux_2_28"),
+    ("x86_64-unknown-linux-musl", "musllinux_1_2"),
+    ("aarch64-unknown-linux-musl", "musllinux_1_2"),
 ];
 
-impl Platform {
-    fn named(target: &str) -> Result<Self, String> {
-        let known = PLATFORMS.into_iter().find(|known| known.target == target);
-        known.ok_or_else(|| {
-            let names = PLATFORMS.map(|known| known.target).join(", ");
-            format!("no wheel for {target}; there are {names}")
-        })
-    }
-
-    fn has_glibc(self) -> bool {
-        self.target.ends_with("gnu")
-    }
-
-    /// The target as zig's linker takes it.
-    fn of_linker(self) -> String {
-        match self.has_glibc() {
-            true => format!("{}.{GLIBC}", self.target),
-            false => self.target.to_owned(),
-        }
-    }
+fn tag(target: &str) -> Result<&'static str> {
+    let known = PLATFORMS.into_iter().find(|(known, _)| *known == target);
+    let (_, tag) =
+        known.with_context(|| format!("no wheel for {target}; there are {PLATFORMS:?}"))?;
+    Ok(tag)
 }
 
 /// Builds the wheel of a target, installs it into a fresh environment without a compiler, and times it to a first model. That of
 /// another machine or C library is only built.
-pub fn check(target: Option<&str>) -> Result<(), String> {
-    let platform = Platform::named(target.unwrap_or(PLATFORMS[0].target))?;
-    if !TOOLS.is_ready() {
-        return skipped("the wheel", NO_PYTHON);
-    }
-    let begun = Instant::now();
-    let wheel = build(platform)?;
-    let size = std::fs::metadata(&wheel).map_or(0, |file| file.len());
-    eprintln!(
-        "== {} of {:.1} MB, built in {:.0} s",
-        wheel.display(),
-        size as f64 / 1e6,
-        begun.elapsed().as_secs_f64()
-    );
-    if platform.target != PLATFORMS[0].target {
-        eprintln!("== {}: built, not tried", platform.target);
+pub fn check(target: Option<&str>) -> Result<()> {
+    let (own, _) = PLATFORMS[0];
+    let target = target.unwrap_or(own);
+    let wheel = build(target)?;
+    tell_size(&wheel)?;
+    if target != own {
+        eprintln!("== {target}: built, not tried");
         return Ok(());
     }
     let seconds = install_and_identify(&wheel)?;
     eprintln!("== from the wheel to a model in {seconds:.1} s");
-    match seconds < GOAL_S {
-        true => Ok(()),
-        false => Err(format!(
-            "a first model took {seconds:.1} s, more than {GOAL_S} s"
-        )),
-    }
+    ensure!(
+        seconds < GOAL_S,
+        "a first model took {seconds:.1} s, more than {GOAL_S} s"
+    );
+    Ok(())
 }
 
 /// A program of the environment, which finds the others there, too.
-pub fn tool(name: &str, arguments: &[&str]) -> Command {
-    let mut command = TOOLS.program(name, arguments);
-    let own = in_target(TOOLS.folder).join("bin");
+fn tool(name: &str, words: &str) -> Result<Command> {
+    let (program, words) = (TOOLS.program(name)?, words.split(' '));
     let path = std::env::var("PATH").unwrap_or_default();
-    command.env("PATH", format!("{}:{path}", own.display()));
-    command.env("CARGO_TARGET_DIR", target());
-    command
-}
-
-/// Makes the tools where they are missing.
-pub fn has_tools() -> bool {
-    TOOLS.is_ready()
+    let mut command = command!("{program} {words...}");
+    command.env("PATH", format!("{}:{path}", TOOLS.path("").display()));
+    Ok(command)
 }
 
 /// The command for a target; for an old glibc, where it needs one.
-pub fn command_for(target: &str) -> Result<PathBuf, String> {
-    let platform = Platform::named(target)?;
-    let linker = platform.of_linker();
-    let words = format!("zigbuild --release -p seatrial-cli --target {linker}");
-    let arguments: Vec<&str> = words.split(' ').collect();
-    run(
-        &mut tool("cargo-zigbuild", &arguments),
-        format!("cargo {words}"),
-    )?;
+pub fn command_for(target: &str) -> Result<PathBuf> {
+    tag(target)?;
+    let glibc = if target.ends_with("gnu") {
+        format!(".{GLIBC}")
+    } else {
+        String::new()
+    };
+    let words = format!("zigbuild --release -p seatrial-cli --target {target}{glibc}");
+    tool("cargo-zigbuild", &words)?.run()?;
     Ok(in_target(target).join("release/seatrial"))
 }
 
-fn build(platform: Platform) -> Result<PathBuf, String> {
-    let binary = command_for(platform.target)?;
+fn build(platform: &str) -> Result<PathBuf> {
+    let tag = tag(platform)?;
     // maturin takes what is in the folder of this name along.
     let data = Path::new(PACKAGE).join("seatrial._native.data");
-    let failed = |error: std::io::Error| format!("{}: {error}", data.display());
-    std::fs::create_dir_all(data.join("scripts")).map_err(failed)?;
-    std::fs::copy(&binary, data.join("scripts/seatrial")).map_err(failed)?;
-    let folder = in_target(OUT);
-    let out = folder.display().to_string();
-    let words = format!(
-        "build --release --strip --zig --compatibility {} --target {} --out",
-        platform.compatibility, platform.target
-    );
-    let arguments: Vec<&str> = words.split(' ').chain([out.as_str()]).collect();
-    let built = succeeds(tool("maturin", &arguments).current_dir(PACKAGE));
-    std::fs::remove_dir_all(&data).map_err(failed)?;
-    if !built {
-        return Err("maturin build".into());
-    }
-    let architecture = platform.target.split('-').next().unwrap_or_default();
-    let entries = std::fs::read_dir(&folder).map_err(|error| format!("{out}: {error}"))?;
-    let mut wheels = entries.filter_map(|entry| Some(entry.ok()?.path()));
-    let is_tagged = |path: &PathBuf| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        ["cp310-abi3", platform.compatibility, architecture]
+    put(command_for(platform)?, data.join("scripts/seatrial"))?;
+    let out = target().join("wheels");
+    let words =
+        format!("build --release --strip --zig --compatibility {tag} --target {platform} --out");
+    let built = tool("maturin", &words)?
+        .arg(&out)
+        .current_dir(PACKAGE)
+        .run();
+    shell().remove_path(&data)?;
+    built?;
+    let architecture = platform.split('-').next().unwrap_or_default();
+    let is_tagged = |wheel: &PathBuf| {
+        let name = wheel.to_string_lossy();
+        ["cp310-abi3", tag, architecture]
             .iter()
             .all(|tag| name.contains(tag))
     };
-    wheels
-        .find(is_tagged)
-        .ok_or_else(|| format!("{out}: no wheel for abi3 and {}", platform.compatibility))
+    let wheel = files(&out)?.into_iter().find(is_tagged);
+    wheel.with_context(|| format!("{}: no wheel for abi3 and {tag}", out.display()))
 }
 
 /// Installs the wheel where no compiler is to be found, and identifies a log with the command and with Python, s.
-fn install_and_identify(wheel: &Path) -> Result<f64, String> {
+fn install_and_identify(wheel: &Path) -> Result<f64> {
     let folder = in_target("wheel-check");
-    let _ = std::fs::remove_dir_all(&folder);
-    let wheel = std::path::absolute(wheel).map_err(|error| error.to_string())?;
+    empty_folder(&folder)?;
+    command!("python3 -m venv {folder}").run()?;
     let bin = folder.join("bin");
-    let within = |program: &Path, arguments: &[&str]| {
-        let mut command = Command::new(program);
-        command
-            .args(arguments)
-            .current_dir(&folder)
-            .env("PATH", &bin);
-        run(
-            &mut command,
-            format!("{} {}", program.display(), arguments.join(" ")),
-        )
-    };
-    let mut venv = Command::new("python3");
-    venv.args(["-m", "venv"]).arg(&folder);
-    run(&mut venv, "python3 -m venv")?;
+    let (python, seatrial) = (bin.join("python"), bin.join("seatrial"));
     let begun = Instant::now();
-    let wheel = wheel.display().to_string();
-    let python = bin.join("python");
-    within(
-        &python,
-        &[
-            "-m",
-            "pip",
-            "install",
-            "--quiet",
-            "--only-binary",
-            ":all:",
-            &wheel,
-        ],
-    )?;
-    within(
-        &bin.join("seatrial"),
-        &["sim", "log", "--seed", "1", "--out", "run.csv"],
-    )?;
-    within(&bin.join("seatrial"), &["identify", "run.csv"])?;
-    within(&python, &["-c", FIRST_MODEL])?;
+    for mut command in [
+        command!("{python} -m pip install --quiet --only-binary :all: {wheel}"),
+        command!("{seatrial} sim log --seed 1 --out run.csv"),
+        command!("{seatrial} identify run.csv"),
+        command!("{python} -c {FIRST_MODEL}"),
+    ] {
+        command.current_dir(&folder).env("PATH", &bin).run()?;
+    }
     Ok(begun.elapsed().as_secs_f64())
 }
 

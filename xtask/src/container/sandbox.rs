@@ -1,12 +1,14 @@
 //! A root as a container has it, without a program for containers.
 
-use std::io::{BufRead, BufReader};
+use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
+use std::process::Stdio;
+use std::time::Duration;
 
-use super::instructions;
+use anyhow::{Context, Result, bail, ensure};
+
+use super::{arguments, instructions, user};
+use crate::shell::{Run, Running, command, empty_folder, files, patiently, put, shell};
 use crate::steps::ask_to_end;
 
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -16,187 +18,104 @@ const MOUNTED: &str = "set -e; root=$1; data=$2; shift 2; mount --bind \"$root\"
 /// What the command keeps on its volume.
 const KEPT: [&str; 2] = ["seatrial.db", "seatrial.tokens.json"];
 
-/// The files of an image and an empty volume.
-pub struct Sandbox {
-    root: PathBuf,
-    data: PathBuf,
-    user: String,
-    environment: Vec<String>,
-}
-
-impl Sandbox {
-    /// From the text of the container file and the command.
-    pub fn made(folder: &Path, binary: &Path, text: &str, user: &str) -> Result<Self, String> {
-        let _ = std::fs::remove_dir_all(folder);
-        let sandbox = Self {
-            root: folder.join("root"),
-            data: folder.join("data"),
-            user: user.to_owned(),
-            environment: instructions(text, "ENV").map(String::from).collect(),
-        };
-        let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
-        for folder in ["data", "etc"] {
-            std::fs::create_dir_all(sandbox.root.join(folder)).map_err(failed)?;
-        }
-        std::fs::create_dir_all(&sandbox.data).map_err(failed)?;
-        std::fs::copy(binary, sandbox.root.join("seatrial")).map_err(failed)?;
-        for licence in ["LICENSE-APACHE", "LICENSE-MIT"] {
-            std::fs::copy(licence, sandbox.root.join(licence)).map_err(failed)?;
-        }
-        // Docker writes this file into every container.
-        let hosts = "127.0.0.1 localhost host.docker.internal\n";
-        std::fs::write(sandbox.root.join("etc/hosts"), hosts).map_err(failed)?;
-        Ok(sandbox)
-    }
-
-    /// The bytes of the image's files.
-    pub fn image_bytes(&self) -> Result<u64, String> {
-        let files = std::fs::read_dir(&self.root).map_err(|error| error.to_string())?;
-        let sizes = files.map(|file| file.and_then(|file| file.metadata()));
-        let sizes: Result<Vec<_>, _> = sizes.collect();
-        let sizes = sizes.map_err(|error| error.to_string())?;
-        let sizes = sizes.iter().filter(|size| size.is_file());
-        Ok(sizes.map(|size| size.len()).sum())
-    }
-
-    /// Starts the image's command with these words, and waits until it serves.
-    pub fn run(&self, words: &[&str]) -> Result<Container, String> {
-        let mut command = Command::new("unshare");
-        command
-            .args(["--map-root-user", "--mount", "sh", "-c", MOUNTED, "sh"])
-            .args([&self.root, &self.data])
-            .args(["/usr/bin/env", "-i"])
-            .args(&self.environment)
-            .args(["/usr/bin/unshare", "--pid", "--kill-child", "--wd=/data"])
-            .arg(format!("--map-user={}", self.user))
-            .arg(format!("--map-group={}", self.user))
-            .arg(format!("--root={}", self.root.display()))
-            .arg("/seatrial")
-            .args(words)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped());
-        let child = command
-            .spawn()
-            .map_err(|error| format!("unshare: {error}"))?;
-        Container::of(child)
-    }
-
-    /// Fails where there is more on the volume than what is to be kept.
-    pub fn has_written_only_its_data(&self) -> Result<(), String> {
-        let files = std::fs::read_dir(&self.data).map_err(|error| error.to_string())?;
-        let names: Result<Vec<_>, _> = files.map(|file| file.map(|f| f.file_name())).collect();
-        let mut names = names.map_err(|error| error.to_string())?;
-        names.sort();
-        match names == KEPT {
-            true => Ok(()),
-            false => Err(format!("/data has {names:?}; expected {KEPT:?}")),
-        }
-    }
-}
-
-/// The running command; killed when dropped.
+/// The command of the container file, running in the files of its image and a volume.
 pub struct Container {
-    child: Child,
-    said: Arc<Mutex<Vec<String>>>,
+    folder: PathBuf,
+    process: Running,
     /// The operator's.
     pub token: String,
 }
 
 impl Container {
-    fn of(mut child: Child) -> Result<Self, String> {
-        let said = Arc::new(Mutex::new(Vec::new()));
-        let out = child.stdout.take().map(BufReader::new);
-        let err = child.stderr.take().map(BufReader::new);
-        for lines in [out.map(lines_of), err.map(lines_of)].into_iter().flatten() {
-            let said = Arc::clone(&said);
-            std::thread::spawn(move || {
-                for line in lines {
-                    if let Ok(mut said) = said.lock() {
-                        said.push(line);
-                    }
-                }
-            });
+    /// Starts the command, and waits until it serves. `folder` becomes its own.
+    pub fn start(folder: &Path, binary: &Path, text: &str) -> Result<Self> {
+        empty_folder(folder)?;
+        let [root, data] = ["root", "data"].map(|name| folder.join(name));
+        shell().create_dir(root.join("data"))?;
+        shell().create_dir(&data)?;
+        put(binary, root.join("seatrial"))?;
+        for licence in ["LICENSE-APACHE", "LICENSE-MIT"] {
+            put(licence, root.join(licence))?;
         }
+        // Docker writes this file into every container.
+        shell().write_file(
+            root.join("etc/hosts"),
+            "127.0.0.1 localhost host.docker.internal\n",
+        )?;
+        let said = File::create(folder.join("said.txt"))?;
+        let user = user(text).context("no USER")?;
+        let (environment, words) = (instructions(text, "ENV"), arguments(text));
+        let process = command!("unshare --map-root-user --mount sh -c {MOUNTED} sh {root} {data} /usr/bin/env -i {environment...} /usr/bin/unshare --pid --kill-child --wd=/data --map-user={user} --map-group={user} --root={root} /seatrial {words...}")
+            .stdin(Stdio::null())
+            .stdout(said.try_clone()?)
+            .stderr(said)
+            .begin()?;
         let mut container = Self {
-            child,
-            said,
+            folder: folder.to_owned(),
+            process,
             token: String::new(),
         };
-        let begun = Instant::now();
-        loop {
+        container.token = patiently(PATIENCE, "the command serves", || {
             let said = container.said();
-            let token = said.lines().find_map(|line| {
-                let word = line.trim().strip_prefix("operator ")?;
-                Some(word.trim().to_owned())
-            });
-            if let (Some(token), true) = (token, said.contains("http://")) {
-                container.token = token;
-                return Ok(container);
+            if let Some(status) = container.process.0.try_wait()? {
+                bail!("the command does not serve: {status}\n{said}");
             }
-            let has_ended = !matches!(container.child.try_wait(), Ok(None));
-            if has_ended || begun.elapsed() > PATIENCE {
-                return Err(format!("the command does not serve:\n{}", container.said()));
-            }
-            std::thread::sleep(Duration::from_millis(20));
-        }
+            let token = said
+                .lines()
+                .find_map(|line| line.trim().strip_prefix("operator "));
+            Ok(token
+                .filter(|_| said.contains("http://"))
+                .map(|token| token.trim().to_owned()))
+        })?;
+        Ok(container)
+    }
+
+    /// The bytes of the image's files.
+    pub fn image_bytes(&self) -> Result<u64> {
+        let sizes = files(&self.folder.join("root"))?
+            .into_iter()
+            .map(|file| Ok(std::fs::metadata(file)?.len()));
+        sizes.sum()
     }
 
     /// Everything that it said so far.
     pub fn said(&self) -> String {
-        self.said
-            .lock()
-            .map(|said| said.join("\n"))
+        shell()
+            .read_file(self.folder.join("said.txt"))
             .unwrap_or_default()
     }
 
     /// The most memory that its process ever had, bytes.
-    pub fn most_memory(&self) -> Result<u64, String> {
-        let path = format!("/proc/{}/status", self.process()?);
-        let status = std::fs::read_to_string(&path).map_err(|error| format!("{path}: {error}"))?;
-        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-        let kilobytes = line.and_then(|line| line.split_whitespace().next());
-        let kilobytes = kilobytes.and_then(|number| number.parse::<u64>().ok());
-        kilobytes
-            .map(|number| number << 10)
-            .ok_or_else(|| format!("{path}: no VmHWM"))
+    pub fn most_memory(&self) -> Result<u64> {
+        let status = shell().read_file(format!("/proc/{}/status", self.process()?))?;
+        let most = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kilobytes = most
+            .and_then(|line| line.split_whitespace().next())
+            .context("no VmHWM")?;
+        Ok(kilobytes.parse::<u64>()? << 10)
     }
 
-    /// Stops it as `docker stop` does: process 1 has no default for the signal.
-    pub fn ends_when_asked(&mut self) -> Result<(), String> {
+    /// Stops it as `docker stop` does: process 1 has no default for the signal. Fails where there is more on the volume than what is
+    /// to be kept.
+    pub fn ends_when_asked(&mut self) -> Result<()> {
         ask_to_end(self.process()?);
-        let begun = Instant::now();
-        while begun.elapsed() < PATIENCE {
-            match self.child.try_wait() {
-                Ok(Some(status)) if status.success() => return Ok(()),
-                Ok(None) => std::thread::sleep(Duration::from_millis(20)),
-                ended => return Err(format!("it ended with {ended:?}\n{}", self.said())),
-            }
-        }
-        Err("it does not end when it is asked to".into())
+        let status = patiently(PATIENCE, "it ends when asked", || {
+            Ok(self.process.0.try_wait()?)
+        })?;
+        ensure!(status.success(), "it ended with {status}\n{}", self.said());
+        let kept = files(&self.folder.join("data"))?;
+        let names: Vec<_> = kept.iter().filter_map(|path| path.file_name()).collect();
+        ensure!(names == KEPT, "/data has {names:?}; expected {KEPT:?}");
+        Ok(())
     }
 
     /// The process that is number 1 inside.
-    fn process(&self) -> Result<String, String> {
-        let id = self.child.id();
-        let path = format!("/proc/{id}/task/{id}/children");
-        let children =
-            std::fs::read_to_string(&path).map_err(|error| format!("{path}: {error}"))?;
+    fn process(&self) -> Result<String> {
+        let id = self.process.0.id();
+        let children = shell().read_file(format!("/proc/{id}/task/{id}/children"))?;
         let first = children.split_whitespace().next();
-        first
-            .map(String::from)
-            .ok_or_else(|| format!("the command has ended\n{}", self.said()))
+        Ok(first
+            .with_context(|| format!("the command has ended\n{}", self.said()))?
+            .to_owned())
     }
-}
-
-impl Drop for Container {
-    fn drop(&mut self) {
-        // The process inside is killed with its parent.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-/// The lines of a pipe as they come.
-fn lines_of(pipe: impl BufRead + Send + 'static) -> Box<dyn Iterator<Item = String> + Send> {
-    Box::new(pipe.lines().map_while(Result::ok))
 }

@@ -2,6 +2,8 @@
 
 use serde_json::Value;
 
+use crate::workspace::{packages, text};
+
 /// The floor of each crate. An arrow runs from a crate down to the floors below it.
 const FLOORS: [(&str, u8); 15] = [
     ("seatrial-core", 1),
@@ -48,14 +50,12 @@ fn floor(package: &str) -> Option<u8> {
 
 /// Packages without a floor, and dependencies up, sideways or on a tool. Dependencies of tests are free.
 pub fn violations(metadata: &Value) -> Vec<String> {
-    let packages = metadata["packages"].as_array().into_iter().flatten();
-    let packages: Vec<_> = packages
-        .filter_map(|package| Some((package["name"].as_str()?, &package["dependencies"])))
-        .collect();
-    let is_ours = |name: &str| packages.iter().any(|(ours, _)| *ours == name);
+    let packages = packages(metadata);
+    let is_ours = |name: &str| packages.iter().any(|ours| ours["name"] == name);
     let mut violations = Vec::new();
-    for (name, dependencies) in &packages {
-        if TOOLS.contains(name) {
+    for package in packages {
+        let name = text(package, "name");
+        if TOOLS.contains(&name) {
             continue;
         }
         let Some(from) = floor(name) else {
@@ -64,16 +64,15 @@ pub fn violations(metadata: &Value) -> Vec<String> {
             ));
             continue;
         };
-        for dependency in dependencies.as_array().into_iter().flatten() {
-            let is_for_tests = dependency["kind"] == "dev";
-            let to = dependency["name"].as_str().unwrap_or_default();
-            if is_for_tests || !is_ours(to) || ALONG_A_FLOOR.contains(&(name, to)) {
+        for dependency in package["dependencies"].as_array().into_iter().flatten() {
+            let to = text(dependency, "name");
+            if dependency["kind"] == "dev" || !is_ours(to) || ALONG_A_FLOOR.contains(&(name, to)) {
                 continue;
             }
             match floor(to) {
-                Some(to_floor) if to_floor < from => {}
-                Some(to_floor) => violations.push(format!(
-                    "{name} (floor {from}) depends on {to} (floor {to_floor})"
+                Some(below) if below < from => {}
+                Some(floor) => violations.push(format!(
+                    "{name} (floor {from}) depends on {to} (floor {floor})"
                 )),
                 None => violations.push(format!("{name} depends on the tool {to}")),
             }

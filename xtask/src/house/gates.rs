@@ -3,9 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use proc_macro2::{Delimiter, TokenTree};
+use anyhow::Result;
+use syn::visit::{self, Visit};
+use syn::{Attribute, Item, Meta, Type, Visibility};
 
-use super::source::{Source, for_each_level, inside, is_mark, word};
+use super::source::Source;
+use crate::shell::shell;
 
 /// Where the limits are.
 pub const LIMITS: &str = "house.toml";
@@ -24,21 +27,22 @@ impl Counts {
     /// Adds the concepts of a file, and its lines to those of its crate.
     pub fn add(&mut self, package: &str, path: &Path, source: &Source) {
         self.raise(&format!("lines.{package}"), source.production_lines);
-        let code = &source.production;
+        let mut found = Concepts::default();
+        found.visit_file(&source.code);
         if package == ESTIMATOR {
-            self.raise("constants", constants(code));
-            self.raise("reason_codes", variants(code, is_reason_code));
+            self.raise("constants", found.constants);
+            self.raise("reason_codes", found.reason_codes);
             if path.ends_with("lib.rs") {
-                let is_public = |w: &&[TokenTree]| is_word(&w[0], "pub") && is_word(&w[1], "mod");
-                self.raise("public_modules", code.windows(2).filter(is_public).count());
+                let is_public = |item: &&Item| matches!(item, Item::Mod(module) if matches!(module.vis, Visibility::Public(_)));
+                self.raise(
+                    "public_modules",
+                    source.code.items.iter().filter(is_public).count(),
+                );
             }
         }
         if package == TERMINAL {
-            self.raise(
-                "verbs",
-                variants(code, |before| derives(before, "Subcommand")),
-            );
-            self.raise("options", options(code));
+            self.raise("verbs", found.verbs);
+            self.raise("options", found.options);
         }
     }
 
@@ -48,14 +52,12 @@ impl Counts {
     }
 
     /// What is above its limit in house.toml, and, printed, what could be lowered there.
-    pub fn faults(&self, root: &Path) -> Result<Vec<String>, String> {
-        let failed = |error: &dyn std::fmt::Display| format!("{LIMITS}: {error}");
-        let text = std::fs::read_to_string(root.join(LIMITS)).map_err(|error| failed(&error))?;
-        let limits: BTreeMap<String, toml::Value> =
-            toml::from_str(&text).map_err(|error| failed(&error))?;
+    pub fn faults(&self) -> Result<Vec<String>> {
+        let limits: BTreeMap<String, BTreeMap<String, usize>> =
+            toml::from_str(&shell().read_file(LIMITS)?)?;
         Ok(self.beside(|name| {
             let (table, name) = name.split_once('.').unwrap_or(("concepts", name));
-            usize::try_from(limits.get(table)?.get(name)?.as_integer()?).ok()
+            limits.get(table)?.get(name).copied()
         }))
     }
 
@@ -82,86 +84,68 @@ impl Counts {
     }
 }
 
-fn is_word(token: &TokenTree, text: &str) -> bool {
-    word(token).is_some_and(|word| word == text)
+/// What a file adds to the counts.
+#[derive(Default)]
+struct Concepts {
+    constants: usize,
+    reason_codes: usize,
+    verbs: usize,
+    options: usize,
 }
 
-/// Constants that are numbers or lists of numbers.
-fn constants(code: &[TokenTree]) -> usize {
+impl Visit<'_> for Concepts {
+    fn visit_item_const(&mut self, constant: &syn::ItemConst) {
+        self.constants += usize::from(is_number(&constant.ty));
+        visit::visit_item_const(self, constant);
+    }
+
+    fn visit_impl_item_const(&mut self, constant: &syn::ImplItemConst) {
+        self.constants += usize::from(is_number(&constant.ty));
+    }
+
+    fn visit_item_enum(&mut self, item: &syn::ItemEnum) {
+        // An old spelling is not shown by help.
+        let is_shown = |variant: &&syn::Variant| !holds(&variant.attrs, "command", "hide");
+        let shown = item.variants.iter().filter(is_shown).count();
+        self.reason_codes += if item.ident == "ReasonCode" { shown } else { 0 };
+        self.verbs += if holds(&item.attrs, "derive", "Subcommand") {
+            shown
+        } else {
+            0
+        };
+        visit::visit_item_enum(self, item);
+    }
+
+    fn visit_field(&mut self, field: &syn::Field) {
+        self.options += usize::from(holds(&field.attrs, "arg", "long"));
+    }
+}
+
+/// A number, or a list of numbers.
+fn is_number(kind: &Type) -> bool {
     const NUMBERS: [&str; 10] = [
         "f64", "f32", "usize", "u64", "u32", "u16", "u8", "i64", "i32", "i16",
     ];
-    let is_number = |token: &TokenTree| {
-        let text = token.to_string();
-        let element = text.trim_start_matches('[').split(';').next();
-        NUMBERS.contains(&element.unwrap_or_default().trim())
-    };
-    let mut count = 0;
-    for_each_level(code, &mut |level| {
-        let is_generic =
-            |at: usize| at > 0 && (is_mark(&level[at - 1], '<') || is_mark(&level[at - 1], ','));
-        let is_constant = |(at, w): &(usize, &[TokenTree])| {
-            is_word(&w[0], "const") && is_mark(&w[2], ':') && is_number(&w[3]) && !is_generic(*at)
-        };
-        count += level.windows(4).enumerate().filter(is_constant).count();
-    });
-    count
+    match kind {
+        Type::Array(array) => is_number(&array.elem),
+        Type::Path(path) => NUMBERS.iter().any(|number| path.path.is_ident(number)),
+        _ => false,
+    }
 }
 
-/// Variants of the enums before whose braces the tokens are as asked for.
-fn variants(code: &[TokenTree], is_counted: impl Fn(&[TokenTree]) -> bool) -> usize {
-    let mut count = 0;
-    for_each_level(code, &mut |level| {
-        for (at, w) in level.windows(3).enumerate() {
-            let body = inside(&w[2], Delimiter::Brace).filter(|_| is_word(&w[0], "enum"));
-            if let Some(body) = body.filter(|_| is_counted(&level[..at + 2])) {
-                let parts = body.split(|token| is_mark(token, ','));
-                count += parts
-                    .filter(|variant| !variant.is_empty() && !is_hidden(variant))
-                    .count();
-            }
+/// Is one of the attributes `name(...)` with this word in it?
+fn holds(attributes: &[Attribute], name: &str, word: &str) -> bool {
+    attributes.iter().any(|attribute| match &attribute.meta {
+        Meta::List(list) => {
+            list.path.is_ident(name)
+                && list
+                    .tokens
+                    .clone()
+                    .into_iter()
+                    .any(|token| token.to_string() == word)
         }
-    });
-    count
-}
-
-fn is_reason_code(before: &[TokenTree]) -> bool {
-    before
-        .last()
-        .is_some_and(|name| is_word(name, "ReasonCode"))
-}
-
-/// Does the item whose name is last derive the trait?
-fn derives(before: &[TokenTree], derived: &str) -> bool {
-    let item = before.iter().rev().skip(2);
-    item.take_while(|token| !is_mark(token, ';') && inside(token, Delimiter::Brace).is_none())
-        .filter_map(|token| inside(token, Delimiter::Bracket))
-        .any(|attribute| {
-            is_word(&attribute[0], "derive") && attribute[1].to_string().contains(derived)
-        })
-}
-
-/// Is the variant an old spelling, which help does not show?
-fn is_hidden(variant: &[TokenTree]) -> bool {
-    let attributes = variant
-        .iter()
-        .filter_map(|token| inside(token, Delimiter::Bracket));
-    attributes
-        .flatten()
-        .any(|token| token.to_string().contains("hide = true"))
-}
-
-/// Options with a long name.
-fn options(code: &[TokenTree]) -> usize {
-    let mut count = 0;
-    for_each_level(code, &mut |level| {
-        let is_option = |w: &&[TokenTree]| {
-            let given = inside(&w[1], Delimiter::Parenthesis).unwrap_or_default();
-            is_word(&w[0], "arg") && given.iter().any(|token| is_word(token, "long"))
-        };
-        count += level.windows(2).filter(is_option).count();
-    });
-    count
+        _ => false,
+    })
 }
 
 #[cfg(test)]

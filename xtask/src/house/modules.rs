@@ -6,29 +6,24 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
-use proc_macro2::{Delimiter, TokenTree};
+use anyhow::Result;
+use syn::{Expr, Item, ItemMod, Lit, Meta};
 
-use super::paths::{self, Import};
-use super::source::{Source, inside, is_mark, word};
-
-/// Names from the crate's root to a module.
-pub type Name = Vec<String>;
+use super::paths::{Import, Module, Name};
+use super::source::Source;
 
 /// The modules of a library or a program.
+#[derive(Default)]
 pub struct Modules {
-    files: Vec<(PathBuf, Source)>,
-    modules: BTreeMap<Name, Module>,
+    /// The files that belong to the tree.
+    pub files: Vec<(PathBuf, Rc<Source>)>,
+    /// Each with the number of its file, by the names from the crate's root to it.
+    modules: BTreeMap<Name, (usize, Module)>,
 }
 
-struct Module {
-    file: usize,
-    imports: Vec<Import>,
-    paths: Vec<(usize, Name)>,
-    items: BTreeSet<String>,
-}
-
-/// One module that uses another.
+/// One module that uses another, and where.
 struct Edge {
     from: Name,
     to: Name,
@@ -45,74 +40,52 @@ pub struct Circle {
 
 impl Modules {
     /// Reads the tree of modules that begins in `root`, the file of a library or a program.
-    pub fn read(root: &Path) -> Result<Self, String> {
-        let mut found = Self {
-            files: Vec::new(),
-            modules: BTreeMap::new(),
-        };
+    pub fn read(root: &Path) -> Result<Self> {
+        let mut found = Self::default();
         let folder = root.parent().unwrap_or(root);
         found.read_file(root, folder, Vec::new())?;
         Ok(found)
     }
 
-    /// The files that belong to the tree.
-    pub fn files(&self) -> impl Iterator<Item = &(PathBuf, Source)> {
-        self.files.iter()
-    }
-
-    fn read_file(&mut self, path: &Path, folder: &Path, name: Name) -> Result<(), String> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| format!("{}: {error}", path.display()))?;
-        let source = Source::new(text).map_err(|error| format!("{}: {error}", path.display()))?;
-        let code = source.production.clone();
-        self.files.push((path.to_owned(), source));
-        self.add(self.files.len() - 1, &code, folder, name)
+    fn read_file(&mut self, path: &Path, folder: &Path, name: Name) -> Result<()> {
+        let source = Rc::new(Source::read(path)?);
+        self.files.push((path.to_owned(), Rc::clone(&source)));
+        self.add(self.files.len() - 1, &source.code.items, folder, name)
     }
 
     /// Adds a module with its submodules, whose code is no part of its own. `folder` is where the files of submodules are.
-    fn add(
-        &mut self,
-        file: usize,
-        code: &[TokenTree],
-        folder: &Path,
-        name: Name,
-    ) -> Result<(), String> {
-        let mut own = Vec::new();
-        let mut at = 0;
-        while at < code.len() {
-            let Some((child, content)) = declaration(&code[at..]) else {
-                own.push(code[at].clone());
-                at += 1;
+    fn add(&mut self, file: usize, items: &[Item], folder: &Path, name: Name) -> Result<()> {
+        let mut module = Module::default();
+        for item in items {
+            let Item::Mod(child) = item else {
+                module.add(item);
                 continue;
             };
-            let inner = folder.join(&child);
-            let child_name = [&name[..], std::slice::from_ref(&child)].concat();
-            match content {
-                Some(content) => self.add(file, &content, &inner, child_name)?,
+            let ident = child.ident.to_string();
+            let inner = folder.join(&ident);
+            let child_name = below(&name, &ident);
+            match &child.content {
+                Some((_, items)) => self.add(file, items, &inner, child_name)?,
                 None => {
-                    let path = match path_attribute(&own) {
-                        Some(given) => self.files[file].0.with_file_name(given),
-                        None => file_of(folder, &child),
+                    let given =
+                        path_attribute(child).map(|given| self.files[file].0.with_file_name(given));
+                    let flat = given.unwrap_or_else(|| inner.with_extension("rs"));
+                    let path = if flat.exists() {
+                        flat
+                    } else {
+                        inner.join("mod.rs")
                     };
                     self.read_file(&path, &inner, child_name)?;
                 }
             }
-            at += DECLARATION;
         }
-        let (imports, paths) = paths::imports_and_paths(&own);
-        let module = Module {
-            file,
-            imports,
-            paths,
-            items: paths::items(&own),
-        };
-        self.modules.insert(name, module);
+        self.modules.insert(name, (file, module));
         Ok(())
     }
 
     /// Names of the modules at the top of the tree that have a file of their own.
     pub fn rooms(&self) -> impl Iterator<Item = &String> {
-        let with_file = self.modules.iter().filter(|(_, module)| module.file > 0);
+        let with_file = self.modules.iter().filter(|(_, (file, _))| *file > 0);
         with_file.filter_map(|(name, _)| match &name[..] {
             [room] => Some(room),
             _ => None,
@@ -122,42 +95,38 @@ impl Modules {
     /// Every circle of the tree.
     pub fn circles(&self) -> Vec<Circle> {
         let edges = self.edges();
-        let parents: BTreeSet<Name> = self
-            .modules
-            .keys()
-            .filter(|name| !name.is_empty())
-            .map(|name| name[..name.len() - 1].to_vec())
-            .collect();
+        let parents = self.modules.keys().filter_map(|name| name.split_last());
+        let parents: BTreeSet<&[String]> = parents.map(|(_, parent)| parent).collect();
         parents
-            .iter()
+            .into_iter()
             .flat_map(|parent| circles_below(parent, &edges))
             .collect()
     }
 
     fn edges(&self) -> Vec<Edge> {
-        let mut edges = Vec::new();
-        for (from, module) in &self.modules {
-            let imported = module.imports.iter().map(|i| (i.line, &i.path));
-            let written = module.paths.iter().map(|(line, path)| (*line, path));
-            for (line, path) in imported.chain(written) {
-                let Some(to) = self.resolve(from, path, 0) else {
-                    continue;
-                };
-                let place = format!("{}:{line}", self.files[module.file].0.display());
-                edges.push(Edge {
-                    from: from.clone(),
+        let of_module = |(from, (file, module)): (&Name, &(usize, Module))| {
+            let file = self.files[*file].0.display();
+            let edges = module.paths.iter().filter_map(|(line, path)| {
+                let (from, to) = (from.clone(), self.resolve(from, path, 0)?);
+                Some(Edge {
+                    from,
                     to,
-                    place,
-                });
-            }
-        }
-        edges
+                    place: format!("{file}:{line}"),
+                })
+            });
+            edges.collect::<Vec<_>>()
+        };
+        self.modules.iter().flat_map(of_module).collect()
+    }
+
+    fn module(&self, name: &Name) -> &Module {
+        &self.modules[name].1
     }
 
     /// The module that defines what `path`, written in `from`, names.
     fn resolve(&self, from: &Name, path: &[String], depth: usize) -> Option<Name> {
         let (first, rest) = path.split_first()?;
-        let child = [&from[..], std::slice::from_ref(first)].concat();
+        let child = below(from, first);
         match first.as_str() {
             "crate" => Some(self.descend(Vec::new(), rest, depth)),
             "self" => Some(self.descend(from.clone(), rest, depth)),
@@ -170,7 +139,7 @@ impl Modules {
             }
             _ if self.modules.contains_key(&child) => Some(self.descend(child, rest, depth)),
             _ => {
-                let module = &self.modules[from];
+                let module = self.module(from);
                 let import = module.imports.iter().find(|import| import.name == *first)?;
                 let is_itself = import.path == path;
                 let path = [&import.path[..], rest].concat();
@@ -183,12 +152,12 @@ impl Modules {
 
     fn descend(&self, mut at: Name, path: &[String], depth: usize) -> Name {
         for (index, segment) in path.iter().enumerate() {
-            let child = [&at[..], std::slice::from_ref(segment)].concat();
+            let child = below(&at, segment);
             if self.modules.contains_key(&child) {
                 at = child;
                 continue;
             }
-            let module = &self.modules[&at];
+            let module = self.module(&at);
             if module.items.contains(segment) || depth > 16 {
                 break;
             }
@@ -208,11 +177,11 @@ impl Modules {
 
     /// Where a module's `use x::*` bring a name from.
     fn through_globs(&self, at: &Name, path: &[String], depth: usize) -> Option<Name> {
-        let globs = self.modules[at].imports.iter().filter(|i| i.name == "*");
+        let globs = self.module(at).imports.iter().filter(|i| i.name == "*");
         globs
             .filter_map(|import| self.resolve(at, &import.path, depth + 1))
             .find(|target| {
-                let target = &self.modules[target];
+                let target = self.module(target);
                 let is_named = |import: &Import| import.name == path[0];
                 target.items.contains(&path[0]) || target.imports.iter().any(is_named)
             })
@@ -220,109 +189,85 @@ impl Modules {
     }
 }
 
-/// Tokens of `mod name;` and of `mod name { ... }`.
-const DECLARATION: usize = 3;
-
-/// The name of the module that the tokens begin with, and its content where it has no file of its own.
-fn declaration(code: &[TokenTree]) -> Option<(String, Option<Vec<TokenTree>>)> {
-    let [keyword, name, end, ..] = code else {
-        return None;
-    };
-    let content = inside(end, Delimiter::Brace);
-    let is_module = word(keyword)? == "mod" && (content.is_some() || is_mark(end, ';'));
-    is_module.then_some((word(name)?, content))
+fn below(parent: &[String], child: &str) -> Name {
+    [parent, &[child.to_owned()]].concat()
 }
 
-fn file_of(folder: &Path, module: &str) -> PathBuf {
-    let flat = folder.join(format!("{module}.rs"));
-    match flat.exists() {
-        true => flat,
-        false => folder.join(module).join("mod.rs"),
-    }
-}
-
-/// The file that a `#[path = "..."]` names right before a module.
-fn path_attribute(before: &[TokenTree]) -> Option<String> {
-    let visible = before.iter().rev().skip_while(|token| {
-        word(token).is_some_and(|word| word == "pub")
-            || inside(token, Delimiter::Parenthesis).is_some()
-    });
-    let attribute = inside(visible.into_iter().next()?, Delimiter::Bracket)?;
-    let path = attribute
-        .get(2)
-        .filter(|_| word(&attribute[0]).is_some_and(|w| w == "path"))?;
-    Some(path.to_string().trim_matches('"').to_owned())
+/// The file that a `#[path = "..."]` names.
+fn path_attribute(module: &ItemMod) -> Option<String> {
+    module
+        .attrs
+        .iter()
+        .find_map(|attribute| match &attribute.meta {
+            Meta::NameValue(named) if named.path.is_ident("path") => match &named.value {
+                Expr::Lit(literal) => match &literal.lit {
+                    Lit::Str(text) => Some(text.value()),
+                    _ => None,
+                },
+                _ => None,
+            },
+            _ => None,
+        })
 }
 
 /// Circles among the children of a module.
-fn circles_below(parent: &Name, edges: &[Edge]) -> Vec<Circle> {
-    let child = |name: &Name| {
-        let is_below = name.len() > parent.len() && name.starts_with(parent);
-        is_below.then(|| name[parent.len()].clone())
-    };
-    let mut arrows: BTreeMap<String, BTreeMap<String, &str>> = BTreeMap::new();
+fn circles_below(parent: &[String], edges: &[Edge]) -> Vec<Circle> {
+    let mut arrows: BTreeMap<[&str; 2], &str> = BTreeMap::new();
     for edge in edges {
-        if let (Some(from), Some(to)) = (child(&edge.from), child(&edge.to))
+        let [from, to] = [&edge.from, &edge.to]
+            .map(|name| name.strip_prefix(parent).and_then(<[String]>::first));
+        if let (Some(from), Some(to)) = (from, to)
             && from != to
         {
-            let targets = arrows.entry(from).or_default();
-            targets.entry(to).or_insert(&edge.place);
+            arrows.entry([from, to]).or_insert(&edge.place);
         }
     }
-    let reached: BTreeMap<&String, BTreeSet<&String>> = arrows
-        .keys()
-        .map(|from| (from, reachable(from, &arrows)))
-        .collect();
-    let mut circles: BTreeSet<Vec<&String>> = BTreeSet::new();
-    for (from, targets) in &reached {
-        if targets.contains(from) {
-            let is_mutual = |to: &&&String| reached.get(**to).is_some_and(|r| r.contains(from));
-            circles.insert(targets.iter().filter(is_mutual).copied().collect());
+    let mut reached: BTreeSet<[&str; 2]> = arrows.keys().copied().collect();
+    loop {
+        let further = reached.iter().flat_map(|[from, by]| {
+            let onward = arrows
+                .range([by, ""]..)
+                .take_while(move |([start, _], _)| start == by);
+            onward.map(move |([_, to], _)| [*from, *to])
+        });
+        let further: Vec<_> = further.filter(|pair| !reached.contains(pair)).collect();
+        if further.is_empty() {
+            break;
         }
+        reached.extend(further);
     }
+    let mutual = |member: &str| {
+        let others = reached
+            .iter()
+            .filter(|[from, to]| *from == member && reached.contains(&[*to, *from]));
+        others.map(|[_, to]| *to).collect::<BTreeSet<_>>()
+    };
+    let in_circles = reached.iter().filter(|[from, to]| from == to);
+    let circles: BTreeSet<_> = in_circles.map(|[member, _]| mutual(member)).collect();
     circles
-        .into_iter()
-        .map(|members| circle(parent, &members, &arrows))
+        .iter()
+        .map(|members| circle(parent, members, &arrows))
         .collect()
 }
 
-fn reachable<'a>(
-    from: &str,
-    arrows: &'a BTreeMap<String, BTreeMap<String, &str>>,
-) -> BTreeSet<&'a String> {
-    let mut reached = BTreeSet::new();
-    let mut open = vec![from];
-    while let Some(at) = open.pop() {
-        for target in arrows.get(at).into_iter().flat_map(BTreeMap::keys) {
-            if reached.insert(target) {
-                open.push(target);
-            }
-        }
-    }
-    reached
-}
-
 fn circle(
-    parent: &Name,
-    members: &[&String],
-    arrows: &BTreeMap<String, BTreeMap<String, &str>>,
+    parent: &[String],
+    members: &BTreeSet<&str>,
+    arrows: &BTreeMap<[&str; 2], &str>,
 ) -> Circle {
-    let mut places = Vec::new();
-    for from in members {
-        for (to, place) in &arrows[*from] {
-            if members.contains(&to) {
-                places.push(format!("{from} -> {to} at {place}"));
-            }
-        }
-    }
-    let names: Vec<&str> = members.iter().map(|name| name.as_str()).collect();
-    let prefix = match parent.is_empty() {
-        true => String::new(),
-        false => format!("{}: ", parent.join("::")),
+    let among = arrows
+        .iter()
+        .filter(|(pair, _)| pair.iter().all(|name| members.contains(name)));
+    let places = among.map(|([from, to], place)| format!("{from} uses {to} at {place}"));
+    let names: Vec<&str> = members.iter().copied().collect();
+    let prefix = if parent.is_empty() {
+        String::new()
+    } else {
+        format!("{}: ", parent.join("::"))
     };
     Circle {
         name: format!("{prefix}{}", names.join(", ")),
-        places,
+        places: places.collect(),
     }
 }
 

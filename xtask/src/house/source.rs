@@ -1,15 +1,22 @@
-//! What the checks need to know of a Rust file: its tokens, without those of tests.
+//! What the checks need to know of a Rust file: its code, without that of tests.
 
-use std::ops::RangeInclusive;
+use std::path::Path;
 
-use proc_macro2::{Delimiter, Group, TokenStream, TokenTree};
+use anyhow::{Context, Result};
+use proc_macro2::Span;
+use syn::spanned::Spanned;
+use syn::visit::{self, Visit};
+use syn::visit_mut::{self, VisitMut};
+use syn::{Attribute, Block, GenericArgument, Item, Meta, PathArguments, Signature};
+
+use crate::shell::shell;
 
 /// A file's text, and its code without comments and tests.
 pub struct Source {
     /// The text as it is in the file.
     pub text: String,
-    /// Tokens of no test.
-    pub production: Vec<TokenTree>,
+    /// What is no test.
+    pub code: syn::File,
     /// Lines that belong to no test.
     pub production_lines: usize,
 }
@@ -25,185 +32,154 @@ pub struct Function {
 }
 
 impl Source {
-    /// Splits a file's text; an error where it is no Rust.
-    pub fn new(text: String) -> Result<Self, String> {
-        let tokens: TokenStream = text.parse().map_err(|error| format!("{error}"))?;
-        let mut tests = Vec::new();
-        let production = without_tests(tokens, &mut tests);
-        let test_lines: usize = tests.into_iter().map(Iterator::count).sum();
-        let production_lines = text.lines().count().saturating_sub(test_lines);
+    /// Reads a file; an error where it is no Rust.
+    pub fn read(path: &Path) -> Result<Self> {
+        Self::new(shell().read_file(path)?).with_context(|| path.display().to_string())
+    }
+
+    /// Splits a file's text.
+    pub fn new(text: String) -> Result<Self> {
+        let mut code = syn::parse_file(&text)?;
+        let mut tests = TestLines(0);
+        tests.visit_file_mut(&mut code);
+        let production_lines = text.lines().count().saturating_sub(tests.0);
         Ok(Self {
             text,
-            production,
+            code,
             production_lines,
         })
     }
 
     /// Every function of production code that has a body.
     pub fn functions(&self) -> Vec<Function> {
-        let mut functions = Vec::new();
-        for_each_level(&self.production, &mut |level| {
-            for (at, pair) in level.windows(2).enumerate() {
-                let [first, TokenTree::Ident(name)] = pair else {
-                    continue;
-                };
-                if word(first).is_none_or(|word| word != "fn") {
-                    continue;
-                }
-                if let Some(body) = body(&level[at..]) {
-                    let line = line(first);
-                    functions.push(Function {
-                        name: name.to_string(),
-                        line,
-                        lines: body.span_close().end().line + 1 - line,
-                    });
-                }
-            }
-        });
-        functions
+        let mut functions = Functions(Vec::new());
+        functions.visit_file(&self.code);
+        functions.0
     }
 
     /// The lines of production code that write a `Result` whose error is a `String`.
     pub fn string_errors(&self) -> Vec<usize> {
-        let mut lines = Vec::new();
-        for_each_level(&self.production, &mut |level| {
-            for (at, token) in level.iter().enumerate() {
-                let is_result = word(token).is_some_and(|word| word == "Result");
-                let arguments = || generic_arguments(&level[at + 1..]);
-                if is_result && arguments().get(1).is_some_and(|error| error == "String") {
-                    lines.push(line(token));
-                }
-            }
+        let mut lines = StringErrors(Vec::new());
+        lines.visit_file(&self.code);
+        lines.0
+    }
+}
+
+/// The line on which something begins, counted from 1.
+pub fn line(span: Span) -> usize {
+    span.start().line
+}
+
+/// Removes what is a test, and counts its lines.
+struct TestLines(usize);
+
+impl TestLines {
+    fn is_none(&mut self, attributes: &[Attribute], item: &impl Spanned) -> bool {
+        let is_test = attributes.iter().any(is_of_test);
+        if is_test {
+            let span = item.span();
+            self.0 += span.end().line + 1 - line(span);
+        }
+        !is_test
+    }
+}
+
+impl VisitMut for TestLines {
+    fn visit_file_mut(&mut self, file: &mut syn::File) {
+        file.items
+            .retain(|item| self.is_none(attributes(item), item));
+        visit_mut::visit_file_mut(self, file);
+    }
+
+    fn visit_item_mod_mut(&mut self, module: &mut syn::ItemMod) {
+        if let Some((_, items)) = &mut module.content {
+            items.retain(|item| self.is_none(attributes(item), item));
+        }
+        visit_mut::visit_item_mod_mut(self, module);
+    }
+
+    fn visit_item_impl_mut(&mut self, item: &mut syn::ItemImpl) {
+        item.items.retain(|item| match item {
+            syn::ImplItem::Fn(function) => self.is_none(&function.attrs, function),
+            _ => true,
         });
-        lines
     }
 }
 
-/// The line on which a token begins, counted from 1.
-pub fn line(token: &TokenTree) -> usize {
-    token.span().start().line
-}
-
-/// A keyword or a name.
-pub fn word(token: &TokenTree) -> Option<String> {
-    match token {
-        TokenTree::Ident(name) => Some(name.to_string()),
-        _ => None,
+/// `#[test]`, `#[cfg(test)]`, `#[cfg(all(test, ...))]`.
+fn is_of_test(attribute: &Attribute) -> bool {
+    match &attribute.meta {
+        Meta::Path(path) => path.is_ident("test"),
+        Meta::List(list) if list.path.is_ident("cfg") => {
+            let tokens = list.tokens.to_string().replace(' ', "");
+            tokens == "test" || tokens.starts_with("all(test,")
+        }
+        _ => false,
     }
 }
 
-/// Is this the mark?
-pub fn is_mark(token: &TokenTree, mark: char) -> bool {
-    matches!(token, TokenTree::Punct(punct) if punct.as_char() == mark)
-}
-
-/// What stands between these braces, brackets or parentheses.
-pub fn inside(token: &TokenTree, delimiter: Delimiter) -> Option<Vec<TokenTree>> {
-    match token {
-        TokenTree::Group(group) if group.delimiter() == delimiter => {
-            Some(group.stream().into_iter().collect())
-        }
-        _ => None,
+fn attributes(item: &Item) -> &[Attribute] {
+    match item {
+        Item::Const(item) => &item.attrs,
+        Item::Enum(item) => &item.attrs,
+        Item::Fn(item) => &item.attrs,
+        Item::Impl(item) => &item.attrs,
+        Item::Macro(item) => &item.attrs,
+        Item::Mod(item) => &item.attrs,
+        Item::Static(item) => &item.attrs,
+        Item::Struct(item) => &item.attrs,
+        Item::Trait(item) => &item.attrs,
+        Item::Type(item) => &item.attrs,
+        Item::Use(item) => &item.attrs,
+        _ => &[],
     }
 }
 
-/// Calls with the tokens, then with those between each of their braces, brackets and parentheses, and so on.
-pub fn for_each_level(level: &[TokenTree], visit: &mut impl FnMut(&[TokenTree])) {
-    visit(level);
-    for token in level {
-        if let TokenTree::Group(group) = token {
-            let inner: Vec<TokenTree> = group.stream().into_iter().collect();
-            for_each_level(&inner, visit);
-        }
-    }
-}
+struct Functions(Vec<Function>);
 
-/// The body of the item at the beginning; none for an item that ends in a semicolon.
-fn body(item: &[TokenTree]) -> Option<&Group> {
-    let end = item.iter().find_map(|token| match token {
-        TokenTree::Group(group) if group.delimiter() == Delimiter::Brace => Some(Some(group)),
-        token => is_mark(token, ';').then_some(None),
-    });
-    end.flatten()
-}
-
-/// The arguments between the angle brackets at the beginning.
-fn generic_arguments(tokens: &[TokenTree]) -> Vec<String> {
-    let mut arguments = vec![String::new()];
-    let mut depth = 0;
-    let mut before = ' ';
-    for token in tokens {
-        let mark = match token {
-            TokenTree::Punct(punct) => punct.as_char(),
-            _ => ' ',
-        };
-        match mark {
-            '<' => depth += 1,
-            '>' if before != '-' => depth -= 1,
-            ',' if depth == 1 => arguments.push(String::new()),
-            _ => {}
-        }
-        before = mark;
-        if depth == 0 {
-            break;
-        }
-        if let Some(argument) = arguments.last_mut().filter(|_| !['<', ','].contains(&mark)) {
-            argument.push_str(&token.to_string());
-        }
-    }
-    arguments
-}
-
-/// Tokens without items under `#[cfg(test)]` and functions under `#[test]`, whose lines are put into `tests`.
-fn without_tests(tokens: TokenStream, tests: &mut Vec<RangeInclusive<usize>>) -> Vec<TokenTree> {
-    let tokens: Vec<TokenTree> = tokens.into_iter().collect();
-    let mut kept = Vec::new();
-    let mut at = 0;
-    while at < tokens.len() {
-        if is_test(&tokens[at..]) {
-            let end = at + item_length(&tokens[at..]);
-            tests.push(line(&tokens[at])..=tokens[end - 1].span().end().line);
-            at = end;
-            continue;
-        }
-        kept.push(match &tokens[at] {
-            TokenTree::Group(group) => {
-                let inner = without_tests(group.stream(), tests).into_iter().collect();
-                let mut shorter = Group::new(group.delimiter(), inner);
-                shorter.set_span(group.span());
-                shorter.into()
-            }
-            token => token.clone(),
+impl Functions {
+    fn add(&mut self, signature: &Signature, body: &Block) {
+        let line = line(signature.fn_token.span);
+        self.0.push(Function {
+            name: signature.ident.to_string(),
+            line,
+            lines: body.span().end().line + 1 - line,
         });
-        at += 1;
     }
-    kept
 }
 
-/// Do the tokens begin with the attribute of a test?
-fn is_test(tokens: &[TokenTree]) -> bool {
-    let [mark, attribute, ..] = tokens else {
-        return false;
-    };
-    let text = attribute.to_string().replace([' ', '\n'], "");
-    is_mark(mark, '#')
-        && (["[test]", "[cfg(test)]"].contains(&text.as_str())
-            || text.starts_with("[cfg(all(test,"))
+impl Visit<'_> for Functions {
+    fn visit_item_fn(&mut self, function: &syn::ItemFn) {
+        self.add(&function.sig, &function.block);
+        visit::visit_item_fn(self, function);
+    }
+
+    fn visit_impl_item_fn(&mut self, function: &syn::ImplItemFn) {
+        self.add(&function.sig, &function.block);
+        visit::visit_impl_item_fn(self, function);
+    }
+
+    fn visit_trait_item_fn(&mut self, function: &syn::TraitItemFn) {
+        if let Some(body) = &function.default {
+            self.add(&function.sig, body);
+        }
+        visit::visit_trait_item_fn(self, function);
+    }
 }
 
-/// Tokens of the item that begins with attributes.
-fn item_length(tokens: &[TokenTree]) -> usize {
-    let mut at = 0;
-    while tokens.get(at).is_some_and(|token| is_mark(token, '#')) {
-        at += 2;
+struct StringErrors(Vec<usize>);
+
+impl Visit<'_> for StringErrors {
+    fn visit_path_segment(&mut self, segment: &syn::PathSegment) {
+        if segment.ident == "Result"
+            && let PathArguments::AngleBracketed(arguments) = &segment.arguments
+            && let Some(GenericArgument::Type(syn::Type::Path(error))) = arguments.args.get(1)
+            && error.path.is_ident("String")
+        {
+            self.0.push(line(segment.ident.span()));
+        }
+        visit::visit_path_segment(self, segment);
     }
-    let is_use = |token: &TokenTree| word(token).is_some_and(|word| word == "use");
-    let is_import = tokens[at..].iter().take(3).any(is_use);
-    let ends = |token: &TokenTree| {
-        is_mark(token, ';') || !is_import && inside(token, Delimiter::Brace).is_some()
-    };
-    let end = tokens[at..].iter().position(ends);
-    end.map_or(tokens.len(), |end| at + end + 1)
 }
 
 #[cfg(test)]

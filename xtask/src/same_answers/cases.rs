@@ -2,7 +2,11 @@
 
 use std::path::Path;
 
+use anyhow::Result;
 use serde_json::Value;
+
+use crate::shell::{files, shell};
+use crate::workspace::root;
 
 const LOG_EXTENSIONS: [&str; 7] = ["csv", "BIN", "tlog", "ulg", "raw", "all", "dbd"];
 
@@ -41,139 +45,107 @@ const SCENARIOS: [&str; 12] = [
     "tidal_stream",
 ];
 
-/// Commands that run one after the other in one folder.
-pub struct Case {
-    /// The name of each document and the arguments that make it.
-    pub commands: Vec<(String, Vec<String>)>,
-}
-
-impl Case {
-    fn one(name: String, arguments: Vec<String>) -> Self {
-        Self {
-            commands: vec![(name, arguments)],
-        }
-    }
-}
+/// Commands that run one after the other in one folder: the name of each document and the arguments that make it.
+pub type Case = Vec<(String, Vec<String>)>;
 
 /// Every case, or the quick ones.
-pub fn all(data: &Path, quick: bool) -> Result<Vec<Case>, String> {
-    let mut logs = Vec::new();
-    find_logs(data, data, &mut logs)?;
-    logs.sort();
-    if quick {
-        logs.retain(|log| QUICK_LOGS.contains(&log.as_str()));
+pub fn all(data: &Path, quick: bool) -> Result<Vec<Case>> {
+    let windows = serde_json::from_str(&shell().read_file(data.join("firmware/truth.json"))?)?;
+    let mut cases = Vec::new();
+    for path in files(data)? {
+        let log = path.strip_prefix(data)?.to_string_lossy();
+        let extension = path.extension().unwrap_or_default().to_string_lossy();
+        let is_log = LOG_EXTENSIONS.contains(&&*extension) && !log.ends_with(".marks.csv");
+        if is_log && (!quick || QUICK_LOGS.contains(&&*log)) {
+            cases.extend(of_log(&path, &log, &windows_of(&log, &windows), quick));
+        }
     }
-    let windows = Windows::read(data)?;
-    let mut cases: Vec<Case> = logs
-        .iter()
-        .flat_map(|log| of_log(data, log, &windows, quick))
-        .collect();
-    cases.extend(trials(quick)?);
+    cases.extend(trials(quick));
     Ok(cases)
 }
 
-fn find_logs(root: &Path, folder: &Path, logs: &mut Vec<String>) -> Result<(), String> {
-    let failed = |error| format!("{}: {error}", folder.display());
-    for entry in std::fs::read_dir(folder).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
-        if path.is_dir() {
-            find_logs(root, &path, logs)?;
-            continue;
+/// Training and validation windows that the data come with: start and end of training, start and end of validation.
+fn windows_of(log: &str, firmware: &Value) -> Vec<[String; 4]> {
+    let given: &[[&str; 4]] = match log.split_once('/') {
+        Some(("simulated", name)) if name.starts_with("first_order") => {
+            &[["10", "26.5", "26.5", "43"]]
         }
-        let name = path.strip_prefix(root).unwrap_or(&path).to_string_lossy();
-        let extension = path.extension().unwrap_or_default().to_string_lossy();
-        if LOG_EXTENSIONS.contains(&&*extension) && !name.ends_with(".marks.csv") {
-            logs.push(name.into_owned());
+        Some(("simulated", _)) => &[["40", "56.5", "56.5", "73"]],
+        Some(("firmware", name)) => {
+            let runs = firmware.as_array().into_iter().flatten();
+            let run = runs.filter(|run| run["file"] == name).take(1);
+            let edges = |run: &Value| {
+                let edge = |stage: &str, at: usize| run[stage][at].to_string();
+                [
+                    edge("train", 0),
+                    edge("train", 1),
+                    edge("validate", 0),
+                    edge("validate", 1),
+                ]
+            };
+            return run.map(edges).collect();
         }
-    }
-    Ok(())
+        _ if log == ROVER_LOG => &ROVER_WINDOWS,
+        _ => &[],
+    };
+    given
+        .iter()
+        .map(|windows| windows.map(str::to_owned))
+        .collect()
 }
 
-/// Training and validation windows that the data come with.
-struct Windows {
-    firmware: Value,
-}
-
-impl Windows {
-    fn read(data: &Path) -> Result<Self, String> {
-        let path = data.join("firmware/truth.json");
-        let said = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-        let text = std::fs::read(&path).map_err(|error| said(&error))?;
-        let firmware = serde_json::from_slice(&text).map_err(|error| said(&error))?;
-        Ok(Self { firmware })
-    }
-
-    /// Start and end of training, start and end of validation.
-    fn of(&self, log: &str) -> Vec<[String; 4]> {
-        let owned = |windows: [&str; 4]| windows.map(str::to_owned);
-        match log.split_once('/') {
-            Some(("simulated", name)) if name.starts_with("first_order") => {
-                vec![owned(["10", "26.5", "26.5", "43"])]
-            }
-            Some(("simulated", _)) => vec![owned(["40", "56.5", "56.5", "73"])],
-            Some(("firmware", name)) => {
-                let runs = self.firmware.as_array().into_iter().flatten();
-                let run = runs.into_iter().find(|run| run["file"] == name);
-                let edge = |run: &Value, stage: &str, at: usize| run[stage][at].to_string();
-                let windows = |run| {
-                    ["train", "validate"].map(|stage| [edge(run, stage, 0), edge(run, stage, 1)])
-                };
-                run.map(windows)
-                    .map(|[[a, b], [c, d]]| [a, b, c, d])
-                    .into_iter()
-                    .collect()
-            }
-            _ if log == ROVER_LOG => ROVER_WINDOWS.map(owned).into(),
-            _ => Vec::new(),
-        }
-    }
-}
-
-fn of_log(data: &Path, log: &str, windows: &Windows, quick: bool) -> Vec<Case> {
-    let path = data.join(log).to_string_lossy().into_owned();
+fn of_log(path: &Path, log: &str, windows: &[[String; 4]], quick: bool) -> Vec<Case> {
+    let path = path.to_string_lossy().into_owned();
     let case = |verb: &str, label: &str, options: &[&str]| {
         let arguments = [&[verb, path.as_str(), "--json"], options].concat();
-        let arguments = arguments.into_iter().map(str::to_owned).collect();
-        Case::one(format!("{log}/{verb}{label}"), arguments)
+        vec![(format!("{log}/{verb}{label}"), owned(&arguments))]
     };
     let mut cases = vec![case("identify", "", &[])];
     if !quick {
         cases.push(case("compare", "", &[]));
     }
-    for (index, window) in windows.of(log).iter().enumerate() {
-        let names = ["--from", "--to", "--validate-from", "--validate-to"];
-        let mut options: Vec<&str> = names
-            .into_iter()
-            .zip(window)
-            .flat_map(|(name, value)| [name, value.as_str()])
-            .collect();
+    for (number, [from, to, validate_from, validate_to]) in (1..).zip(windows) {
+        let mut options = vec!["--from", from, "--to", to];
+        options.extend([
+            "--validate-from",
+            validate_from,
+            "--validate-to",
+            validate_to,
+        ]);
         if log == ROVER_LOG {
             options.extend(["--rudder-range-deg", "35"]);
         }
-        let label = format!("-window{}", index + 1);
+        let label = format!("-window{number}");
         cases.push(case("identify", &label, &options));
         cases.push(case("compare", &label, &options));
-        if !quick {
-            let with = |more: &[&str]| {
-                let options = [&options[..], more].concat();
-                case("identify", &format!("{label}{}", more.concat()), &options)
-            };
-            cases.push(with(&["--as-paper"]));
-            cases.push(with(&["--online=least-squares"]));
+        for more in ["--as-paper", "--online=least-squares"]
+            .into_iter()
+            .filter(|_| !quick)
+        {
+            let options = [&options[..], &[more]].concat();
+            cases.push(case("identify", &format!("{label}{more}"), &options));
         }
     }
     cases
 }
 
-fn trials(quick: bool) -> Result<Vec<Case>, String> {
+fn trials(quick: bool) -> Vec<Case> {
     let mut cases = Vec::new();
-    let last = if quick { 3 } else { 50 };
+    let (last, last_of_others, scenarios) = if quick {
+        (3, 1, 3)
+    } else {
+        (50, 3, SCENARIOS.len())
+    };
     for seed in 1..=last {
-        let is_replayed = seed == 1 || seed % 10 == 0;
-        cases.push(trial("starfish", "", seed, is_replayed, &[]));
+        cases.push(trial(
+            "starfish",
+            "",
+            seed,
+            seed == 1 || seed % 10 == 0,
+            &[],
+        ));
     }
-    let seeds = if quick { 1..=1 } else { 1..=3 };
-    for seed in seeds {
+    for seed in 1..=last_of_others {
         for vehicle in ["starfish-6dof", "remus100"] {
             let name = format!("sim:{vehicle}");
             cases.push(trial(vehicle, "", seed, true, &["--vehicle", &name]));
@@ -183,21 +155,27 @@ fn trials(quick: bool) -> Result<Vec<Case>, String> {
         let narrow = ["--stop-when", "a22:10%,b2:5%"];
         cases.push(trial("starfish", "-stop-when", seed, true, &narrow));
     }
-    let scenarios = if quick { &SCENARIOS[..3] } else { &SCENARIOS };
-    for scenario in scenarios {
-        let file = std::path::absolute(format!("crates/seatrial-sim/scenarios/{scenario}.toml"));
-        let file = file.map_err(|error| error.to_string())?;
-        let file = file.to_string_lossy();
-        let options = ["--vehicle", "sim:starfish-6dof", "--scenario", &file];
-        let label = format!("-{scenario}");
-        cases.push(trial("starfish-6dof", &label, 1, true, &options));
+    for scenario in &SCENARIOS[..scenarios] {
+        let file = root().join(format!("crates/seatrial-sim/scenarios/{scenario}.toml"));
+        let options = [
+            "--vehicle",
+            "sim:starfish-6dof",
+            "--scenario",
+            &file.to_string_lossy(),
+        ];
+        cases.push(trial(
+            "starfish-6dof",
+            &format!("-{scenario}"),
+            1,
+            true,
+            &options,
+        ));
     }
-    Ok(cases)
+    cases
 }
 
 /// A trial with its own logbook and, where asked for, its replay.
 fn trial(vehicle: &str, label: &str, seed: u32, is_replayed: bool, options: &[&str]) -> Case {
-    let owned = |arguments: &[&str]| arguments.iter().map(|&a| a.to_owned()).collect();
     let name = format!("trial/{vehicle}{label}-{seed:02}");
     let number = seed.to_string();
     let fixed = [
@@ -208,10 +186,19 @@ fn trial(vehicle: &str, label: &str, seed: u32, is_replayed: bool, options: &[&s
         "--logbook",
         "trial.db",
     ];
-    let mut case = Case::one(format!("{name}/trial"), owned(&[&fixed, options].concat()));
+    let mut case = vec![(format!("{name}/trial"), owned(&[&fixed, options].concat()))];
     if is_replayed {
-        let arguments = owned(&["replay", "trial.db", "--json"]);
-        case.commands.push((format!("{name}/replay"), arguments));
+        case.push((
+            format!("{name}/replay"),
+            owned(&["replay", "trial.db", "--json"]),
+        ));
     }
     case
+}
+
+fn owned(arguments: &[&str]) -> Vec<String> {
+    arguments
+        .iter()
+        .map(|&argument| argument.to_owned())
+        .collect()
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use anyhow::{Context, Result};
 use serde_json::Value;
 
 /// Fields that say where, when, how fast or with which version an answer was made.
@@ -28,12 +29,17 @@ pub struct Document {
 
 impl Document {
     /// Fails where the output is not one JSON document.
-    pub fn new(name: &str, exit: i32, stdout: &[u8], data: &Path) -> Result<Self, String> {
+    pub fn new(name: &str, exit: i32, stdout: &[u8], data: &Path) -> Result<Self> {
         let mut value = match stdout {
             [] => Value::Null,
-            _ => serde_json::from_slice(stdout).map_err(|error| format!("{name}: {error}"))?,
+            _ => serde_json::from_slice(stdout).with_context(|| name.to_owned())?,
         };
-        remove_volatile(&mut value, &data.to_string_lossy());
+        let data = data.to_string_lossy();
+        for_each(&mut value, &mut |value| match value {
+            Value::Object(fields) => fields.retain(|name, _| !VOLATILE.contains(&name.as_str())),
+            Value::String(text) => *text = text.replace(&*data, "DATA"),
+            _ => {}
+        });
         Ok(Self {
             name: name.to_owned(),
             exit,
@@ -42,18 +48,12 @@ impl Document {
     }
 }
 
-fn remove_volatile(value: &mut Value, data: &str) {
+/// Visits every value of a document, from the outermost one in.
+fn for_each(value: &mut Value, visit: &mut impl FnMut(&mut Value)) {
+    visit(value);
     match value {
-        Value::Object(fields) => {
-            fields.retain(|name, _| !VOLATILE.contains(&name.as_str()));
-            fields
-                .values_mut()
-                .for_each(|field| remove_volatile(field, data));
-        }
-        Value::Array(items) => items
-            .iter_mut()
-            .for_each(|item| remove_volatile(item, data)),
-        Value::String(text) => *text = text.replace(data, "DATA"),
+        Value::Object(fields) => fields.values_mut().for_each(|field| for_each(field, visit)),
+        Value::Array(items) => items.iter_mut().for_each(|item| for_each(item, visit)),
         _ => {}
     }
 }
@@ -62,23 +62,13 @@ fn remove_volatile(value: &mut Value, data: &str) {
 pub fn split_sentences(value: &Value) -> (Value, Vec<String>) {
     let mut values = value.clone();
     let mut sentences = Vec::new();
-    take_sentences(&mut values, &mut sentences);
-    (values, sentences)
-}
-
-fn take_sentences(value: &mut Value, sentences: &mut Vec<String>) {
-    match value {
-        Value::Object(fields) => fields
-            .values_mut()
-            .for_each(|field| take_sentences(field, sentences)),
-        Value::Array(items) => items
-            .iter_mut()
-            .for_each(|item| take_sentences(item, sentences)),
+    for_each(&mut values, &mut |value| match value {
         Value::String(text) if text.contains(' ') => {
             sentences.push(std::mem::replace(text, "a sentence".into()));
         }
         _ => {}
-    }
+    });
+    (values, sentences)
 }
 
 /// The first field, in the order of names, that differs, with both values.
@@ -111,19 +101,6 @@ fn short(value: &Value) -> String {
         Some((end, _)) => format!("{}...", &text[..end]),
         None => text,
     }
-}
-
-/// Writes every document to a file named after it.
-pub fn write_all(folder: &Path, documents: &[Document]) -> Result<(), String> {
-    for document in documents {
-        let path = folder.join(format!("{}.json", document.name));
-        let parent = path.parent().unwrap_or(folder);
-        let text = format!("{:#}\n", document.value);
-        std::fs::create_dir_all(parent)
-            .and_then(|()| std::fs::write(&path, text))
-            .map_err(|error| format!("{}: {error}", path.display()))?;
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use anyhow::{Result, bail};
 use sha2::{Digest, Sha256};
+
+use crate::shell::shell;
 
 use super::document::{Document, first_difference, split_sentences};
 
@@ -43,44 +46,43 @@ impl Manifest {
     }
 
     /// Reads a manifest, or the one in a folder of documents.
-    pub fn read(path: &Path) -> Result<Self, String> {
+    pub fn read(path: &Path) -> Result<Self> {
         let folder = path.is_dir().then(|| path.to_owned());
-        let path = match &folder {
-            Some(folder) => folder.join("manifest.txt"),
-            None => path.to_owned(),
-        };
-        let text = std::fs::read_to_string(&path)
-            .map_err(|error| format!("{}: {error}", path.display()))?;
+        let path = folder
+            .as_ref()
+            .map_or_else(|| path.to_owned(), |folder| folder.join("manifest.txt"));
         let mut entries = BTreeMap::new();
-        for line in text.lines().filter(|line| !line.starts_with('#')) {
-            let mut words = line.splitn(4, ' ').map(str::to_owned);
-            let (Some(values), Some(sentences), Some(exit), Some(name)) =
-                (words.next(), words.next(), words.next(), words.next())
-            else {
-                return Err(format!("{}: no line of a manifest: {line}", path.display()));
+        for line in shell()
+            .read_file(&path)?
+            .lines()
+            .filter(|line| !line.starts_with('#'))
+        {
+            let words: Vec<String> = line.splitn(4, ' ').map(str::to_owned).collect();
+            let Ok([values, sentences, exit, name]) = <[String; 4]>::try_from(words) else {
+                bail!("{}: no line of a manifest: {line}", path.display());
             };
-            let entry = Entry {
-                values,
-                sentences,
-                exit,
-            };
-            entries.insert(name, entry);
+            entries.insert(
+                name,
+                Entry {
+                    values,
+                    sentences,
+                    exit,
+                },
+            );
         }
         Ok(Self { folder, entries })
     }
 
     /// Writes it as text.
-    pub fn write(&self, path: &Path) -> Result<(), String> {
-        let mut text = format!("{HEADER}\n");
-        for (name, entry) in &self.entries {
-            let Entry {
-                values,
-                sentences,
-                exit,
-            } = entry;
-            text += &format!("{values} {sentences} {exit} {name}\n");
-        }
-        std::fs::write(path, text).map_err(|error| format!("{}: {error}", path.display()))
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let line = |(name, entry): (&String, &Entry)| {
+            format!(
+                "{} {} {} {name}\n",
+                entry.values, entry.sentences, entry.exit
+            )
+        };
+        let lines: String = self.entries.iter().map(line).collect();
+        Ok(shell().write_file(path, format!("{HEADER}\n{lines}"))?)
     }
 }
 
@@ -93,35 +95,35 @@ fn sha256(text: &str) -> String {
 ///
 /// A document that only `before` has counts where `all` were made.
 pub fn compare(before: &Manifest, now: &Manifest, documents: &[Document], all: bool) -> bool {
-    let mut differing = 0;
+    let mut differing = Vec::new();
     let mut reworded = 0;
     for document in documents {
         let name = &document.name;
         let entry = &now.entries[name];
-        let Some(old) = before.entries.get(name) else {
-            println!("DIFFERS {name}: was not made before");
-            differing += 1;
-            continue;
-        };
-        if old.exit != entry.exit {
-            println!("DIFFERS {name}: exit {} -> {}", old.exit, entry.exit);
-            differing += 1;
-        } else if old.values != entry.values {
-            println!("DIFFERS {name}{}", detail(before, document));
-            differing += 1;
-        } else if old.sentences != entry.sentences {
-            reworded += 1;
+        match before.entries.get(name) {
+            None => differing.push(format!("{name}: was not made before")),
+            Some(old) if old.exit != entry.exit => {
+                differing.push(format!("{name}: exit {} -> {}", old.exit, entry.exit))
+            }
+            Some(old) if old.values != entry.values => {
+                differing.push(format!("{name}{}", detail(before, document)))
+            }
+            Some(old) => reworded += usize::from(old.sentences != entry.sentences),
         }
     }
-    if all {
-        let gone = |name: &&String| !now.entries.contains_key(*name);
-        for name in before.entries.keys().filter(gone) {
-            println!("DIFFERS {name}: is not made any more");
-            differing += 1;
-        }
-    }
-    println!("{differing} documents differ; {reworded} others differ only in sentences for people");
-    differing == 0
+    let gone = before
+        .entries
+        .keys()
+        .filter(|name| all && !now.entries.contains_key(*name));
+    differing.extend(gone.map(|name| format!("{name}: is not made any more")));
+    differing
+        .iter()
+        .for_each(|difference| println!("DIFFERS {difference}"));
+    println!(
+        "{} documents differ; {reworded} others differ only in sentences for people",
+        differing.len()
+    );
+    differing.is_empty()
 }
 
 /// The first field that differs, where the other document is at hand.
@@ -130,11 +132,13 @@ fn detail(before: &Manifest, document: &Document) -> String {
         return String::new();
     };
     let path = folder.join(format!("{}.json", document.name));
-    let old = std::fs::read(&path).ok();
-    let Some(old) = old.and_then(|text| serde_json::from_slice(&text).ok()) else {
-        return format!(": {} cannot be read", path.display());
-    };
-    let (old, _) = split_sentences(&old);
-    let (new, _) = split_sentences(&document.value);
-    first_difference(&old, &new).unwrap_or_default()
+    let old = shell().read_file(&path).ok();
+    match old.and_then(|text| serde_json::from_str(&text).ok()) {
+        Some(old) => first_difference(
+            &split_sentences(&old).0,
+            &split_sentences(&document.value).0,
+        )
+        .unwrap_or_default(),
+        None => format!(": {} cannot be read", path.display()),
+    }
 }

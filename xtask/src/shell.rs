@@ -1,0 +1,142 @@
+//! Commands, files and waiting, each with a message that says what failed.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, bail};
+use walkdir::WalkDir;
+use xshell::Shell;
+
+use crate::steps;
+use crate::workspace::target;
+
+/// A [`Command`] of the words between blanks. `{value}` stands for a value, `{list...}` for as many words as the list has.
+macro_rules! command {
+    ($words:literal) => {{
+        let shell = $crate::shell::shell();
+        std::process::Command::from(xshell::cmd!(shell, $words))
+    }};
+}
+pub(crate) use command;
+
+/// Reads and writes files. Its commands build into one folder.
+pub fn shell() -> Shell {
+    let shell = Shell::new().expect("the working folder is there");
+    shell.set_var("CARGO_TARGET_DIR", target());
+    shell
+}
+
+/// What can be done with a command. While it runs, another step that fails ends it.
+pub trait Run {
+    /// Runs it; what it prints is seen. An error where it fails.
+    fn run(&mut self) -> Result<()>;
+    /// What it prints to its standard output. An error where it fails.
+    fn read(&mut self) -> Result<String>;
+    /// How it ends, with what it prints.
+    fn outcome(&mut self) -> Result<Output>;
+    /// Whether it is there and does not fail.
+    fn works(&mut self) -> bool;
+    /// Begins it and does not wait.
+    fn begin(&mut self) -> Result<Running>;
+}
+
+impl Run for Command {
+    fn run(&mut self) -> Result<()> {
+        let output = steps::wait_for(self)?;
+        succeeded(self, &output).map(drop)
+    }
+
+    fn read(&mut self) -> Result<String> {
+        let output = self.outcome()?;
+        succeeded(self, &output)
+    }
+
+    fn outcome(&mut self) -> Result<Output> {
+        self.stdin(Stdio::null());
+        steps::wait_for(self.stdout(Stdio::piped()).stderr(Stdio::piped()))
+    }
+
+    fn works(&mut self) -> bool {
+        self.read().is_ok()
+    }
+
+    fn begin(&mut self) -> Result<Running> {
+        self.spawn().map(Running).with_context(|| words(self))
+    }
+}
+
+fn succeeded(command: &Command, output: &Output) -> Result<String> {
+    let said = String::from_utf8_lossy(&output.stdout);
+    if output.status.success() {
+        return Ok(said.into_owned());
+    }
+    let errors = String::from_utf8_lossy(&output.stderr);
+    bail!("{}: {}\n{said}{errors}", words(command), output.status)
+}
+
+/// A command as it is typed.
+pub fn words(command: &Command) -> String {
+    let words = std::iter::once(command.get_program()).chain(command.get_args());
+    let words: Vec<_> = words.map(|word| word.to_string_lossy()).collect();
+    words.join(" ")
+}
+
+/// A process that ends with this.
+pub struct Running(pub Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Asks until there is an answer; an error where there is none in time.
+pub fn patiently<T>(
+    patience: Duration,
+    what: &str,
+    mut ask: impl FnMut() -> Result<Option<T>>,
+) -> Result<T> {
+    let begun = Instant::now();
+    while begun.elapsed() < patience {
+        if let Some(answer) = ask()? {
+            return Ok(answer);
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    bail!("{what}: not in {} s", patience.as_secs())
+}
+
+/// An empty folder where anything was before.
+pub fn empty_folder(path: &Path) -> Result<()> {
+    shell().remove_path(path)?;
+    Ok(shell().create_dir(path).map(drop)?)
+}
+
+/// Copies a file, and makes the folder that it goes to.
+pub fn put(from: impl AsRef<Path>, to: impl AsRef<Path>) -> Result<()> {
+    let to = to.as_ref();
+    shell().create_dir(to.parent().unwrap_or(to))?;
+    Ok(shell().copy_file(from, to)?)
+}
+
+/// Every file of a folder and of those in it, sorted.
+pub fn files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for entry in WalkDir::new(folder).sort_by_file_name() {
+        let entry = entry?;
+        if entry.file_type().is_file() {
+            files.push(entry.into_path());
+        }
+    }
+    Ok(files)
+}
+
+/// Prints a file's place and size.
+pub fn tell_size(file: &Path) -> Result<u64> {
+    let bytes = std::fs::metadata(file).with_context(|| file.display().to_string())?;
+    let megabytes = bytes.len() as f64 / 1e6;
+    eprintln!("== {} of {megabytes:.1} MB", file.display());
+    Ok(bytes.len())
+}
