@@ -2,63 +2,56 @@
 
 use std::fs::File;
 use std::io::Read;
-use std::process::{ChildStdin, Stdio};
-use std::thread::JoinHandle;
+use std::process::Stdio;
 
 use anyhow::{Context, Result};
 
-use crate::shell::command;
-use crate::steps;
+use crate::shell::{command, end_all};
 use crate::workspace::in_target;
 
-/// `cargo xtask beside`, begun. What it prints comes when it has ended; where it failed, that ends the steps beside it.
-pub struct Beside {
-    ended: JoinHandle<bool>,
-    /// The other process ends with it.
-    life: Option<ChildStdin>,
+/// Runs steps with `cargo xtask beside` beside them, which prints when it has ended. Where one of both fails, that ends the other.
+/// Did both pass?
+pub fn beside(steps: impl Fn() -> bool) -> bool {
+    run(steps).unwrap_or_else(|error| {
+        eprintln!("xtask: {error:#}");
+        false
+    })
 }
 
-impl Beside {
-    /// Begins; an error where the process cannot be started.
-    pub fn begin() -> Result<Self> {
-        let log = in_target("beside.log");
-        let output = File::create(&log).with_context(|| log.display().to_string())?;
-        let program = std::env::current_exe()?;
-        let mut process = command!("nice -n 10 {program} beside")
-            .stdin(Stdio::piped())
-            .stdout(output.try_clone()?)
-            .stderr(output)
-            .spawn()
-            .context("nice")?;
-        let life = process.stdin.take();
-        let ended = std::thread::spawn(move || {
-            let passed = process.wait().is_ok_and(|status| status.success());
-            eprint!("{}", std::fs::read_to_string(log).unwrap_or_default());
+fn run(steps: impl Fn() -> bool) -> Result<bool> {
+    let log = in_target("beside.log");
+    let output = File::create(&log).with_context(|| log.display().to_string())?;
+    let program = std::env::current_exe()?;
+    let mut other = command!("nice -n 10 {program} beside")
+        .stdin(Stdio::piped())
+        .stdout(output.try_clone()?)
+        .stderr(output)
+        .spawn()
+        .context("nice")?;
+    // The other process ends with it.
+    let life = other.stdin.take();
+    std::thread::scope(|scope| {
+        let other = scope.spawn(|| {
+            let passed = other.wait().is_ok_and(|status| status.success());
+            eprint!("{}", std::fs::read_to_string(&log).unwrap_or_default());
             if !passed {
-                steps::end();
+                end_all();
             }
             passed
         });
-        Ok(Self { ended, life })
-    }
-
-    /// Waits for the end. Did all pass?
-    pub fn passed(self) -> bool {
-        self.ended.join().unwrap_or(false)
-    }
-
-    /// Ends it early.
-    pub fn end(mut self) {
-        self.life = None;
-        let _ = self.ended.join();
-    }
+        let life = life.filter(|_| steps());
+        let passed = life.is_some();
+        let other_passed = other.join().unwrap_or(false);
+        drop(life);
+        Ok(passed && other_passed)
+    })
 }
 
 /// Ends this process and its steps when its standard input ends, as it does with the process that began it.
 pub fn end_with_the_other() {
     std::thread::spawn(|| {
         let _ = std::io::stdin().read_to_end(&mut Vec::new());
-        steps::end();
+        end_all();
         std::process::exit(1);
     });
 }

@@ -7,7 +7,7 @@ use std::path::{Component, Path, PathBuf};
 
 use anyhow::{Result, ensure};
 
-use crate::shell::{Run, command, files, put, shell};
+use crate::shell::{Run, command, files, has, put, shell};
 use crate::steps::missing;
 use crate::workspace::{binary, in_target, target};
 use crate::{alone, page, python};
@@ -112,7 +112,7 @@ fn mdbook() -> Result<PathBuf> {
     let own = python::OF_TESTS.path("mdbook");
     match own.exists() {
         true => Ok(own),
-        false if command!("mdbook --version").works() => Ok("mdbook".into()),
+        false if has("mdbook") => Ok("mdbook".into()),
         false => missing("mdbook is missing, which Python brings (docs/requirements.txt)"),
     }
 }

@@ -5,8 +5,8 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
-use crate::embedded::{BOARDS, PLAIN, run_on};
-use crate::shell::{Run, command, empty_folder, shell};
+use crate::embedded::{BOARDS, Board, PLAIN, run_on};
+use crate::shell::{Run, command, empty_folder, has, shell};
 use crate::steps::missing;
 use crate::toolchain::CORTEX_M;
 use crate::workspace::{in_target, root};
@@ -26,6 +26,15 @@ const M4F: [&str; 4] = [
     "-mthumb",
     "-mfloat-abi=hard",
     "-mfpu=fpv4-sp-d16",
+];
+const M4F_LINKER: [&str; 7] = [
+    "firmware/c/startup.c",
+    "--specs=rdimon.specs",
+    "-Wl,--gc-sections",
+    "-Wl,--no-warn-execstack",
+    "-lm",
+    "-T",
+    "firmware/c/mps2.ld",
 ];
 /// Every access to memory and every undefined operation of the C code is checked.
 const SANITIZERS: [&str; 3] = [
@@ -88,74 +97,71 @@ pub fn check(vectors: &str) -> Result<()> {
     let library = folder.join("libseatrial_ffi.a").display().to_string();
     let [rpath, from] = ["-Wl,-rpath,", "-L"].map(|option| format!("{option}{}", folder.display()));
     let sanitized = [&SANITIZERS[..], &[&library]].concat();
-    let kinds = [
-        ("static", vec![library.as_str()]),
-        ("shared", vec![&rpath, &from, "-lseatrial_ffi"]),
-        ("sanitized", sanitized),
-    ];
-    for (kind, options) in kinds {
-        let options = [&options[..], &HOST_LIBRARIES].concat();
-        examples(
-            &tables,
-            &DOUBLE,
-            kind,
-            |example| {
-                let program = in_target(format!("firmware/{example}-{kind}"));
-                compiler("gcc", example, &program).args(&options).run()?;
-                Ok(program)
-            },
-            |program, words| {
-                let words = words.iter().skip(1);
-                command!("{program} {words...}").read()
-            },
-        )?;
+    for (kind, options) in [
+        ("static", &[library.as_str()][..]),
+        ("shared", &[&rpath, &from, "-lseatrial_ffi"]),
+        ("sanitized", &sanitized),
+    ] {
+        let options = [options, &HOST_LIBRARIES].concat();
+        examples(&tables, &DOUBLE, (kind, None), &options)?;
     }
     does_not_link_for_other_numbers(&library)?;
     for (width, precision) in [&SINGLE, &DOUBLE].into_iter().enumerate() {
-        let library = build_for_m4f(precision)?;
+        let library = build_for_m4f(precision)?.display().to_string();
         for (program, prefixes, limits) in PROGRAMS {
-            let bytes = code_bytes(prefixes, &library)?;
+            let (bytes, limit) = (code_bytes(prefixes, &library)?, limits[width]);
             eprintln!("C code, {}, {program}: {bytes} bytes", precision.name);
-            let limit = limits[width];
-            ensure!(
-                bytes <= limit,
-                "{program}: {bytes} bytes of code, at most {limit}"
-            );
+            ensure!(bytes <= limit, "{program}: more than {limit} bytes of code");
         }
-        let kind = format!("{}, {}", BOARDS[0].name, precision.name);
+        let options = [&M4F[..], &[&library], &M4F_LINKER].concat();
+        let options = options
+            .into_iter()
+            .chain(precision.define)
+            .collect::<Vec<_>>();
         examples(
             &tables,
             precision,
-            &kind,
-            |example| compile_for_m4f(example, precision, &library),
-            |program, words| {
-                let arguments = words.iter().map(|word| format!(",arg={word}"));
-                let arguments = [PLAIN.to_owned()]
-                    .into_iter()
-                    .chain(arguments)
-                    .collect::<String>();
-                run_on(&BOARDS[0], program, &arguments, &[])
-            },
+            (BOARDS[0].name, Some(&BOARDS[0])),
+            &options,
         )?;
     }
     is_found_when_installed(&folder)
 }
 
-/// Compiles both examples and runs them: `parity` on every table of a precision, and the loop, which finds its vehicle.
+/// Compiles both examples and runs them here or on a board: `parity` on every table of a precision, and the loop, which finds its vehicle.
 fn examples(
     tables: &[Table],
     precision: &Precision,
-    kind: &str,
-    compile: impl Fn(&str) -> Result<PathBuf>,
-    run: impl Fn(&Path, &[&str]) -> Result<String>,
+    (place, board): (&str, Option<&Board>),
+    options: &[&str],
 ) -> Result<()> {
-    let parity = compile("parity")?;
-    for (table, _, file) in tables.iter().filter(|(_, of, _)| of == precision.name) {
+    let gcc = if board.is_some() {
+        "arm-none-eabi-gcc"
+    } else {
+        "gcc"
+    };
+    let (width, folder) = (precision.name, in_target("firmware"));
+    let [parity, trial] =
+        ["parity", "loop_20hz"].map(|example| folder.join(format!("{example}-{place}-{width}")));
+    compiler(gcc, "parity", &parity).args(options).run()?;
+    compiler(gcc, "loop_20hz", &trial).args(options).run()?;
+    let run = |program: &Path, words: &[&str]| match board {
+        Some(board) => {
+            let words = words.iter().map(|word| format!(",arg={word}"));
+            run_on(
+                board,
+                program,
+                &format!("{PLAIN}{}", words.collect::<String>()),
+                &[],
+            )
+        }
+        None => Command::new(program).args(words.iter().skip(1)).read(),
+    };
+    for (table, _, file) in tables.iter().filter(|(_, of, _)| of == width) {
         let said = run(&parity, &["parity", table, &file.to_string_lossy()])?;
-        eprintln!("C ({kind}): {}", said.trim_end());
+        eprintln!("C ({place}, {width}): {}", said.trim_end());
     }
-    let said = run(&compile("loop_20hz")?, &[])?;
-    finds_its_vehicle(&said)
+    finds_its_vehicle(&run(&trial, &[])?)
 }
 
 /// Fails where the loop says that it has found another vehicle.
@@ -179,7 +185,7 @@ target_link_libraries(loop PRIVATE seatrial::seatrial)
 /// The library, installed by CMake, is found by CMake and by pkg-config; `built` is the folder of the one that is there.
 fn is_found_when_installed(built: &Path) -> Result<()> {
     for tool in ["cmake", "pkg-config"] {
-        if !command!("{tool} --version").works() {
+        if !has(tool) {
             return missing(format!(
                 "{tool} is missing, with which the library for C is installed"
             ));
@@ -249,22 +255,9 @@ fn build_for_m4f(precision: &Precision) -> Result<PathBuf> {
     Ok(folder.join(CORTEX_M).join("embedded/libseatrial_ffi.a"))
 }
 
-fn compile_for_m4f(example: &str, precision: &Precision, library: &Path) -> Result<PathBuf> {
-    let program = in_target(format!("firmware/{example}-m4f-{}", precision.name));
-    let mut gcc = compiler("arm-none-eabi-gcc", example, &program);
-    gcc.args(M4F)
-        .args(precision.define)
-        .arg("firmware/c/startup.c")
-        .arg(library);
-    let linker =
-        "--specs=rdimon.specs -Wl,--gc-sections -Wl,--no-warn-execstack -lm -T firmware/c/mps2.ld";
-    gcc.args(linker.split(' ')).run()?;
-    Ok(program)
-}
-
 /// What the functions of the header with these prefixes bring into an image: all that the linker does not throw away. With a panic path among
 /// it there is no image.
-fn code_bytes(prefixes: &[&str], library: &Path) -> Result<u64> {
+fn code_bytes(prefixes: &[&str], library: &str) -> Result<u64> {
     let header = shell().read_file(format!("{LIBRARY}/include/seatrial.h"))?;
     let declared = header.lines().filter_map(|line| {
         let name = line.split_once('(')?.0.rsplit([' ', '*']).next()?;

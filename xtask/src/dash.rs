@@ -41,7 +41,8 @@ pub fn check() -> Result<()> {
         .trim_start_matches("http://")
         .trim_end_matches('/');
     // With control, so that commands are looked at.
-    let control = Client::of(address).order("/api/v1/control", &json!({"name": "schemathesis"}))?;
+    let control =
+        Client::of(address)?.order("/api/v1/control", &json!({"name": "schemathesis"}))?;
     let lease = control["lease"].as_str().context("no lease")?;
     // Without control other commands would not be looked at: giving it back is tried last.
     for which in ["--exclude-operation-id", "--include-operation-id"] {

@@ -4,7 +4,7 @@
 use anyhow::{Result, ensure};
 
 use crate::long_log::long_log;
-use crate::shell::{Run, command, tell_size};
+use crate::shell::{Run, command, has, tell_size};
 use crate::steps::missing;
 use crate::toolchain::BROWSER;
 use crate::workspace::in_target;
@@ -40,7 +40,7 @@ pub fn build_loader() -> Result<()> {
         .join(BROWSER)
         .join("release/seatrial_foxglove_loader.wasm");
     tell_size(&module)?;
-    if !command!("node --version").works() {
+    if !has("node") {
         return missing("node, in which the module is loaded, is missing");
     }
     let log = long_log("examples/log.bin", LOG_MB)?;

@@ -143,7 +143,7 @@ impl Survey {
             self.faults
                 .push(format!("file {path}  ({} lines)", source.production_lines));
         }
-        for function in source.functions() {
+        for function in &source.functions {
             self.function_lengths.push(function.lines);
             let place = format!(
                 "{} at {path}:{}: {} lines",
@@ -169,7 +169,7 @@ impl Survey {
             }
         }
         if !floors::is_edge(package) {
-            let places = source.string_errors().into_iter();
+            let places = source.string_errors.iter();
             self.faults
                 .extend(places.map(|line| format!("string-error {package}  ({path}:{line})")));
         }

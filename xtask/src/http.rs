@@ -1,38 +1,41 @@
-//! Requests to a dashboard on this machine, as a browser and BlueOS send them.
+//! Requests to a dashboard on this machine, as a browser and BlueOS send them, by curl.
 
-use std::io::{Read, Write};
-use std::net::TcpStream;
-use std::time::Duration;
+use std::path::Path;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 
-/// Longer than a long log takes on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(300);
+use crate::shell::{Run, command, has};
+use crate::steps::missing;
+
+/// Longer than a long log takes on a busy machine, s.
+const PATIENCE: &str = "300";
 
 /// A browser.
 pub struct Client {
-    /// The server, ADDRESS:PORT.
-    pub address: String,
-    /// The name that a person types.
+    address: String,
+    /// The name that a person types, NAME:PORT.
     pub host: String,
-    /// Headers of every request, each with its line end.
-    pub headers: String,
+    /// Headers of every request.
+    pub headers: Vec<String>,
 }
 
 impl Client {
-    /// A browser without a token.
-    pub fn of(address: &str) -> Self {
-        Self {
+    /// A browser of the server at ADDRESS:PORT.
+    pub fn of(address: &str) -> Result<Self> {
+        if !has("curl") {
+            return missing("curl is missing");
+        }
+        Ok(Self {
             address: address.into(),
             host: address.into(),
-            headers: String::new(),
-        }
+            headers: Vec::new(),
+        })
     }
 
     /// The body of the answer to GET.
     pub fn get(&self, path: &str) -> Result<String> {
-        self.ask("GET", path, "text/plain", &[])
+        self.ask(path, &[])
     }
 
     /// The answer to GET, a JSON document.
@@ -40,22 +43,34 @@ impl Client {
         json(&self.get(path)?)
     }
 
-    /// The JSON document of the answer to POST of bytes.
-    pub fn post(&self, path: &str, body: &[u8]) -> Result<Value> {
-        json(&self.ask("POST", path, "application/octet-stream", body)?)
+    /// The JSON document of the answer to POST of a file.
+    pub fn post(&self, path: &str, file: &Path) -> Result<Value> {
+        let content = format!("@{}", file.display());
+        json(&self.ask(
+            path,
+            &[
+                "-H",
+                "Content-Type: application/octet-stream",
+                "--data-binary",
+                &content,
+            ],
+        )?)
     }
 
     /// The JSON document of the answer to POST of another one.
     pub fn order(&self, path: &str, body: &Value) -> Result<Value> {
         json(&self.ask(
-            "POST",
             path,
-            "application/json",
-            body.to_string().as_bytes(),
+            &[
+                "-H",
+                "Content-Type: application/json",
+                "--data-raw",
+                &body.to_string(),
+            ],
         )?)
     }
 
-    /// The page and the files that it names, each with its text.
+    /// The files that the page names, each with its text.
     pub fn page(&self) -> Result<Vec<(String, String)>> {
         let page = self.get("/")?;
         let named = page
@@ -69,26 +84,10 @@ impl Client {
         Ok(files)
     }
 
-    fn ask(&self, method: &str, path: &str, kind: &str, body: &[u8]) -> Result<String> {
-        let asked = || format!("{method} {path}");
-        let mut stream = TcpStream::connect(&self.address).with_context(asked)?;
-        stream.set_read_timeout(Some(PATIENCE))?;
-        let (host, length) = (&self.host, body.len());
-        let head = format!(
-            "{method} {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\n{}\r\n",
-            self.headers
-        );
-        stream
-            .write_all(&[head.as_bytes(), body].concat())
-            .with_context(asked)?;
-        let mut answer = Vec::new();
-        stream.read_to_end(&mut answer).with_context(asked)?;
-        let answer = String::from_utf8_lossy(&answer);
-        let (head, body) = answer.split_once("\r\n\r\n").unwrap_or_default();
-        match head.split(' ').nth(1).unwrap_or("no answer") {
-            status if status.starts_with('2') => Ok(body.to_owned()),
-            status => bail!("{method} {path}: {status}: {body}"),
-        }
+    fn ask(&self, path: &str, more: &[&str]) -> Result<String> {
+        let (host, address) = (&self.host, &self.address);
+        let headers = self.headers.iter().flat_map(|header| ["-H", header]);
+        command!("curl --silent --show-error --fail-with-body --max-time {PATIENCE} --connect-to ::{address} {headers...} {more...} http://{host}{path}").read()
     }
 }
 

@@ -34,7 +34,7 @@ use std::time::Instant;
 use anyhow::Result;
 use clap::Parser;
 
-use beside::Beside;
+use beside::beside;
 use shell::{Run, command};
 use steps::{Step, in_order, passes, side_by_side};
 use workspace::{in_target, root};
@@ -146,7 +146,7 @@ const SITE: Step = ("the docs as a site", book::check);
 const INSTRUCTIONS: Step = ("instructions", instructions::check);
 const EXTENDING: Step = ("a program outside the workspace", extending::check);
 const OLDEST: Step = ("old compilers", oldest::check);
-const MICROCONTROLLERS: Step = ("microcontrollers", embedded::check);
+const MICROCONTROLLERS: Step = ("microcontrollers", || c_library::check(&embedded::check()?));
 
 fn main() -> ExitCode {
     let asked = Asked::parse();
@@ -200,23 +200,14 @@ fn test(checks: fn() -> bool) -> bool {
 }
 
 fn everything() -> bool {
-    let beside = match Beside::begin() {
-        Ok(beside) => beside,
-        Err(error) => {
-            eprintln!("xtask: {error:#}");
-            return false;
-        }
+    let with_the_tests = || {
+        in_order(&[PYTHON_FOR_TESTS])
+            && with_cargo(&format!("--features {ROS2}"))
+            && in_order(&[("vehicles over ROS 2", over_ros2)])
+            && side_by_side(&[&[PYTHON, DASHBOARD], &[PAGE, PAGE_ALONE, SITE]])
     };
-    let passed = in_order(&[PYTHON_FOR_TESTS])
-        && with_cargo(&format!("--features {ROS2}"))
-        && in_order(&[("vehicles over ROS 2", over_ros2)])
-        && side_by_side(&[&[PYTHON, DASHBOARD], &[PAGE, PAGE_ALONE, SITE]]);
-    if !passed {
-        beside.end();
-        return false;
-    }
     // What is measured is not disturbed.
-    beside.passed() && in_order(&[PYTHON_SPEED])
+    beside(with_the_tests) && in_order(&[PYTHON_SPEED])
 }
 
 /// What is built apart from the workspace's tests.

@@ -1,14 +1,15 @@
 //! Commands, files and waiting, each with a message that says what failed.
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use walkdir::WalkDir;
 use xshell::Shell;
 
-use crate::steps;
 use crate::workspace::target;
 
 /// A [`Command`] of the words between blanks. `{value}` stands for a value, `{list...}` for as many words as the list has.
@@ -43,7 +44,7 @@ pub trait Run {
 
 impl Run for Command {
     fn run(&mut self) -> Result<()> {
-        let output = steps::wait_for(self)?;
+        let output = wait_for(self)?;
         succeeded(self, &output).map(drop)
     }
 
@@ -54,7 +55,7 @@ impl Run for Command {
 
     fn outcome(&mut self) -> Result<Output> {
         self.stdin(Stdio::null());
-        steps::wait_for(self.stdout(Stdio::piped()).stderr(Stdio::piped()))
+        wait_for(self.stdout(Stdio::piped()).stderr(Stdio::piped()))
     }
 
     fn works(&mut self) -> bool {
@@ -73,6 +74,43 @@ fn succeeded(command: &Command, output: &Output) -> Result<String> {
     }
     let errors = String::from_utf8_lossy(&output.stderr);
     bail!("{}: {}\n{said}{errors}", words(command), output.status)
+}
+
+/// The processes that commands wait for; `None` once all are to end.
+static RUNNING: Mutex<Option<Vec<u32>>> = Mutex::new(Some(Vec::new()));
+
+fn wait_for(command: &mut Command) -> Result<Output> {
+    let child = {
+        let mut running = RUNNING.lock().expect("no panic");
+        let running = running.as_mut().context("another step has failed")?;
+        let child = command.spawn().with_context(|| words(command))?;
+        running.push(child.id());
+        child
+    };
+    let id = child.id();
+    let output = child.wait_with_output();
+    if let Some(running) = RUNNING.lock().expect("no panic").as_mut() {
+        running.retain(|other| *other != id);
+    }
+    output.with_context(|| words(command))
+}
+
+/// Ends every command that is waited for; no other begins.
+pub fn end_all() {
+    let running = RUNNING.lock().expect("no panic").take();
+    running.into_iter().flatten().for_each(ask_to_end);
+}
+
+/// Whether [`end_all`] was called.
+pub fn is_over() -> bool {
+    RUNNING.lock().expect("no panic").is_none()
+}
+
+/// Asks a process to end, by the shell's own `kill`: the smallest systems have no program of that name.
+pub fn ask_to_end(process: impl Display) {
+    let kill = format!("kill -TERM {process}");
+    // One that has ended already cannot be asked.
+    let _ = Command::new("sh").args(["-c", &kill]).status();
 }
 
 /// A command as it is typed.
@@ -119,6 +157,18 @@ pub fn put(from: impl AsRef<Path>, to: impl AsRef<Path>) -> Result<()> {
     let to = to.as_ref();
     shell().create_dir(to.parent().unwrap_or(to))?;
     Ok(shell().copy_file(from, to)?)
+}
+
+/// Whether a program is there and tells its version.
+pub fn has(program: &str) -> bool {
+    command!("{program} --version").works()
+}
+
+/// Fails where something took longer than its goal, s.
+pub fn in_time(what: &str, seconds: f64, goal_s: f64) -> Result<()> {
+    eprintln!("== {what} in {seconds:.1} s");
+    ensure!(seconds < goal_s, "{what}: more than {goal_s} s");
+    Ok(())
 }
 
 /// Every file of a folder and of those in it, sorted.

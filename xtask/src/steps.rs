@@ -1,19 +1,14 @@
 //! Steps of a check, in order or side by side. The first that fails ends the others.
 
 use std::fmt::Display;
-use std::process::{Command, Output};
-use std::sync::Mutex;
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
-use crate::shell::words;
+use crate::shell::{end_all, is_over};
 
 /// A name, and what is done.
 pub type Step = (&'static str, fn() -> Result<()>);
-
-/// The processes that steps wait for; `None` once a step has failed.
-static RUNNING: Mutex<Option<Vec<u32>>> = Mutex::new(Some(Vec::new()));
 
 /// What a step needs and is not there: the step is skipped, which is said; with `CI=true` it fails.
 #[derive(Debug, thiserror::Error)]
@@ -50,7 +45,7 @@ pub fn passes(name: &str, step: impl FnOnce() -> Result<()>) -> bool {
         }
         Err(error) => {
             eprintln!("{error:#}\n== {name} failed");
-            end();
+            end_all();
             false
         }
     }
@@ -69,40 +64,6 @@ pub fn side_by_side(rows: &[&[Step]]) -> bool {
             .collect();
         (running.into_iter()).all(|row| row.join().unwrap_or(false))
     })
-}
-
-/// Runs a command to its end, or until another step fails.
-pub fn wait_for(command: &mut Command) -> Result<Output> {
-    let child = {
-        let mut running = RUNNING.lock().expect("no panic");
-        let running = running.as_mut().context("another step has failed")?;
-        let child = command.spawn().with_context(|| words(command))?;
-        running.push(child.id());
-        child
-    };
-    let id = child.id();
-    let output = child.wait_with_output();
-    if let Some(running) = RUNNING.lock().expect("no panic").as_mut() {
-        running.retain(|other| *other != id);
-    }
-    output.with_context(|| words(command))
-}
-
-/// Ends every command that a step waits for; no other begins.
-pub fn end() {
-    let running = RUNNING.lock().expect("no panic").take();
-    running.unwrap_or_default().into_iter().for_each(ask_to_end);
-}
-
-/// Asks a process to end, by the shell's own `kill`: the smallest systems have no program of that name.
-pub fn ask_to_end(process: impl Display) {
-    let kill = format!("kill -TERM {process}");
-    // One that has ended already cannot be asked.
-    let _ = Command::new("sh").args(["-c", &kill]).status();
-}
-
-fn is_over() -> bool {
-    RUNNING.lock().expect("no panic").is_none()
 }
 
 #[cfg(test)]

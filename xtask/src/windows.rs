@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::archive::{self, WINDOWS};
 use crate::http::Client;
-use crate::shell::{Run, command, empty_folder, patiently, shell, tell_size};
+use crate::shell::{Run, command, empty_folder, has, patiently, shell, tell_size};
 use crate::steps::missing;
 use crate::toolchain::needs_library;
 use crate::workspace::{binary, in_target};
@@ -31,7 +31,7 @@ const PLAN: &str = include_str!("../../crates/seatrial-cli/tests/short_plan.toml
 pub fn check() -> Result<()> {
     needs_library(WINDOWS)?;
     for (program, package) in [(COMPILER, "gcc-mingw-w64-x86-64"), ("wine", "wine")] {
-        if !command!("{program} --version").works() {
+        if !has(program) {
             return missing(format!("{program} is missing: Debian's {package}"));
         }
     }
@@ -115,7 +115,7 @@ fn says_the_same() -> Result<()> {
 
 /// The dashboard's page and everything that it names.
 fn serves_the_page() -> Result<()> {
-    let client = Client::of(DASHBOARD);
+    let client = Client::of(DASHBOARD)?;
     let mut serve = wine(&format!("serve --listen {DASHBOARD}"));
     let _serving = serve.stdout(Stdio::null()).stderr(Stdio::null()).begin()?;
     patiently(PATIENCE, "a page under Wine", || Ok(client.get("/").ok()))?;

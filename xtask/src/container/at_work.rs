@@ -2,6 +2,7 @@
 //! `/data`, beside a vehicle that it reaches through a router of MAVLink as on BlueOS.
 
 use std::net::UdpSocket;
+use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
@@ -12,7 +13,7 @@ use super::sandbox::Container;
 use super::{MEMORY, arguments, text};
 use crate::http::Client;
 use crate::long_log::long_log;
-use crate::shell::{Run, command, patiently, shell};
+use crate::shell::{Run, command, patiently};
 use crate::wheel;
 use crate::workspace::in_target;
 
@@ -61,11 +62,9 @@ pub fn check() -> Result<()> {
 
     let mut container = Container::start(&in_target("container"), &binary, &text)?;
     let (_, port) = after("--listen")?.rsplit_once(':').unwrap_or_default();
-    let mut client = Client {
-        address: format!("127.0.0.1:{port}"),
-        host: format!("{}:{port}", after("--host")?),
-        headers: format!("Authorization: Bearer {}\r\n", container.token),
-    };
+    let mut client = Client::of(&format!("127.0.0.1:{port}"))?;
+    client.host = format!("{}:{port}", after("--host")?);
+    client.headers = vec![format!("Authorization: Bearer {}", container.token)];
     for (name, stage) in STAGES {
         let begun = Instant::now();
         stage(&mut client, vehicle).with_context(|| format!("{name}\n{}", container.said()))?;
@@ -113,8 +112,10 @@ fn the_page(client: &mut Client, _: &str) -> Result<()> {
 }
 
 fn a_log(client: &mut Client, _: &str) -> Result<()> {
-    let log = shell().read_binary_file("docs/sample/boat.csv")?;
-    let found = client.post(&format!("{API}/logs/identify?name=boat.csv"), &log)?;
+    let found = client.post(
+        &format!("{API}/logs/identify?name=boat.csv"),
+        Path::new("docs/sample/boat.csv"),
+    )?;
     let outcome = &found["document"]["verdict"]["outcome"];
     ensure!(
         outcome == "use",
@@ -124,7 +125,7 @@ fn a_log(client: &mut Client, _: &str) -> Result<()> {
 }
 
 fn a_long_log(client: &mut Client, _: &str) -> Result<()> {
-    let log = shell().read_binary_file(long_log("container/long.bin", LONG_LOG_MB)?)?;
+    let log = long_log("container/long.bin", LONG_LOG_MB)?;
     let found = client.post(&format!("{API}/logs/identify?name=long.bin"), &log)?;
     let source = &found["document"]["source"];
     let read = source["samples_read"].as_u64().unwrap_or(0);
@@ -136,7 +137,7 @@ fn a_long_log(client: &mut Client, _: &str) -> Result<()> {
 fn a_trial(client: &mut Client, vehicle: &str) -> Result<()> {
     let control = client.order(&format!("{API}/control"), &json!({"name": "container"}))?;
     let lease = control["lease"].as_str().context("no lease")?;
-    client.headers += &format!("seatrial-lease: {lease}\r\n");
+    client.headers.push(format!("seatrial-lease: {lease}"));
     let mut plan = client.document(&format!("{API}/plans/default"))?;
     plan["thrusts"] = json!([0.6]);
     let order = json!({"vehicle": vehicle, "plan": plan, "agreed": true});

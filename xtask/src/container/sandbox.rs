@@ -8,8 +8,7 @@ use std::time::Duration;
 use anyhow::{Context, Result, bail, ensure};
 
 use super::{arguments, instructions, user};
-use crate::shell::{Run, Running, command, empty_folder, files, patiently, put, shell};
-use crate::steps::ask_to_end;
+use crate::shell::{Run, Running, ask_to_end, command, empty_folder, files, patiently, put, shell};
 
 const PATIENCE: Duration = Duration::from_secs(60);
 /// Mounts the root read-only with the volume in it, then becomes the command.

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::Result;
-use syn::visit::{self, Visit};
-use syn::{Attribute, Item, Meta, Type, Visibility};
+use syn::{Item, Visibility};
 
 use super::source::Source;
 use crate::shell::shell;
@@ -27,22 +26,20 @@ impl Counts {
     /// Adds the concepts of a file, and its lines to those of its crate.
     pub fn add(&mut self, package: &str, path: &Path, source: &Source) {
         self.raise(&format!("lines.{package}"), source.production_lines);
-        let mut found = Concepts::default();
-        found.visit_file(&source.code);
         if package == ESTIMATOR {
-            self.raise("constants", found.constants);
-            self.raise("reason_codes", found.reason_codes);
+            self.raise("constants", source.constants);
+            self.raise("reason_codes", source.reason_codes);
             if path.ends_with("lib.rs") {
                 let is_public = |item: &&Item| matches!(item, Item::Mod(module) if matches!(module.vis, Visibility::Public(_)));
                 self.raise(
                     "public_modules",
-                    source.code.items.iter().filter(is_public).count(),
+                    source.items.iter().filter(is_public).count(),
                 );
             }
         }
         if package == TERMINAL {
-            self.raise("verbs", found.verbs);
-            self.raise("options", found.options);
+            self.raise("verbs", source.verbs);
+            self.raise("options", source.options);
         }
     }
 
@@ -82,70 +79,6 @@ impl Counts {
         }
         faults
     }
-}
-
-/// What a file adds to the counts.
-#[derive(Default)]
-struct Concepts {
-    constants: usize,
-    reason_codes: usize,
-    verbs: usize,
-    options: usize,
-}
-
-impl Visit<'_> for Concepts {
-    fn visit_item_const(&mut self, constant: &syn::ItemConst) {
-        self.constants += usize::from(is_number(&constant.ty));
-        visit::visit_item_const(self, constant);
-    }
-
-    fn visit_impl_item_const(&mut self, constant: &syn::ImplItemConst) {
-        self.constants += usize::from(is_number(&constant.ty));
-    }
-
-    fn visit_item_enum(&mut self, item: &syn::ItemEnum) {
-        // An old spelling is not shown by help.
-        let is_shown = |variant: &&syn::Variant| !holds(&variant.attrs, "command", "hide");
-        let shown = item.variants.iter().filter(is_shown).count();
-        self.reason_codes += if item.ident == "ReasonCode" { shown } else { 0 };
-        self.verbs += if holds(&item.attrs, "derive", "Subcommand") {
-            shown
-        } else {
-            0
-        };
-        visit::visit_item_enum(self, item);
-    }
-
-    fn visit_field(&mut self, field: &syn::Field) {
-        self.options += usize::from(holds(&field.attrs, "arg", "long"));
-    }
-}
-
-/// A number, or a list of numbers.
-fn is_number(kind: &Type) -> bool {
-    const NUMBERS: [&str; 10] = [
-        "f64", "f32", "usize", "u64", "u32", "u16", "u8", "i64", "i32", "i16",
-    ];
-    match kind {
-        Type::Array(array) => is_number(&array.elem),
-        Type::Path(path) => NUMBERS.iter().any(|number| path.path.is_ident(number)),
-        _ => false,
-    }
-}
-
-/// Is one of the attributes `name(...)` with this word in it?
-fn holds(attributes: &[Attribute], name: &str, word: &str) -> bool {
-    attributes.iter().any(|attribute| match &attribute.meta {
-        Meta::List(list) => {
-            list.path.is_ident(name)
-                && list
-                    .tokens
-                    .clone()
-                    .into_iter()
-                    .any(|token| token.to_string() == word)
-        }
-        _ => false,
-    })
 }
 
 #[cfg(test)]

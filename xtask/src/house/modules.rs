@@ -5,14 +5,19 @@
 //! What a parent and its descendants have of each other is not counted.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::hash::RandomState;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use anyhow::Result;
-use syn::{Expr, Item, ItemMod, Lit, Meta};
+use petgraph::algo::tarjan_scc;
+use petgraph::graphmap::DiGraphMap;
+use syn::spanned::Spanned;
+use syn::visit::Visit;
+use syn::{Item, ItemMod};
 
 use super::paths::{Import, Module, Name};
-use super::source::Source;
+use super::source::{Source, is_test};
 
 /// The modules of a library or a program.
 #[derive(Default)]
@@ -50,7 +55,7 @@ impl Modules {
     fn read_file(&mut self, path: &Path, folder: &Path, name: Name) -> Result<()> {
         let source = Rc::new(Source::read(path)?);
         self.files.push((path.to_owned(), Rc::clone(&source)));
-        self.add(self.files.len() - 1, &source.code.items, folder, name)
+        self.add(self.files.len() - 1, &source.items, folder, name)
     }
 
     /// Adds a module with its submodules, whose code is no part of its own. `folder` is where the files of submodules are.
@@ -58,9 +63,12 @@ impl Modules {
         let mut module = Module::default();
         for item in items {
             let Item::Mod(child) = item else {
-                module.add(item);
+                module.visit_item(item);
                 continue;
             };
+            if is_test(&child.attrs) {
+                continue;
+            }
             let ident = child.ident.to_string();
             let inner = folder.join(&ident);
             let child_name = below(&name, &ident);
@@ -70,11 +78,8 @@ impl Modules {
                     let given =
                         path_attribute(child).map(|given| self.files[file].0.with_file_name(given));
                     let flat = given.unwrap_or_else(|| inner.with_extension("rs"));
-                    let path = if flat.exists() {
-                        flat
-                    } else {
-                        inner.join("mod.rs")
-                    };
+                    let path = Some(flat).filter(|flat| flat.exists());
+                    let path = path.unwrap_or_else(|| inner.join("mod.rs"));
                     self.read_file(&path, &inner, child_name)?;
                 }
             }
@@ -97,10 +102,10 @@ impl Modules {
         let edges = self.edges();
         let parents = self.modules.keys().filter_map(|name| name.split_last());
         let parents: BTreeSet<&[String]> = parents.map(|(_, parent)| parent).collect();
-        parents
-            .into_iter()
-            .flat_map(|parent| circles_below(parent, &edges))
-            .collect()
+        let circles = parents
+            .iter()
+            .flat_map(|parent| circles_below(parent, &edges));
+        circles.collect()
     }
 
     fn edges(&self) -> Vec<Edge> {
@@ -195,80 +200,46 @@ fn below(parent: &[String], child: &str) -> Name {
 
 /// The file that a `#[path = "..."]` names.
 fn path_attribute(module: &ItemMod) -> Option<String> {
-    module
+    let named = module
         .attrs
         .iter()
-        .find_map(|attribute| match &attribute.meta {
-            Meta::NameValue(named) if named.path.is_ident("path") => match &named.value {
-                Expr::Lit(literal) => match &literal.lit {
-                    Lit::Str(text) => Some(text.value()),
-                    _ => None,
-                },
-                _ => None,
-            },
-            _ => None,
-        })
+        .filter_map(|attribute| attribute.meta.require_name_value().ok());
+    let value = named
+        .filter(|named| named.path.is_ident("path"))
+        .map(|named| named.value.span())
+        .next();
+    Some(value?.source_text()?.trim_matches('"').to_owned())
 }
 
 /// Circles among the children of a module.
 fn circles_below(parent: &[String], edges: &[Edge]) -> Vec<Circle> {
-    let mut arrows: BTreeMap<[&str; 2], &str> = BTreeMap::new();
-    for edge in edges {
-        let [from, to] = [&edge.from, &edge.to]
-            .map(|name| name.strip_prefix(parent).and_then(<[String]>::first));
-        if let (Some(from), Some(to)) = (from, to)
-            && from != to
-        {
-            arrows.entry([from, to]).or_insert(&edge.place);
-        }
-    }
-    let mut reached: BTreeSet<[&str; 2]> = arrows.keys().copied().collect();
-    loop {
-        let further = reached.iter().flat_map(|[from, by]| {
-            let onward = arrows
-                .range([by, ""]..)
-                .take_while(move |([start, _], _)| start == by);
-            onward.map(move |([_, to], _)| [*from, *to])
-        });
-        let further: Vec<_> = further.filter(|pair| !reached.contains(pair)).collect();
-        if further.is_empty() {
-            break;
-        }
-        reached.extend(further);
-    }
-    let mutual = |member: &str| {
-        let others = reached
+    let child = |name: &'_ Name| name.strip_prefix(parent)?.first().cloned();
+    let ends = |edge: &Edge| Some((child(&edge.from)?, child(&edge.to)?));
+    let arrows = edges
+        .iter()
+        .rev()
+        .filter_map(|edge| Some((ends(edge)?, &edge.place)));
+    let arrows: BTreeMap<_, _> = arrows.filter(|((from, to), _)| from != to).collect();
+    let graph = DiGraphMap::<&str, (), RandomState>::from_edges(
+        arrows.keys().map(|(from, to)| (from.as_str(), to.as_str())),
+    );
+    let circles = tarjan_scc(&graph)
+        .into_iter()
+        .filter(|members| members.len() > 1);
+    let circles = circles.map(|mut members| {
+        members.sort_unstable();
+        let is_in = |name: &String| members.contains(&name.as_str());
+        let among = arrows
             .iter()
-            .filter(|[from, to]| *from == member && reached.contains(&[*to, *from]));
-        others.map(|[_, to]| *to).collect::<BTreeSet<_>>()
-    };
-    let in_circles = reached.iter().filter(|[from, to]| from == to);
-    let circles: BTreeSet<_> = in_circles.map(|[member, _]| mutual(member)).collect();
-    circles
-        .iter()
-        .map(|members| circle(parent, members, &arrows))
-        .collect()
-}
-
-fn circle(
-    parent: &[String],
-    members: &BTreeSet<&str>,
-    arrows: &BTreeMap<[&str; 2], &str>,
-) -> Circle {
-    let among = arrows
-        .iter()
-        .filter(|(pair, _)| pair.iter().all(|name| members.contains(name)));
-    let places = among.map(|([from, to], place)| format!("{from} uses {to} at {place}"));
-    let names: Vec<&str> = members.iter().copied().collect();
-    let prefix = if parent.is_empty() {
-        String::new()
-    } else {
-        format!("{}: ", parent.join("::"))
-    };
-    Circle {
-        name: format!("{prefix}{}", names.join(", ")),
-        places: places.collect(),
-    }
+            .filter(|((from, to), _)| is_in(from) && is_in(to));
+        let places = among
+            .map(|((from, to), place)| format!("{from} uses {to} at {place}"))
+            .collect();
+        let names = [parent.join("::"), members.join(", ")];
+        let name = names.join(": ").trim_start_matches(": ").to_owned();
+        Circle { name, places }
+    });
+    circles.collect()
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
 use syn::{Item, UseTree};
 
-use super::source::line;
+use super::source::{attributes, is_test, line};
 
 /// Names between `::`.
 pub type Name = Vec<String>;
@@ -22,7 +22,7 @@ pub struct Import {
 /// What the items of a module define and name.
 #[derive(Default)]
 pub struct Module {
-    /// Names of its own items.
+    /// Names of its own items, and, which does no harm, of those in them.
     pub items: BTreeSet<String>,
     /// Every name of its `use`.
     pub imports: Vec<Import>,
@@ -31,23 +31,6 @@ pub struct Module {
 }
 
 impl Module {
-    /// Adds an item that is no module.
-    pub fn add(&mut self, item: &Item) {
-        let name = match item {
-            Item::Const(item) => Some(&item.ident),
-            Item::Enum(item) => Some(&item.ident),
-            Item::Fn(item) => Some(&item.sig.ident),
-            Item::Static(item) => Some(&item.ident),
-            Item::Struct(item) => Some(&item.ident),
-            Item::Trait(item) => Some(&item.ident),
-            Item::Type(item) => Some(&item.ident),
-            Item::Union(item) => Some(&item.ident),
-            _ => None,
-        };
-        self.items.extend(name.map(ToString::to_string));
-        self.visit_item(item);
-    }
-
     /// Adds the names of a `use` tree behind a path.
     fn import(&mut self, line: usize, before: &[String], tree: &UseTree) {
         let with = |name: &syn::Ident| [before, &[name.to_string()]].concat();
@@ -88,6 +71,25 @@ impl Module {
 }
 
 impl Visit<'_> for Module {
+    fn visit_item(&mut self, item: &Item) {
+        if is_test(attributes(item)) {
+            return;
+        }
+        let name = match item {
+            Item::Const(item) => Some(&item.ident),
+            Item::Enum(item) => Some(&item.ident),
+            Item::Fn(item) => Some(&item.sig.ident),
+            Item::Static(item) => Some(&item.ident),
+            Item::Struct(item) => Some(&item.ident),
+            Item::Trait(item) => Some(&item.ident),
+            Item::Type(item) => Some(&item.ident),
+            Item::Union(item) => Some(&item.ident),
+            _ => None,
+        };
+        self.items.extend(name.map(ToString::to_string));
+        visit::visit_item(self, item);
+    }
+
     fn visit_item_use(&mut self, item: &syn::ItemUse) {
         self.import(line(item.span()), &[], &item.tree);
     }
@@ -124,7 +126,7 @@ mod tests {
             .unwrap()
             .items
             .iter()
-            .for_each(|item| module.add(item));
+            .for_each(|item| module.visit_item(item));
         let found: Vec<_> = module
             .imports
             .iter()

@@ -1,4 +1,4 @@
-//! What the checks need to know of a Rust file: its code, without that of tests.
+//! What the checks need to know of a Rust file: its code, without that of tests. What macros hold is not looked at.
 
 use std::path::Path;
 
@@ -6,19 +6,32 @@ use anyhow::{Context, Result};
 use proc_macro2::Span;
 use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
-use syn::visit_mut::{self, VisitMut};
-use syn::{Attribute, Block, GenericArgument, Item, Meta, PathArguments, Signature};
+use syn::{Attribute, Block, Field, File, GenericArgument, ImplItemFn, Item, ItemEnum, Meta};
+use syn::{PathArguments, PathSegment, Signature, TraitItemFn, Type, Variant};
 
 use crate::shell::shell;
 
-/// A file's text, and its code without comments and tests.
+/// A file and what is in it.
+#[derive(Default)]
 pub struct Source {
     /// The text as it is in the file.
     pub text: String,
-    /// What is no test.
-    pub code: syn::File,
+    /// Its items that are no test.
+    pub items: Vec<Item>,
     /// Lines that belong to no test.
     pub production_lines: usize,
+    /// Every function that has a body.
+    pub functions: Vec<Function>,
+    /// The lines that write a `Result` whose error is a `String`.
+    pub string_errors: Vec<usize>,
+    /// Constants that are numbers or lists of numbers.
+    pub constants: usize,
+    /// Variants of `ReasonCode`.
+    pub reason_codes: usize,
+    /// Variants of enums that derive `Subcommand` but for old spellings, which help does not show.
+    pub verbs: usize,
+    /// Options with a long name.
+    pub options: usize,
 }
 
 /// A function with the lines from its `fn` to its closing brace.
@@ -37,31 +50,90 @@ impl Source {
         Self::new(shell().read_file(path)?).with_context(|| path.display().to_string())
     }
 
-    /// Splits a file's text.
+    /// Looks through a file's text.
     pub fn new(text: String) -> Result<Self> {
-        let mut code = syn::parse_file(&text)?;
-        let mut tests = TestLines(0);
-        tests.visit_file_mut(&mut code);
-        let production_lines = text.lines().count().saturating_sub(tests.0);
-        Ok(Self {
+        let File { mut items, .. } = syn::parse_file(&text)?;
+        let mut source = Self {
+            production_lines: text.lines().count(),
             text,
-            code,
-            production_lines,
-        })
+            ..Self::default()
+        };
+        items.iter().for_each(|item| source.visit_item(item));
+        items.retain(|item| !is_test(attributes(item)));
+        Ok(Self { items, ..source })
     }
 
-    /// Every function of production code that has a body.
-    pub fn functions(&self) -> Vec<Function> {
-        let mut functions = Functions(Vec::new());
-        functions.visit_file(&self.code);
-        functions.0
+    fn leave_out(&mut self, test: &impl Spanned) {
+        let span = test.span();
+        self.production_lines -= span.end().line + 1 - line(span);
     }
 
-    /// The lines of production code that write a `Result` whose error is a `String`.
-    pub fn string_errors(&self) -> Vec<usize> {
-        let mut lines = StringErrors(Vec::new());
-        lines.visit_file(&self.code);
-        lines.0
+    fn add_function(&mut self, signature: &Signature, body: &Block) {
+        let line = line(signature.fn_token.span);
+        self.functions.push(Function {
+            name: signature.ident.to_string(),
+            line,
+            lines: body.span().end().line + 1 - line,
+        });
+    }
+}
+
+impl Visit<'_> for Source {
+    fn visit_item(&mut self, item: &Item) {
+        match item {
+            item if is_test(attributes(item)) => return self.leave_out(item),
+            Item::Fn(function) => self.add_function(&function.sig, &function.block),
+            Item::Const(constant) if is_number(&constant.ty) => self.constants += 1,
+            _ => {}
+        }
+        visit::visit_item(self, item);
+    }
+
+    fn visit_impl_item_fn(&mut self, function: &ImplItemFn) {
+        if is_test(&function.attrs) {
+            return self.leave_out(function);
+        }
+        self.add_function(&function.sig, &function.block);
+        visit::visit_impl_item_fn(self, function);
+    }
+
+    fn visit_trait_item_fn(&mut self, function: &TraitItemFn) {
+        if let Some(body) = &function.default {
+            self.add_function(&function.sig, body);
+        }
+        visit::visit_trait_item_fn(self, function);
+    }
+
+    fn visit_impl_item_const(&mut self, constant: &syn::ImplItemConst) {
+        self.constants += usize::from(is_number(&constant.ty));
+    }
+
+    fn visit_path_segment(&mut self, segment: &PathSegment) {
+        if segment.ident == "Result"
+            && let PathArguments::AngleBracketed(arguments) = &segment.arguments
+            && let Some(GenericArgument::Type(Type::Path(error))) = arguments.args.get(1)
+            && error.path.is_ident("String")
+        {
+            self.string_errors.push(line(segment.ident.span()));
+        }
+        visit::visit_path_segment(self, segment);
+    }
+
+    fn visit_item_enum(&mut self, item: &ItemEnum) {
+        let is_shown = |variant: &&Variant| !holds(&variant.attrs, "command", "hide");
+        let shown = item.variants.iter().filter(is_shown).count();
+        if item.ident == "ReasonCode" {
+            self.reason_codes += shown;
+        }
+        if holds(&item.attrs, "derive", "Subcommand") {
+            self.verbs += shown;
+        }
+        visit::visit_item_enum(self, item);
+    }
+
+    fn visit_field(&mut self, field: &Field) {
+        self.options += usize::from(holds(&field.attrs, "arg", "long"));
+        visit::visit_field(self, field);
     }
 }
 
@@ -70,55 +142,43 @@ pub fn line(span: Span) -> usize {
     span.start().line
 }
 
-/// Removes what is a test, and counts its lines.
-struct TestLines(usize);
-
-impl TestLines {
-    fn is_none(&mut self, attributes: &[Attribute], item: &impl Spanned) -> bool {
-        let is_test = attributes.iter().any(is_of_test);
-        if is_test {
-            let span = item.span();
-            self.0 += span.end().line + 1 - line(span);
-        }
-        !is_test
-    }
-}
-
-impl VisitMut for TestLines {
-    fn visit_file_mut(&mut self, file: &mut syn::File) {
-        file.items
-            .retain(|item| self.is_none(attributes(item), item));
-        visit_mut::visit_file_mut(self, file);
-    }
-
-    fn visit_item_mod_mut(&mut self, module: &mut syn::ItemMod) {
-        if let Some((_, items)) = &mut module.content {
-            items.retain(|item| self.is_none(attributes(item), item));
-        }
-        visit_mut::visit_item_mod_mut(self, module);
-    }
-
-    fn visit_item_impl_mut(&mut self, item: &mut syn::ItemImpl) {
-        item.items.retain(|item| match item {
-            syn::ImplItem::Fn(function) => self.is_none(&function.attrs, function),
-            _ => true,
-        });
-    }
-}
-
 /// `#[test]`, `#[cfg(test)]`, `#[cfg(all(test, ...))]`.
-fn is_of_test(attribute: &Attribute) -> bool {
-    match &attribute.meta {
-        Meta::Path(path) => path.is_ident("test"),
-        Meta::List(list) if list.path.is_ident("cfg") => {
-            let tokens = list.tokens.to_string().replace(' ', "");
-            tokens == "test" || tokens.starts_with("all(test,")
-        }
+pub fn is_test(attributes: &[Attribute]) -> bool {
+    let is_all_of_test = |list: &syn::MetaList| {
+        let tokens = list.tokens.to_string().replace(' ', "");
+        list.path.is_ident("cfg") && tokens.starts_with("all(test,")
+    };
+    holds(attributes, "cfg", "test")
+        || attributes.iter().any(|attribute| match &attribute.meta {
+            Meta::Path(path) => path.is_ident("test"),
+            Meta::List(list) => is_all_of_test(list),
+            Meta::NameValue(_) => false,
+        })
+}
+
+/// Is one of the attributes `name(...)` with this word in it?
+fn holds(attributes: &[Attribute], name: &str, word: &str) -> bool {
+    let lists = attributes
+        .iter()
+        .filter_map(|attribute| attribute.meta.require_list().ok());
+    let mut words = lists
+        .filter(|list| list.path.is_ident(name))
+        .flat_map(|list| list.tokens.clone());
+    words.any(|token| token.to_string() == word)
+}
+
+/// A number, or a list of numbers.
+fn is_number(kind: &Type) -> bool {
+    const NUMBERS: &str = "f64 f32 usize u64 u32 u16 u8 i64 i32 i16";
+    match kind {
+        Type::Array(array) => is_number(&array.elem),
+        Type::Path(path) => NUMBERS.split(' ').any(|number| path.path.is_ident(number)),
         _ => false,
     }
 }
 
-fn attributes(item: &Item) -> &[Attribute] {
+/// The attributes of an item.
+pub fn attributes(item: &Item) -> &[Attribute] {
     match item {
         Item::Const(item) => &item.attrs,
         Item::Enum(item) => &item.attrs,
@@ -132,53 +192,6 @@ fn attributes(item: &Item) -> &[Attribute] {
         Item::Type(item) => &item.attrs,
         Item::Use(item) => &item.attrs,
         _ => &[],
-    }
-}
-
-struct Functions(Vec<Function>);
-
-impl Functions {
-    fn add(&mut self, signature: &Signature, body: &Block) {
-        let line = line(signature.fn_token.span);
-        self.0.push(Function {
-            name: signature.ident.to_string(),
-            line,
-            lines: body.span().end().line + 1 - line,
-        });
-    }
-}
-
-impl Visit<'_> for Functions {
-    fn visit_item_fn(&mut self, function: &syn::ItemFn) {
-        self.add(&function.sig, &function.block);
-        visit::visit_item_fn(self, function);
-    }
-
-    fn visit_impl_item_fn(&mut self, function: &syn::ImplItemFn) {
-        self.add(&function.sig, &function.block);
-        visit::visit_impl_item_fn(self, function);
-    }
-
-    fn visit_trait_item_fn(&mut self, function: &syn::TraitItemFn) {
-        if let Some(body) = &function.default {
-            self.add(&function.sig, body);
-        }
-        visit::visit_trait_item_fn(self, function);
-    }
-}
-
-struct StringErrors(Vec<usize>);
-
-impl Visit<'_> for StringErrors {
-    fn visit_path_segment(&mut self, segment: &syn::PathSegment) {
-        if segment.ident == "Result"
-            && let PathArguments::AngleBracketed(arguments) = &segment.arguments
-            && let Some(GenericArgument::Type(syn::Type::Path(error))) = arguments.args.get(1)
-            && error.path.is_ident("String")
-        {
-            self.0.push(line(segment.ident.span()));
-        }
-        visit::visit_path_segment(self, segment);
     }
 }
 
@@ -207,13 +220,13 @@ mod tests {
     #[test]
     fn exact_functions_of_production_code_and_their_lines() {
         let source = Source::new(TEXT.to_owned()).unwrap();
-        let functions = source.functions();
+        let functions = source.functions;
         let found: Vec<_> = functions
             .iter()
             .map(|f| (f.name.as_str(), f.line, f.lines))
             .collect();
         assert_eq!(found, [("first", 3, 4), ("last", 10, 1)]);
-        assert_eq!(source.string_errors(), [3]);
+        assert_eq!(source.string_errors, [3]);
         assert_eq!(source.production_lines, TEXT.lines().count() - 8);
     }
 }
