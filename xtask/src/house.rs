@@ -38,7 +38,6 @@ struct Survey {
     /// What breaks the plan: the rule, what breaks it, and where or by how much.
     faults: Vec<String>,
     counts: Counts,
-    lines: Vec<(String, usize)>,
     function_lengths: Vec<usize>,
     long_functions: Vec<String>,
 }
@@ -81,7 +80,6 @@ impl Survey {
     fn add_package(&mut self, package: &Value, plan: &str) -> Result<()> {
         let name = text(package, "name");
         let mut seen = BTreeSet::new();
-        let mut lines = 0;
         for target in package["targets"].as_array().into_iter().flatten() {
             if OTHER_TARGETS.contains(&target["kind"][0].as_str().unwrap_or_default()) {
                 continue;
@@ -107,13 +105,11 @@ impl Survey {
             }
             for (path, source) in &modules.files {
                 if seen.insert(path.clone()) {
-                    lines += source.production_lines;
                     self.counts.add(name, path, source);
                     self.add_file(name, path, source);
                 }
             }
         }
-        self.lines.push((name.to_owned(), lines));
         Ok(())
     }
 
@@ -176,13 +172,14 @@ impl Survey {
     }
 
     fn print_lines(&mut self) {
-        for (name, lines) in &self.lines {
+        let mut total = 0;
+        for (name, lines) in self.counts.lines() {
             println!("{lines:>7}  {name}");
+            total += lines;
         }
         self.function_lengths.sort_unstable();
         println!(
-            "{:>7}  lines of production code; {} functions, half of them of at most {} lines, {} over {LONG_FUNCTION_LINES}",
-            self.lines.iter().map(|(_, lines)| lines).sum::<usize>(),
+            "{total:>7}  lines of production code; {} functions, half of them of at most {} lines, {} over {LONG_FUNCTION_LINES}",
             self.function_lengths.len(),
             self.function_lengths[self.function_lengths.len() / 2],
             self.long_functions.len()

@@ -11,21 +11,12 @@ use crate::workspace::root;
 pub const CORTEX_M: &str = "thumbv7em-none-eabihf";
 pub const BROWSER: &str = "wasm32-unknown-unknown";
 
-/// Adds the components and targets that are missing. What cannot be had is told by the step that needs it.
+/// Adds the components and targets. What cannot be had is told by the step that needs it.
 pub fn prepare() -> Result<()> {
-    let is_there = |what: &str, name: &str| match (what, name) {
-        ("target", _) => needs_library(name).is_ok(),
-        (_, "rustfmt") => command!("cargo fmt --version").works(),
-        _ => command!("cargo {name} --version").works(),
-    };
     for what in ["component", "target"] {
-        let names = named(what)?
-            .into_iter()
-            .filter(|name| !is_there(what, name));
-        for name in names {
-            if command!("rustup {what} add {name}").run().is_err() {
-                eprintln!("== {name} is missing: steps that need it are skipped");
-            }
+        let names = named(what)?;
+        if command!("rustup {what} add {names...}").read().is_err() {
+            eprintln!("== rustup {what} add failed: steps that need it are skipped");
         }
     }
     Ok(())

@@ -16,7 +16,7 @@ use syn::spanned::Spanned;
 use syn::visit::Visit;
 use syn::{Item, ItemMod};
 
-use super::paths::{Import, Module, Name};
+use super::paths::{Module, Name};
 use super::source::{Source, is_test};
 
 /// The modules of a library or a program.
@@ -28,12 +28,10 @@ pub struct Modules {
     modules: BTreeMap<Name, (usize, Module)>,
 }
 
-/// One module that uses another, and where.
-struct Edge {
-    from: Name,
-    to: Name,
-    place: String,
-}
+/// One module, another that it uses, and where.
+type Edge = (Name, Name, String);
+/// More names than any path has, with those that its imports stand for.
+const DEEPEST: usize = 32;
 
 /// Modules that reach each other.
 pub struct Circle {
@@ -112,85 +110,34 @@ impl Modules {
         let of_module = |(from, (file, module)): (&Name, &(usize, Module))| {
             let file = self.files[*file].0.display();
             let edges = module.paths.iter().filter_map(|(line, path)| {
-                let (from, to) = (from.clone(), self.resolve(from, path, 0)?);
-                Some(Edge {
-                    from,
-                    to,
-                    place: format!("{file}:{line}"),
-                })
+                let place = format!("{file}:{line}");
+                Some((from.clone(), self.resolve(from, path, 0)?, place))
             });
             edges.collect::<Vec<_>>()
         };
         self.modules.iter().flat_map(of_module).collect()
     }
 
-    fn module(&self, name: &Name) -> &Module {
-        &self.modules[name].1
-    }
-
-    /// The module that defines what `path`, written in `from`, names.
+    /// The module that defines what `path`, written in `from`, names; `None` where that is another crate.
     fn resolve(&self, from: &Name, path: &[String], depth: usize) -> Option<Name> {
         let (first, rest) = path.split_first()?;
         let child = below(from, first);
-        match first.as_str() {
-            "crate" => Some(self.descend(Vec::new(), rest, depth)),
-            "self" => Some(self.descend(from.clone(), rest, depth)),
-            "super" => {
-                let mut up = from.clone();
-                up.pop()?;
-                let above = rest.iter().take_while(|name| *name == "super").count();
-                up.truncate(up.len().checked_sub(above)?);
-                Some(self.descend(up, &rest[above..], depth))
-            }
-            _ if self.modules.contains_key(&child) => Some(self.descend(child, rest, depth)),
+        let next = match first.as_str() {
+            "crate" => Vec::new(),
+            "self" => from.clone(),
+            "super" => from.split_last()?.1.to_vec(),
+            _ if self.modules.contains_key(&child) => child,
             _ => {
-                let module = self.module(from);
-                let import = module.imports.iter().find(|import| import.name == *first)?;
-                let is_itself = import.path == path;
-                let path = [&import.path[..], rest].concat();
-                (depth < 16 && !is_itself)
-                    .then(|| self.resolve(from, &path, depth + 1))
-                    .flatten()
+                let import = self.modules[from].1.imports.get(first)?;
+                let through = [import, rest].concat();
+                let leads_on = through != path && depth < DEEPEST;
+                return leads_on
+                    .then(|| self.resolve(from, &through, depth + 1))
+                    .flatten();
             }
-        }
-    }
-
-    fn descend(&self, mut at: Name, path: &[String], depth: usize) -> Name {
-        for (index, segment) in path.iter().enumerate() {
-            let child = below(&at, segment);
-            if self.modules.contains_key(&child) {
-                at = child;
-                continue;
-            }
-            let module = self.module(&at);
-            if module.items.contains(segment) || depth > 16 {
-                break;
-            }
-            let named = module.imports.iter().find(|i| i.name == *segment);
-            let rest = &path[index..];
-            let found = match named {
-                Some(import) => {
-                    let path = [&import.path[..], &rest[1..]].concat();
-                    self.resolve(&at, &path, depth + 1)
-                }
-                None => self.through_globs(&at, rest, depth),
-            };
-            return found.unwrap_or(at);
-        }
-        at
-    }
-
-    /// Where a module's `use x::*` bring a name from.
-    fn through_globs(&self, at: &Name, path: &[String], depth: usize) -> Option<Name> {
-        let globs = self.module(at).imports.iter().filter(|i| i.name == "*");
-        globs
-            .filter_map(|import| self.resolve(at, &import.path, depth + 1))
-            .find(|target| {
-                let target = self.module(target);
-                let is_named = |import: &Import| import.name == path[0];
-                target.items.contains(&path[0]) || target.imports.iter().any(is_named)
-            })
-            .map(|target| self.descend(target, path, depth + 1))
+        };
+        // What is neither a module nor imported there is defined there.
+        Some(self.resolve(&next, rest, depth + 1).unwrap_or(next))
     }
 }
 
@@ -213,12 +160,11 @@ fn path_attribute(module: &ItemMod) -> Option<String> {
 
 /// Circles among the children of a module.
 fn circles_below(parent: &[String], edges: &[Edge]) -> Vec<Circle> {
-    let child = |name: &'_ Name| name.strip_prefix(parent)?.first().cloned();
-    let ends = |edge: &Edge| Some((child(&edge.from)?, child(&edge.to)?));
+    let child = |name: &Name| name.strip_prefix(parent)?.first().cloned();
     let arrows = edges
         .iter()
         .rev()
-        .filter_map(|edge| Some((ends(edge)?, &edge.place)));
+        .filter_map(|(from, to, place)| Some(((child(from)?, child(to)?), place)));
     let arrows: BTreeMap<_, _> = arrows.filter(|((from, to), _)| from != to).collect();
     let graph = DiGraphMap::<&str, (), RandomState>::from_edges(
         arrows.keys().map(|(from, to)| (from.as_str(), to.as_str())),

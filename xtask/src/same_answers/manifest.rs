@@ -20,23 +20,23 @@ pub struct Manifest {
     entries: BTreeMap<String, Entry>,
 }
 
-#[derive(PartialEq, Eq)]
-struct Entry {
-    values: String,
-    sentences: String,
-    exit: String,
-}
+/// The hash of the values, that of the sentences, the exit code.
+type Entry = [String; 3];
 
 impl Manifest {
     /// The hashes of documents at hand.
     pub fn of(documents: &[Document]) -> Self {
         let entry = |document: &Document| {
             let (values, sentences) = split_sentences(&document.value);
-            let entry = Entry {
-                values: sha256(&values.to_string()),
-                sentences: sha256(&sentences.join("\n"))[..16].to_owned(),
-                exit: document.exit.to_string(),
-            };
+            let sentences = &sha256(&sentences.join(
+                "
+",
+            ))[..16];
+            let entry = [
+                sha256(&values.to_string()),
+                sentences.to_owned(),
+                document.exit.to_string(),
+            ];
             (document.name.clone(), entry)
         };
         Self {
@@ -48,40 +48,26 @@ impl Manifest {
     /// Reads a manifest, or the one in a folder of documents.
     pub fn read(path: &Path) -> Result<Self> {
         let folder = path.is_dir().then(|| path.to_owned());
-        let path = folder
-            .as_ref()
-            .map_or_else(|| path.to_owned(), |folder| folder.join("manifest.txt"));
+        let file = folder.as_deref().map(|folder| folder.join("manifest.txt"));
+        let text = shell().read_file(file.as_deref().unwrap_or(path))?;
         let mut entries = BTreeMap::new();
-        for line in shell()
-            .read_file(&path)?
-            .lines()
-            .filter(|line| !line.starts_with('#'))
-        {
+        for line in text.lines().filter(|line| !line.starts_with('#')) {
             let words: Vec<String> = line.splitn(4, ' ').map(str::to_owned).collect();
             let Ok([values, sentences, exit, name]) = <[String; 4]>::try_from(words) else {
                 bail!("{}: no line of a manifest: {line}", path.display());
             };
-            entries.insert(
-                name,
-                Entry {
-                    values,
-                    sentences,
-                    exit,
-                },
-            );
+            entries.insert(name, [values, sentences, exit]);
         }
         Ok(Self { folder, entries })
     }
 
     /// Writes it as text.
     pub fn write(&self, path: &Path) -> Result<()> {
-        let line = |(name, entry): (&String, &Entry)| {
-            format!(
-                "{} {} {} {name}\n",
-                entry.values, entry.sentences, entry.exit
-            )
-        };
-        let lines: String = self.entries.iter().map(line).collect();
+        let lines = self
+            .entries
+            .iter()
+            .map(|(name, entry)| format!("{} {name}\n", entry.join(" ")));
+        let lines: String = lines.collect();
         Ok(shell().write_file(path, format!("{HEADER}\n{lines}"))?)
     }
 }
@@ -99,16 +85,16 @@ pub fn compare(before: &Manifest, now: &Manifest, documents: &[Document], all: b
     let mut reworded = 0;
     for document in documents {
         let name = &document.name;
-        let entry = &now.entries[name];
+        let [values, sentences, exit] = &now.entries[name];
         match before.entries.get(name) {
             None => differing.push(format!("{name}: was not made before")),
-            Some(old) if old.exit != entry.exit => {
-                differing.push(format!("{name}: exit {} -> {}", old.exit, entry.exit))
+            Some([.., old]) if old != exit => {
+                differing.push(format!("{name}: exit {old} -> {exit}"))
             }
-            Some(old) if old.values != entry.values => {
-                differing.push(format!("{name}{}", detail(before, document)))
+            Some([old, ..]) if old != values => {
+                differing.push(format!("{name}{}", detail(before, document)));
             }
-            Some(old) => reworded += usize::from(old.sentences != entry.sentences),
+            Some([_, old, _]) => reworded += usize::from(old != sentences),
         }
     }
     let gone = before
