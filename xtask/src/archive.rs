@@ -23,6 +23,20 @@ const EMULATOR: &str = "/usr/bin/qemu-aarch64";
 /// From the archive to a report, s.
 const GOAL_S: f64 = 20.0;
 const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// Shells, the files of their completions in an archive, and where a package puts these.
+const SHELLS: [(&str, &str, &str); 3] = [
+    (
+        "bash",
+        "seatrial.bash",
+        "bash-completion/completions/seatrial",
+    ),
+    ("zsh", "_seatrial", "zsh/vendor-completions/_seatrial"),
+    (
+        "fish",
+        "seatrial.fish",
+        "fish/vendor_completions.d/seatrial.fish",
+    ),
+];
 /// Pages that go with the command.
 const PAGES: [&str; 4] = ["README.md", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT"];
 
@@ -34,7 +48,7 @@ pub fn check(target: Option<&str>) -> Result<()> {
         WITH_GLIBC
     };
     let target = target.unwrap_or(own);
-    let runner = Runner::of(target);
+    let runner = runner(target);
     let name = name_for(target);
     fill(&name, &wheel::command_for(target)?, target, runner)?;
     let archive = packed(&name)?;
@@ -47,7 +61,7 @@ pub fn check(target: Option<&str>) -> Result<()> {
     };
     let seconds = first_report(&archive, &name, runner)?;
     installed_package_works(&package, runner)?;
-    if runner.0.is_none() {
+    if runner.is_empty() {
         c_program_runs(&folder("tried").join(name), target)?;
         in_time("from the archive to a report", seconds, GOAL_S)?;
     }
@@ -84,29 +98,22 @@ with zipfile.ZipFile(out, 'w', zipfile.ZIP_DEFLATED, compresslevel=9) as archive
         archive.writestr(zipfile.ZipInfo(str(path.relative_to(folder))), path.read_bytes(), zipfile.ZIP_DEFLATED)
 ";
 
-/// What runs a command here: the program of another machine needs an emulator.
-#[derive(Clone, Copy)]
-struct Runner(Option<&'static str>);
+/// What a command of another machine needs before it, or nothing.
+type Runner = &'static [&'static str];
 
-impl Runner {
-    /// `None` where nothing runs the commands of a target.
-    fn of(target: &str) -> Option<Self> {
-        if target.starts_with(std::env::consts::ARCH) && target != WINDOWS {
-            return Some(Self(None));
-        }
-        let is_emulated = target == "aarch64-unknown-linux-musl" && has(EMULATOR);
-        is_emulated.then_some(Self(Some(EMULATOR)))
+/// `None` where nothing runs the commands of a target.
+fn runner(target: &str) -> Option<Runner> {
+    match target {
+        WINDOWS => None,
+        own if own.starts_with(std::env::consts::ARCH) => Some(&[]),
+        "aarch64-unknown-linux-musl" if has(EMULATOR) => Some(&[EMULATOR]),
+        _ => None,
     }
+}
 
-    /// A command with nothing in its environment.
-    fn command(self, program: &Path) -> Command {
-        let mut command = match self.0 {
-            Some(emulator) => command!("{emulator} {program}"),
-            None => Command::new(program),
-        };
-        command.env_clear();
-        command
-    }
+/// A command with nothing in its environment.
+fn alone(runner: Runner, program: &Path) -> Command {
+    command!("env -i {runner...} {program}")
 }
 
 /// The folder of an archive. The command writes its own completions and pages for `man`: one that does not run here has those of the
@@ -122,15 +129,11 @@ fn fill(name: &str, binary: &Path, target: &str, runner: Option<Runner>) -> Resu
         command!("cargo build --quiet -p seatrial-cli").run()?;
     }
     let seatrial = || match runner {
-        Some(runner) => runner.command(binary),
+        Some(runner) => alone(runner, binary),
         None => Command::new(built_for_tests()),
     };
-    for (shell_name, file) in [
-        ("bash", "seatrial.bash"),
-        ("zsh", "_seatrial"),
-        ("fish", "seatrial.fish"),
-    ] {
-        let said = seatrial().args(["completions", shell_name]).read()?;
+    for (name, file, _) in SHELLS {
+        let said = seatrial().args(["completions", name]).read()?;
         shell().write_file(folder.join("completions").join(file), said)?;
     }
     seatrial()
@@ -175,23 +178,6 @@ fn packed(name: &str) -> Result<PathBuf> {
     Ok(archive)
 }
 
-/// Where files of the archive go.
-const INSTALLED: [(&str, &str); 4] = [
-    ("seatrial", "bin/seatrial"),
-    (
-        "completions/seatrial.bash",
-        "share/bash-completion/completions/seatrial",
-    ),
-    (
-        "completions/_seatrial",
-        "share/zsh/vendor-completions/_seatrial",
-    ),
-    (
-        "completions/seatrial.fish",
-        "share/fish/vendor_completions.d/seatrial.fish",
-    ),
-];
-
 fn debian_package(name: &str, target: &str) -> Result<PathBuf> {
     let architecture = if target.starts_with("aarch64") {
         "arm64"
@@ -200,17 +186,21 @@ fn debian_package(name: &str, target: &str) -> Result<PathBuf> {
     };
     let root = folder("debian");
     empty_folder(&root)?;
-    for (from, to) in INSTALLED {
-        put(folder(name).join(from), root.join("usr").join(to))?;
+    put(folder(name).join("seatrial"), root.join("usr/bin/seatrial"))?;
+    for (_, file, place) in SHELLS {
+        put(
+            folder(name).join("completions").join(file),
+            root.join("usr/share").join(place),
+        )?;
     }
     let [texts, manual] =
         ["usr/share/doc/seatrial", "usr/share/man/man1"].map(|place| root.join(place));
     put("packaging/copyright", texts.join("copyright"))?;
     put("CHANGELOG.md", texts.join("changelog"))?;
-    for page in files(&folder(name).join("man"))? {
+    for page in files(&folder(name).join("man"), "")? {
         put(&page, manual.join(page.file_name().unwrap_or_default()))?;
     }
-    let pages = files(&manual)?;
+    let pages = files(&manual, "")?;
     command!("gzip -9n {texts}/changelog {pages...}").run()?;
     shell().write_file(
         root.join("DEBIAN/control"),
@@ -242,7 +232,7 @@ fn first_report(archive: &Path, name: &str, runner: Runner) -> Result<f64> {
     empty_folder(&folder)?;
     let begun = Instant::now();
     command!("tar -xf {archive} -C {folder}").run()?;
-    let mut trial = runner.command(&folder.join(name).join("seatrial"));
+    let mut trial = alone(runner, &folder.join(name).join("seatrial"));
     trial.args(["trial", "--yes", "--report", "trial.html"]);
     trial.current_dir(&folder).read()?;
     let report = shell().read_file(folder.join("trial.html"))?;
@@ -266,7 +256,7 @@ fn installed_package_works(package: &Path, runner: Runner) -> Result<()> {
     };
     dpkg().arg("--install").arg(package).run()?;
     let seatrial = root.join("usr/bin/seatrial");
-    let said = runner.command(&seatrial).arg("--version").read()?;
+    let said = alone(runner, &seatrial).arg("--version").read()?;
     ensure!(
         said == format!("seatrial {VERSION}\n"),
         "the installed command says {said}"

@@ -1,20 +1,21 @@
 //! The docs as a site: built, its links followed, its index for machines written.
 
 use std::collections::BTreeSet;
-use std::ffi::OsStr;
 use std::fmt::Write as _;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, ensure};
 
 use crate::shell::{Run, command, files, has, put, shell};
 use crate::steps::missing;
-use crate::workspace::{binary, in_target, target};
+use crate::workspace::{binary, in_target, root};
 use crate::{alone, page, python};
 
 /// The docs with the pages that are made of the program, which are no part of the repository.
 const SOURCE: &str = "book-source";
 const BOOK: &str = "book";
+/// Fewer verbs than the program has: what lists fewer is not read rightly.
+const FEWEST_VERBS: usize = 25;
 /// What stands in its place where it has not been built.
 const NOT_BUILT: &str = "<!DOCTYPE html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>seatrial</title>\n\
     <p>This site was built without the page. <code>cargo xtask page</code> builds it into <code>target/alone/seatrial.html</code>, \
@@ -29,8 +30,11 @@ pub fn check() -> Result<()> {
     let mdbook = mdbook()?;
     let (source, book) = (in_target(SOURCE), in_target(BOOK));
     shell().remove_path(&source)?;
-    for file in files(Path::new("docs"))? {
+    for file in files(Path::new("docs"), "")? {
         put(&file, source.join(file.strip_prefix("docs")?))?;
+    }
+    for page in files(Path::new("docs"), "md")? {
+        shell().write_file(source.join(page.strip_prefix("docs")?), led_out(&page)?)?;
     }
     shell().write_file(source.join("reference/verbs.md"), verbs()?)?;
     command!("{mdbook} build {source}").run()?;
@@ -41,8 +45,8 @@ pub fn check() -> Result<()> {
     }
     let contents = contents()?;
     let mut faults = unlisted(&contents)?;
-    for page in of_suffix(&book, "html")? {
-        follow_links(&page, &mut faults)?;
+    for page in files(&book, "html")? {
+        faults.extend(broken_links(&page)?);
     }
     ensure!(faults.is_empty(), "{}", faults.join("\n"));
     let mut index = INDEX.to_owned();
@@ -71,30 +75,25 @@ fn live_figures() -> Result<()> {
 
 /// The page of the verbs: what the program says of each with `--help-all`, and of the verbs below it.
 fn verbs() -> Result<String> {
+    let mut page = VERBS.to_owned();
+    add_verbs(&[], &mut page)?;
+    let verbs = page.matches("\n```text\n").count();
+    ensure!(verbs >= FEWEST_VERBS, "the command lists {verbs} verbs");
+    Ok(page)
+}
+
+fn add_verbs(verb: &[&str], page: &mut String) -> Result<()> {
     let program = binary();
-    let help = |words: &[&str]| command!("{program} {words...} --help-all").read();
-    let mut text = VERBS.to_owned();
-    let (mut verbs, mut below) = (0, 0);
-    for verb in listed_verbs(&help(&[])?) {
-        let said = help(&[verb])?;
-        write!(text, "\n## {verb}\n\n```text\n{}\n```\n", said.trim_end())?;
-        verbs += 1;
-        for lower in listed_verbs(&said) {
-            let said = help(&[verb, lower])?;
-            write!(
-                text,
-                "\n### {verb} {lower}\n\n```text\n{}\n```\n",
-                said.trim_end()
-            )?;
-            below += 1;
-        }
+    let said = command!("{program} {verb...} --help-all").read()?;
+    if !verb.is_empty() {
+        let (marks, name) = ("#".repeat(verb.len() + 1), verb.join(" "));
+        write!(
+            page,
+            "\n{marks} {name}\n\n```text\n{}\n```\n",
+            said.trim_end()
+        )?;
     }
-    ensure!(
-        verbs >= 15 && below >= 10,
-        "{} lists {verbs} verbs and {below} below them",
-        program.display()
-    );
-    Ok(text)
+    listed_verbs(&said).try_for_each(|below| add_verbs(&[verb, &[below]].concat(), page))
 }
 
 /// The verbs that a help lists under `Commands:` and under the groups that follow.
@@ -136,7 +135,7 @@ fn unlisted(contents: &[(String, String)]) -> Result<Vec<String>> {
         .map(|(_, file)| file.as_str())
         .chain(["SUMMARY.md"]);
     let listed: BTreeSet<PathBuf> = listed.map(|file| source.join(file)).collect();
-    let others = of_suffix(&source, "md")?
+    let others = files(&source, "md")?
         .into_iter()
         .filter(|page| !listed.contains(page));
     Ok(others
@@ -144,54 +143,42 @@ fn unlisted(contents: &[(String, String)]) -> Result<Vec<String>> {
         .collect())
 }
 
-fn of_suffix(folder: &Path, suffix: &str) -> Result<Vec<PathBuf>> {
-    let mut found = files(folder)?;
-    found.retain(|path| path.extension() == Some(OsStr::new(suffix)));
-    Ok(found)
+/// The text of a page, in which links to files of the repository that are no part of the site lead to the repository.
+fn led_out(page: &Path) -> Result<String> {
+    let text = shell().read_file(page)?;
+    let links = text
+        .split("](")
+        .skip(1)
+        .filter_map(|rest| rest.split([')', '#']).next());
+    let links: BTreeSet<&str> = links.filter(|link| !link.is_empty()).collect();
+    let mut led = text.clone();
+    for link in links {
+        if let Ok(path) = page.with_file_name(link).canonicalize()
+            && let Ok(file) = path.strip_prefix(root().canonicalize()?)
+            && !file.starts_with("docs")
+        {
+            let there = format!("]({REPOSITORY}{}", file.display());
+            for end in [')', '#'] {
+                led = led.replace(&format!("]({link}{end}"), &format!("{there}{end}"));
+            }
+        }
+    }
+    Ok(led)
 }
 
-/// Follows the links of a page to files. Those to files of the repository that are no part of the site then lead to the repository.
-fn follow_links(page: &Path, broken: &mut Vec<String>) -> Result<()> {
+/// Links of a page of the site to files that are not there.
+fn broken_links(page: &Path) -> Result<Vec<String>> {
     let text = shell().read_file(page)?;
-    let mut led = text.clone();
-    let behind = ["href=\"", "src=\""]
+    let links = ["href=\"", "src=\""]
         .into_iter()
         .flat_map(|name| text.split(name).skip(1));
-    let links: BTreeSet<&str> = behind.filter_map(|rest| rest.split('"').next()).collect();
-    let is_own =
-        |link: &str| !link.is_empty() && !link.contains(':') && !link.starts_with(['#', '/']);
-    for link in links.into_iter().filter(|link| is_own(link)) {
-        let file = link.split(['#', '?']).next().unwrap_or_default();
-        let path = without_parents(&page.with_file_name(file));
-        match path.strip_prefix(target()) {
-            Ok(outside) if !path.starts_with(in_target(BOOK)) => {
-                let source = match outside.extension() {
-                    Some(suffix) if suffix == "html" => outside.with_extension("md"),
-                    _ => outside.to_owned(),
-                };
-                if !source.exists() {
-                    broken.push(format!("{}: {link} leads nowhere", page.display()));
-                }
-                let there = format!("=\"{REPOSITORY}{}\"", source.display());
-                led = led.replace(&format!("=\"{link}\""), &there);
-            }
-            _ if path.exists() => {}
-            _ => broken.push(format!("{}: {link} leads nowhere", page.display())),
-        }
-    }
-    Ok(shell().write_file(page, led)?)
-}
-
-/// A path in which no `..` is left.
-fn without_parents(path: &Path) -> PathBuf {
-    let mut found = PathBuf::new();
-    for part in path.components() {
-        match part {
-            Component::ParentDir => drop(found.pop()),
-            part => found.push(part),
-        }
-    }
-    found
+    let files = links.filter_map(|rest| rest.split(['"', '#', '?']).next());
+    let own =
+        files.filter(|file| !file.is_empty() && !file.contains(':') && !file.starts_with('/'));
+    let broken = own.filter(|file| !page.with_file_name(file).exists());
+    Ok(broken
+        .map(|file| format!("{}: {file} leads nowhere", page.display()))
+        .collect())
 }
 
 /// The first sentence of a page's text.

@@ -89,7 +89,7 @@ pub fn node(words: &str) -> Command {
 
 /// Every file of a folder with its bytes.
 fn content(folder: &Path) -> Result<Vec<(PathBuf, Vec<u8>)>> {
-    let content = files(folder)?.into_iter().map(|file| {
+    let content = files(folder, "")?.into_iter().map(|file| {
         let bytes = shell().read_binary_file(&file)?;
         Ok((file.strip_prefix(folder)?.to_owned(), bytes))
     });

@@ -5,13 +5,12 @@ mod document;
 mod manifest;
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::sync::Mutex;
 
 use anyhow::{Context, Result};
 
-use crate::shell::{Run, empty_folder, shell, words};
-use crate::workspace::{data, in_target};
+use crate::shell::{Run, command, empty_folder, shell};
+use crate::workspace::{data, in_target, root};
 use cases::Case;
 use document::Document;
 use manifest::Manifest;
@@ -95,11 +94,16 @@ fn answer(binary: &Path, out: &Path, data: &Path, case: &Case) -> Result<Vec<Doc
     let (first, _) = &case[0];
     let folder = out.join("work").join(first.replace(['/', ' ', ':'], "_"));
     empty_folder(&folder)?;
-    let documents = case.iter().map(|(name, arguments)| {
-        let mut command = Command::new(binary);
-        let output = command.args(arguments).current_dir(&folder).outcome()?;
+    let documents = case.iter().map(|(name, words)| {
+        let arguments = words.split(' ').map(|word| match word.split_once('/') {
+            Some(("DATA", file)) => data.join(file),
+            Some(("ROOT", file)) => root().join(file),
+            _ => PathBuf::from(word),
+        });
+        let mut command = command!("{binary} {arguments...}");
+        let output = command.current_dir(&folder).outcome()?;
         let exit = output.status.code();
-        let exit = exit.with_context(|| format!("{}: {}", words(&command), output.status))?;
+        let exit = exit.with_context(|| format!("{words}: {}", output.status))?;
         Document::new(name, exit, &output.stdout, data)
     });
     let documents = documents.collect::<Result<Vec<_>>>()?;

@@ -38,6 +38,8 @@ pub trait Run {
     fn outcome(&mut self) -> Result<Output>;
     /// Whether it is there and does not fail.
     fn works(&mut self) -> bool;
+    /// Keeps to itself what it prints.
+    fn silent(&mut self) -> &mut Self;
     /// Begins it and does not wait.
     fn begin(&mut self) -> Result<Running>;
 }
@@ -60,6 +62,10 @@ impl Run for Command {
 
     fn works(&mut self) -> bool {
         self.read().is_ok()
+    }
+
+    fn silent(&mut self) -> &mut Self {
+        self.stdout(Stdio::null()).stderr(Stdio::null())
     }
 
     fn begin(&mut self) -> Result<Running> {
@@ -171,12 +177,14 @@ pub fn in_time(what: &str, seconds: f64, goal_s: f64) -> Result<()> {
     Ok(())
 }
 
-/// Every file of a folder and of those in it, sorted.
-pub fn files(folder: &Path) -> Result<Vec<PathBuf>> {
+/// Every file of a folder and of those in it with this suffix, or with any where it is empty, sorted.
+pub fn files(folder: &Path, suffix: &str) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in WalkDir::new(folder).sort_by_file_name() {
         let entry = entry?;
-        if entry.file_type().is_file() {
+        let is_named =
+            suffix.is_empty() || entry.path().extension().is_some_and(|own| own == suffix);
+        if is_named && entry.file_type().is_file() {
             files.push(entry.into_path());
         }
     }

@@ -94,7 +94,7 @@ fn build(platform: &str) -> Result<PathBuf> {
             .iter()
             .all(|tag| name.contains(tag))
     };
-    let wheel = files(&out)?.into_iter().find(is_tagged);
+    let wheel = files(&out, "whl")?.into_iter().find(is_tagged);
     wheel.with_context(|| format!("{}: no wheel for abi3 and {tag}", out.display()))
 }
 

@@ -117,7 +117,7 @@ fn says_the_same() -> Result<()> {
 fn serves_the_page() -> Result<()> {
     let client = Client::of(DASHBOARD)?;
     let mut serve = wine(&format!("serve --listen {DASHBOARD}"));
-    let _serving = serve.stdout(Stdio::null()).stderr(Stdio::null()).begin()?;
+    let _serving = serve.silent().begin()?;
     patiently(PATIENCE, "a page under Wine", || Ok(client.get("/").ok()))?;
     let files = client.page()?;
     for (name, text) in &files {
@@ -134,10 +134,7 @@ fn serves_the_page() -> Result<()> {
 /// A trial under Wine on a vehicle of this machine; its logbook gives the same estimates here.
 fn tries_over_mavlink() -> Result<()> {
     let mut vehicle = here(&format!("sim mavlink --udp {VEHICLE}"));
-    let _vehicle = vehicle
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .begin()?;
+    let _vehicle = vehicle.silent().begin()?;
     let words = "--full-rudder-deg 14.9 --plan plan.toml --logbook mavlink.db";
     let trial = wine(&format!(
         "trial --yes --json --vehicle mavlink:udp:{VEHICLE} {words}"

@@ -3,7 +3,6 @@
 
 use std::net::UdpSocket;
 use std::path::Path;
-use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
@@ -55,10 +54,7 @@ pub fn check() -> Result<()> {
     let socket = UdpSocket::bind(&router).with_context(|| router.clone())?;
     std::thread::spawn(move || pass_on(&socket));
     let mut simulated = command!("{binary} sim mavlink --speed {SPEED} --udp {router}");
-    let _simulated = simulated
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .begin()?;
+    let _simulated = simulated.silent().begin()?;
 
     let mut container = Container::start(&in_target("container"), &binary, &text)?;
     let (_, port) = after("--listen")?.rsplit_once(':').unwrap_or_default();

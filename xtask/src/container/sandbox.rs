@@ -71,7 +71,7 @@ impl Container {
 
     /// The bytes of the image's files.
     pub fn image_bytes(&self) -> Result<u64> {
-        let sizes = files(&self.folder.join("root"))?
+        let sizes = files(&self.folder.join("root"), "")?
             .into_iter()
             .map(|file| Ok(std::fs::metadata(file)?.len()));
         sizes.sum()
@@ -102,7 +102,7 @@ impl Container {
             Ok(self.process.0.try_wait()?)
         })?;
         ensure!(status.success(), "it ended with {status}\n{}", self.said());
-        let kept = files(&self.folder.join("data"))?;
+        let kept = files(&self.folder.join("data"), "")?;
         let names: Vec<_> = kept.iter().filter_map(|path| path.file_name()).collect();
         ensure!(names == KEPT, "/data has {names:?}; expected {KEPT:?}");
         Ok(())

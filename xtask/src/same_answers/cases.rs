@@ -6,7 +6,6 @@ use anyhow::Result;
 use serde_json::Value;
 
 use crate::shell::{files, shell};
-use crate::workspace::root;
 
 const LOG_EXTENSIONS: [&str; 7] = ["csv", "BIN", "tlog", "ulg", "raw", "all", "dbd"];
 
@@ -45,160 +44,120 @@ const SCENARIOS: [&str; 12] = [
     "tidal_stream",
 ];
 
-/// Commands that run one after the other in one folder: the name of each document and the arguments that make it.
-pub type Case = Vec<(String, Vec<String>)>;
+/// Commands that run one after the other in one folder: the name of each document, and the words that make it. `DATA` stands for the
+/// folder of the data, `ROOT` for that of the project.
+pub type Case = Vec<(String, String)>;
 
 /// Every case, or the quick ones.
 pub fn all(data: &Path, quick: bool) -> Result<Vec<Case>> {
-    let windows = serde_json::from_str(&shell().read_file(data.join("firmware/truth.json"))?)?;
-    let mut cases = Vec::new();
-    for path in files(data)? {
-        let log = path.strip_prefix(data)?.to_string_lossy();
-        let extension = path.extension().unwrap_or_default().to_string_lossy();
-        let is_log = LOG_EXTENSIONS.contains(&&*extension) && !log.ends_with(".marks.csv");
-        if is_log && (!quick || QUICK_LOGS.contains(&&*log)) {
-            cases.extend(of_log(&path, &log, &windows_of(&log, &windows), quick));
+    let firmware = serde_json::from_str(&shell().read_file(data.join("firmware/truth.json"))?)?;
+    let mut cases = trials(quick);
+    for suffix in LOG_EXTENSIONS {
+        for path in files(data, suffix)? {
+            let log = path.strip_prefix(data)?.to_string_lossy();
+            let is_wanted = !quick || QUICK_LOGS.contains(&&*log);
+            if is_wanted && !log.ends_with(".marks.csv") {
+                cases.extend(of_log(&log, &firmware, quick));
+            }
         }
     }
-    cases.extend(trials(quick));
     Ok(cases)
 }
 
-/// Training and validation windows that the data come with: start and end of training, start and end of validation.
-fn windows_of(log: &str, firmware: &Value) -> Vec<[String; 4]> {
-    let given: &[[&str; 4]] = match log.split_once('/') {
-        Some(("simulated", name)) if name.starts_with("first_order") => {
-            &[["10", "26.5", "26.5", "43"]]
-        }
-        Some(("simulated", _)) => &[["40", "56.5", "56.5", "73"]],
-        Some(("firmware", name)) => {
-            let runs = firmware.as_array().into_iter().flatten();
-            let run = runs.filter(|run| run["file"] == name).take(1);
-            let edges = |run: &Value| {
-                let edge = |stage: &str, at: usize| run[stage][at].to_string();
-                [
-                    edge("train", 0),
-                    edge("train", 1),
-                    edge("validate", 0),
-                    edge("validate", 1),
-                ]
-            };
-            return run.map(edges).collect();
-        }
-        _ if log == ROVER_LOG => &ROVER_WINDOWS,
-        _ => &[],
+/// The options for each pair of training and validation windows that the data come with.
+fn windows_of(log: &str, firmware: &Value) -> Vec<String> {
+    let options = |[a, b, c, d]: [&str; 4]| {
+        format!(" --from {a} --to {b} --validate-from {c} --validate-to {d}")
     };
-    given
-        .iter()
-        .map(|windows| windows.map(str::to_owned))
-        .collect()
+    match log.split_once('/') {
+        Some(("simulated", name)) if name.starts_with("first_order") => {
+            vec![options(["10", "26.5", "26.5", "43"])]
+        }
+        Some(("simulated", _)) => vec![options(["40", "56.5", "56.5", "73"])],
+        Some(("firmware", name)) => {
+            let mut runs = firmware.as_array().into_iter().flatten();
+            let run = runs.find(|run| run["file"] == name);
+            let edges = run.map(|run| {
+                [
+                    &run["train"][0],
+                    &run["train"][1],
+                    &run["validate"][0],
+                    &run["validate"][1],
+                ]
+            });
+            let edges = edges.map(|edges| edges.map(Value::to_string));
+            edges
+                .iter()
+                .map(|edges| options(edges.each_ref().map(String::as_str)))
+                .collect()
+        }
+        _ if log == ROVER_LOG => ROVER_WINDOWS
+            .map(|edges| options(edges) + " --rudder-range-deg 35")
+            .into(),
+        _ => Vec::new(),
+    }
 }
 
-fn of_log(path: &Path, log: &str, windows: &[[String; 4]], quick: bool) -> Vec<Case> {
-    let path = path.to_string_lossy().into_owned();
-    let case = |verb: &str, label: &str, options: &[&str]| {
-        let arguments = [&[verb, path.as_str(), "--json"], options].concat();
-        vec![(format!("{log}/{verb}{label}"), owned(&arguments))]
+fn of_log(log: &str, firmware: &Value, quick: bool) -> Vec<Case> {
+    let mut cases = Vec::new();
+    let mut add = |verb: &str, label: &str, options: &str| {
+        cases.push(vec![(
+            format!("{log}/{verb}{label}"),
+            format!("{verb} DATA/{log} --json{options}"),
+        )]);
     };
-    let mut cases = vec![case("identify", "", &[])];
+    add("identify", "", "");
     if !quick {
-        cases.push(case("compare", "", &[]));
+        add("compare", "", "");
     }
-    for (number, [from, to, validate_from, validate_to]) in (1..).zip(windows) {
-        let mut options = vec!["--from", from, "--to", to];
-        options.extend([
-            "--validate-from",
-            validate_from,
-            "--validate-to",
-            validate_to,
-        ]);
-        if log == ROVER_LOG {
-            options.extend(["--rudder-range-deg", "35"]);
-        }
+    for (number, options) in (1..).zip(windows_of(log, firmware)) {
         let label = format!("-window{number}");
-        cases.push(case("identify", &label, &options));
-        cases.push(case("compare", &label, &options));
-        for more in ["--as-paper", "--online=least-squares"]
-            .into_iter()
-            .filter(|_| !quick)
-        {
-            let options = [&options[..], &[more]].concat();
-            cases.push(case("identify", &format!("{label}{more}"), &options));
+        add("identify", &label, &options);
+        add("compare", &label, &options);
+        for more in ["--as-paper", "--online=least-squares"] {
+            if !quick {
+                add(
+                    "identify",
+                    &format!("{label}{more}"),
+                    &format!("{options} {more}"),
+                );
+            }
         }
     }
     cases
 }
 
+/// Trials with their own logbooks and, but for most of the first, their replays.
 fn trials(quick: bool) -> Vec<Case> {
     let mut cases = Vec::new();
-    let (last, last_of_others, scenarios) = if quick {
-        (3, 1, 3)
-    } else {
-        (50, 3, SCENARIOS.len())
-    };
-    for seed in 1..=last {
-        cases.push(trial(
-            "starfish",
-            "",
-            seed,
-            seed == 1 || seed % 10 == 0,
-            &[],
-        ));
-    }
-    for seed in 1..=last_of_others {
-        for vehicle in ["starfish-6dof", "remus100"] {
-            let name = format!("sim:{vehicle}");
-            cases.push(trial(vehicle, "", seed, true, &["--vehicle", &name]));
-            let pitch = ["--axis", "pitch", "--vehicle", &name];
-            cases.push(trial(vehicle, "-pitch", seed, true, &pitch));
+    let mut add = |vehicle: &str, label: &str, seed: u32, options: &str| {
+        let name = format!("trial/{vehicle}{label}-{seed:02}");
+        let trial = format!("trial --json --seed {seed} --logbook trial.db{options}");
+        let mut case = vec![(format!("{name}/trial"), trial)];
+        if !options.is_empty() || seed == 1 || seed.is_multiple_of(10) {
+            case.push((format!("{name}/replay"), "replay trial.db --json".into()));
         }
-        let narrow = ["--stop-when", "a22:10%,b2:5%"];
-        cases.push(trial("starfish", "-stop-when", seed, true, &narrow));
+        cases.push(case);
+    };
+    for seed in 1..=if quick { 3 } else { 50 } {
+        add("starfish", "", seed, "");
     }
-    for scenario in &SCENARIOS[..scenarios] {
-        let file = root().join(format!("crates/seatrial-sim/scenarios/{scenario}.toml"));
-        let options = [
-            "--vehicle",
-            "sim:starfish-6dof",
-            "--scenario",
-            &file.to_string_lossy(),
-        ];
-        cases.push(trial(
-            "starfish-6dof",
-            &format!("-{scenario}"),
-            1,
-            true,
-            &options,
-        ));
+    for seed in 1..=if quick { 1 } else { 3 } {
+        for vehicle in ["starfish-6dof", "remus100"] {
+            add(vehicle, "", seed, &format!(" --vehicle sim:{vehicle}"));
+            add(
+                vehicle,
+                "-pitch",
+                seed,
+                &format!(" --axis pitch --vehicle sim:{vehicle}"),
+            );
+        }
+        add("starfish", "-stop-when", seed, " --stop-when a22:10%,b2:5%");
+    }
+    for scenario in &SCENARIOS[..if quick { 3 } else { SCENARIOS.len() }] {
+        let file = format!("ROOT/crates/seatrial-sim/scenarios/{scenario}.toml");
+        let options = format!(" --vehicle sim:starfish-6dof --scenario {file}");
+        add("starfish-6dof", &format!("-{scenario}"), 1, &options);
     }
     cases
-}
-
-/// A trial with its own logbook and, where asked for, its replay.
-fn trial(vehicle: &str, label: &str, seed: u32, is_replayed: bool, options: &[&str]) -> Case {
-    let name = format!("trial/{vehicle}{label}-{seed:02}");
-    let number = seed.to_string();
-    let fixed = [
-        "trial",
-        "--json",
-        "--seed",
-        &number,
-        "--logbook",
-        "trial.db",
-    ];
-    let mut case = vec![(format!("{name}/trial"), owned(&[&fixed, options].concat()))];
-    if is_replayed {
-        case.push((
-            format!("{name}/replay"),
-            owned(&["replay", "trial.db", "--json"]),
-        ));
-    }
-    case
-}
-
-fn owned(arguments: &[&str]) -> Vec<String> {
-    arguments
-        .iter()
-        .map(|&argument| argument.to_owned())
-        .collect()
 }
