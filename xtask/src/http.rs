@@ -49,10 +49,10 @@ impl Client {
         json(&self.ask(
             path,
             &[
-                "-H",
-                "Content-Type: application/octet-stream",
                 "--data-binary",
                 &content,
+                "-H",
+                "Content-Type: application/octet-stream",
             ],
         )?)
     }
@@ -62,10 +62,10 @@ impl Client {
         json(&self.ask(
             path,
             &[
-                "-H",
-                "Content-Type: application/json",
                 "--data-raw",
                 &body.to_string(),
+                "-H",
+                "Content-Type: application/json",
             ],
         )?)
     }

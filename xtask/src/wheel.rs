@@ -8,6 +8,7 @@ use anyhow::{Context, Result};
 
 use crate::environment::Environment;
 use crate::shell::{Run, command, empty_folder, files, in_time, put, shell, tell_size};
+use crate::toolchain::needs_library;
 use crate::workspace::{in_target, target};
 
 const TOOLS: Environment = Environment {
@@ -21,30 +22,16 @@ const GLIBC: &str = "2.28";
 /// From the wheel to a model, s.
 const GOAL_S: f64 = 30.0;
 
-/// Targets of the compiler for which there are wheels, of this machine first, and the tag of the wheel. The compiler needs the standard
-/// library of each: `rustup target add`.
-const PLATFORMS: [(&str, &str); 4] = [
-    ("x86_64-unknown-linux-gnu", "manylinux_2_28"),
-    ("aarch64-unknown-linux-gnu", "manylinux_2_28"),
-    ("x86_64-unknown-linux-musl", "musllinux_1_2"),
-    ("aarch64-unknown-linux-musl", "musllinux_1_2"),
-];
-
-fn tag(target: &str) -> Result<&'static str> {
-    let known = PLATFORMS.into_iter().find(|(known, _)| *known == target);
-    let (_, tag) =
-        known.with_context(|| format!("no wheel for {target}; there are {PLATFORMS:?}"))?;
-    Ok(tag)
-}
+/// The target of this machine. The compiler needs the standard library of others: `rustup target add`.
+const OWN: &str = "x86_64-unknown-linux-gnu";
 
 /// Builds the wheel of a target, installs it into a fresh environment without a compiler, and times it to a first model. That of
 /// another machine or C library is only built.
 pub fn check(target: Option<&str>) -> Result<()> {
-    let (own, _) = PLATFORMS[0];
-    let target = target.unwrap_or(own);
+    let target = target.unwrap_or(OWN);
     let wheel = build(target)?;
     tell_size(&wheel)?;
-    if target != own {
+    if target != OWN {
         eprintln!("== {target}: built, not tried");
         return Ok(());
     }
@@ -66,7 +53,7 @@ fn tool(name: &str, words: &str) -> Result<Command> {
 
 /// The command for a target; for an old glibc, where it needs one.
 pub fn command_for(target: &str) -> Result<PathBuf> {
-    tag(target)?;
+    needs_library(target)?;
     let oldest = target.replace("-gnu", &format!("-gnu.{GLIBC}"));
     let words = format!("zigbuild --release -p seatrial-cli --target {oldest}");
     tool("cargo-zigbuild", &words)?.run()?;
@@ -74,7 +61,12 @@ pub fn command_for(target: &str) -> Result<PathBuf> {
 }
 
 fn build(platform: &str) -> Result<PathBuf> {
-    let tag = tag(platform)?;
+    let is_for_glibc = platform.ends_with("gnu");
+    let tag = if is_for_glibc {
+        "manylinux_2_28"
+    } else {
+        "musllinux_1_2"
+    };
     // maturin takes what is in the folder of this name along.
     let data = Path::new(PACKAGE).join("seatrial._native.data");
     put(command_for(platform)?, data.join("scripts/seatrial"))?;

@@ -5,11 +5,10 @@ use serde_json::Value;
 use crate::workspace::{packages, text};
 
 /// The floor of each crate. An arrow runs from a crate down to the floors below it.
-const FLOORS: [(&str, u8); 15] = [
+const FLOORS: [(&str, u8); 14] = [
     ("seatrial-core", 1),
     ("seatrial-mavlink", 1),
     ("seatrial", 2),
-    ("seatrial-io", 2),
     ("seatrial-logs", 2),
     ("seatrial-links", 2),
     ("seatrial-logbook", 2),
