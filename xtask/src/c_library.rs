@@ -11,37 +11,13 @@ use crate::steps::missing;
 use crate::toolchain::CORTEX_M;
 use crate::workspace::{in_target, root};
 
-/// The compiler's words for code that warns of nothing.
-const STRICT: [&str; 6] = [
-    "-std=c99",
-    "-Wall",
-    "-Wextra",
-    "-Werror",
-    "-pedantic",
-    "-O2",
-];
-const HOST_LIBRARIES: [&str; 3] = ["-lpthread", "-ldl", "-lm"];
-const M4F: [&str; 4] = [
-    "-mcpu=cortex-m4",
-    "-mthumb",
-    "-mfloat-abi=hard",
-    "-mfpu=fpv4-sp-d16",
-];
-const M4F_LINKER: [&str; 7] = [
-    "firmware/c/startup.c",
-    "--specs=rdimon.specs",
-    "-Wl,--gc-sections",
-    "-Wl,--no-warn-execstack",
-    "-lm",
-    "-T",
-    "firmware/c/mps2.ld",
-];
+/// Words for compilers: of code that warns of nothing; of an image for a Cortex-M4F, and of its linker.
+const STRICT: &str = "-std=c99 -Wall -Wextra -Werror -pedantic -O2";
+const M4F: &str = "-mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16";
+const M4F_LINKER: &str = "firmware/c/startup.c --specs=rdimon.specs -Wl,--gc-sections -Wl,--no-warn-execstack -lm -T firmware/c/mps2.ld";
+const HOST_LINKER: &str = "-lpthread -ldl -lm";
 /// Every access to memory and every undefined operation of the C code is checked.
-const SANITIZERS: [&str; 3] = [
-    "-g",
-    "-fsanitize=address,undefined",
-    "-fno-sanitize-recover=all",
-];
+const SANITIZERS: &str = "-g -fsanitize=address,undefined -fno-sanitize-recover=all";
 const LIBRARY: &str = "crates/seatrial-ffi";
 
 /// Printed by the loop once its trial has found the vehicle, a22 = -1.07 1/s; its plant takes 50 plain steps an interval.
@@ -96,13 +72,14 @@ pub fn check(vectors: &str) -> Result<()> {
     let folder = in_target("release");
     let library = folder.join("libseatrial_ffi.a").display().to_string();
     let [rpath, from] = ["-Wl,-rpath,", "-L"].map(|option| format!("{option}{}", folder.display()));
-    let sanitized = [&SANITIZERS[..], &[&library]].concat();
-    for (kind, options) in [
-        ("static", &[library.as_str()][..]),
-        ("shared", &[&rpath, &from, "-lseatrial_ffi"]),
-        ("sanitized", &sanitized),
+    let shared = [rpath.as_str(), &from, "-lseatrial_ffi"];
+    for (kind, words, library) in [
+        ("static", "", &[library.as_str()][..]),
+        ("shared", "", &shared),
+        ("sanitized", SANITIZERS, &[&library]),
     ] {
-        let options = [options, &HOST_LIBRARIES].concat();
+        let options = words.split_whitespace().chain(library.iter().copied());
+        let options: Vec<&str> = options.chain(HOST_LINKER.split(' ')).collect();
         examples(&tables, &DOUBLE, (kind, None), &options)?;
     }
     does_not_link_for_other_numbers(&library)?;
@@ -113,17 +90,13 @@ pub fn check(vectors: &str) -> Result<()> {
             eprintln!("C code, {}, {program}: {bytes} bytes", precision.name);
             ensure!(bytes <= limit, "{program}: more than {limit} bytes of code");
         }
-        let options = [&M4F[..], &[&library], &M4F_LINKER].concat();
-        let options = options
-            .into_iter()
-            .chain(precision.define)
-            .collect::<Vec<_>>();
-        examples(
-            &tables,
-            precision,
-            (BOARDS[0].name, Some(&BOARDS[0])),
-            &options,
-        )?;
+        let options = M4F
+            .split(' ')
+            .chain([library.as_str()])
+            .chain(M4F_LINKER.split(' '));
+        let options: Vec<&str> = options.chain(precision.define).collect();
+        let board = &BOARDS[0];
+        examples(&tables, precision, (board.name, Some(board)), &options)?;
     }
     is_found_when_installed(&folder)
 }
@@ -135,11 +108,7 @@ fn examples(
     (place, board): (&str, Option<&Board>),
     options: &[&str],
 ) -> Result<()> {
-    let gcc = if board.is_some() {
-        "arm-none-eabi-gcc"
-    } else {
-        "gcc"
-    };
+    let gcc = board.map_or("gcc", |_| "arm-none-eabi-gcc");
     let (width, folder) = (precision.name, in_target("firmware"));
     let [parity, trial] =
         ["parity", "loop_20hz"].map(|example| folder.join(format!("{example}-{place}-{width}")));
@@ -210,7 +179,8 @@ fn is_found_when_installed(built: &Path) -> Result<()> {
         .env("PKG_CONFIG_PATH", prefix.join("lib/pkgconfig"))
         .read()?;
     let (program, words) = (folder.join("loop"), said.split_whitespace());
-    command!("gcc {STRICT...} {example} {words...} -o {program}").run()?;
+    let strict = STRICT.split(' ');
+    command!("gcc {strict...} {example} {words...} -o {program}").run()?;
     finds_its_vehicle(&Command::new(program).read()?)?;
     eprintln!("C: the installed library is found by CMake and by pkg-config");
     Ok(())
@@ -222,7 +192,7 @@ fn does_not_link_for_other_numbers(double: &str) -> Result<()> {
     let output = gcc
         .args(SINGLE.define)
         .arg(double)
-        .args(HOST_LIBRARIES)
+        .args(HOST_LINKER.split(' '))
         .outcome()?;
     let printed = String::from_utf8_lossy(&output.stderr);
     let is_told = printed.contains("seatrial_trial_new_abi1_single");
@@ -265,7 +235,8 @@ fn code_bytes(prefixes: &[&str], library: &str) -> Result<u64> {
         wanted.then(|| format!("-Wl,--undefined={name}"))
     });
     let image = in_target("firmware/code");
-    command!("arm-none-eabi-gcc {M4F...} -nostdlib -Wl,--gc-sections -Wl,--entry=seatrial_status_text {declared...} {library} -lgcc -o {image}").run()?;
+    let m4f = M4F.split(' ');
+    command!("arm-none-eabi-gcc {m4f...} -nostdlib -Wl,--gc-sections -Wl,--entry=seatrial_status_text {declared...} {library} -lgcc -o {image}").run()?;
     let table = command!("arm-none-eabi-size {image}").read()?;
     let row = table
         .lines()
@@ -276,5 +247,6 @@ fn code_bytes(prefixes: &[&str], library: &str) -> Result<u64> {
 
 /// A compiler that makes a program of an example.
 fn compiler(name: &str, example: &str, program: &Path) -> Command {
-    command!("{name} {STRICT...} -I {LIBRARY}/include {LIBRARY}/examples/{example}.c -o {program}")
+    let strict = STRICT.split(' ');
+    command!("{name} {strict...} -I {LIBRARY}/include {LIBRARY}/examples/{example}.c -o {program}")
 }

@@ -32,7 +32,7 @@ use std::process::{Command, ExitCode};
 use std::time::Instant;
 
 use anyhow::Result;
-use clap::Parser;
+use clap::{Args, Parser};
 
 use beside::beside;
 use shell::{Run, command};
@@ -98,20 +98,20 @@ enum Asked {
         build: bool,
     },
     /// The Python wheel, built and installed
-    Wheel {
-        /// The target of the compiler [default: this machine's]
-        target: Option<String>,
-    },
+    Wheel(Target),
     /// The archive and the Debian package of a release, built, installed and used
-    Archive {
-        /// The target of the compiler [default: this machine's]
-        target: Option<String>,
-    },
+    Archive(Target),
     /// The command of the container file in a root of its own
     Container,
     /// The zip for Windows, and its command under Wine
     Windows,
     SameAnswers(same_answers::Options),
+}
+
+#[derive(Args)]
+struct Target {
+    /// The target of the compiler [default: this machine's]
+    target: Option<String>,
 }
 
 /// Names, and the cargo commands that run in the order in which they fail fastest; `ROS2` stands for its features, where they are wanted.
@@ -174,8 +174,10 @@ fn main() -> ExitCode {
         Asked::FoxgloveLoader => passes("the data loader for Foxglove", extending::build_loader),
         Asked::Oldest => in_order(&[OLDEST]),
         Asked::Packages { build } => passes("packages", || packages::check(build)),
-        Asked::Wheel { target } => passes("the wheel", || wheel::check(target.as_deref())),
-        Asked::Archive { target } => passes("archives", || archive::check(target.as_deref())),
+        Asked::Wheel(Target { target }) => passes("the wheel", || wheel::check(target.as_deref())),
+        Asked::Archive(Target { target }) => {
+            passes("archives", || archive::check(target.as_deref()))
+        }
         Asked::Container => passes("the container", container::check_at_work),
         Asked::Windows => passes("Windows", windows::check),
         Asked::SameAnswers(options) => match same_answers::run(&options) {

@@ -28,48 +28,49 @@ pub fn shell() -> Shell {
     shell
 }
 
-/// What can be done with a command. While it runs, another step that fails ends it.
+/// What can be done with a command. [`end_all`] ends those that run.
 pub trait Run {
-    /// Runs it; what it prints is seen. An error where it fails.
-    fn run(&mut self) -> Result<()>;
-    /// What it prints to its standard output. An error where it fails.
-    fn read(&mut self) -> Result<String>;
-    /// How it ends, with what it prints.
-    fn outcome(&mut self) -> Result<Output>;
-    /// Whether it is there and does not fail.
-    fn works(&mut self) -> bool;
-    /// Keeps to itself what it prints.
-    fn silent(&mut self) -> &mut Self;
-    /// Begins it and does not wait.
-    fn begin(&mut self) -> Result<Running>;
-}
+    /// The command itself.
+    fn command(&mut self) -> &mut Command;
 
-impl Run for Command {
+    /// Runs it; what it prints is seen. An error where it fails.
     fn run(&mut self) -> Result<()> {
-        let output = wait_for(self)?;
-        succeeded(self, &output).map(drop)
+        let output = wait_for(self.command())?;
+        succeeded(self.command(), &output).map(drop)
     }
 
+    /// What it prints to its standard output. An error where it fails.
     fn read(&mut self) -> Result<String> {
         let output = self.outcome()?;
-        succeeded(self, &output)
+        succeeded(self.command(), &output)
     }
 
+    /// How it ends, with what it prints.
     fn outcome(&mut self) -> Result<Output> {
-        self.stdin(Stdio::null());
-        wait_for(self.stdout(Stdio::piped()).stderr(Stdio::piped()))
+        let command = self.command().stdin(Stdio::null());
+        wait_for(command.stdout(Stdio::piped()).stderr(Stdio::piped()))
     }
 
+    /// Whether it is there and does not fail.
     fn works(&mut self) -> bool {
         self.read().is_ok()
     }
 
-    fn silent(&mut self) -> &mut Self {
-        self.stdout(Stdio::null()).stderr(Stdio::null())
+    /// Keeps to itself what it prints.
+    fn silent(&mut self) -> &mut Command {
+        self.command().stdout(Stdio::null()).stderr(Stdio::null())
     }
 
+    /// Begins it and does not wait.
     fn begin(&mut self) -> Result<Running> {
-        self.spawn().map(Running).with_context(|| words(self))
+        let command = self.command();
+        command.spawn().map(Running).with_context(|| words(command))
+    }
+}
+
+impl Run for Command {
+    fn command(&mut self) -> &mut Command {
+        self
     }
 }
 
