@@ -181,8 +181,8 @@ fn main() -> ExitCode {
         Asked::Container => passes("the container", container::check_at_work),
         Asked::Windows => passes("Windows", windows::check),
         Asked::SameAnswers(options) => match same_answers::run(&options) {
-            Ok(false) => return ExitCode::from(4),
-            result => passes("same answers", || result.map(drop)),
+            Ok(same) => return ExitCode::from(if same { 0 } else { 4 }),
+            Err(error) => passes("the same answers", || Err(error)),
         },
     };
     ExitCode::from(u8::from(!passed))
