@@ -62,9 +62,7 @@ pub fn check() -> Result<()> {
 /// Moves the sliders of the figures that are computed where they are read, and holds their numbers against the terminal.
 fn live_figures() -> Result<()> {
     if !alone::place().exists() {
-        return missing(
-            "the page without a server is missing, with which the live figures are tried: cargo xtask page",
-        );
+        return missing("the page of the live figures is missing: cargo xtask page");
     }
     page::prepare()?;
     page::needs_browser()?;
@@ -130,14 +128,9 @@ fn contents() -> Result<Vec<(String, String)>> {
 /// Pages that nobody has put into the table of contents, which the site would lack.
 fn unlisted(contents: &[(String, String)]) -> Result<Vec<String>> {
     let source = in_target(SOURCE);
-    let listed = contents
-        .iter()
-        .map(|(_, file)| file.as_str())
-        .chain(["SUMMARY.md"]);
-    let listed: BTreeSet<PathBuf> = listed.map(|file| source.join(file)).collect();
-    let others = files(&source, "md")?
-        .into_iter()
-        .filter(|page| !listed.contains(page));
+    let is_listed = |page: &PathBuf| contents.iter().any(|(_, file)| *page == source.join(file));
+    let others = files(&source, "md")?.into_iter();
+    let others = others.filter(|page| !is_listed(page) && !page.ends_with("SUMMARY.md"));
     Ok(others
         .map(|page| format!("{}: is not in SUMMARY.md", page.display()))
         .collect())

@@ -18,11 +18,10 @@ struct Promise {
 /// Builds each of them, with all features, with its compiler, which is installed where it is missing.
 pub fn check() -> Result<()> {
     for Promise { name, compiler } in promises(metadata()?, env!("CARGO_PKG_RUST_VERSION")) {
-        let is_there = || command!("rustup run {compiler} rustc --version").works();
-        let install = || {
-            command!("rustup toolchain install {compiler} --profile minimal --no-self-update").run()
-        };
-        if !is_there() && install().is_err() {
+        let mut rustup =
+            command!("rustup toolchain install {compiler} --profile minimal --no-self-update");
+        let is_there = command!("rustup run {compiler} rustc --version").works();
+        if !is_there && rustup.run().is_err() {
             let what = "is missing, and rustup could not install it";
             return missing(format!("Rust {compiler} for {name} {what}"));
         }
