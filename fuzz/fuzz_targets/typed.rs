@@ -4,7 +4,7 @@
 use seatrial_app::TrialPlan;
 use seatrial_core::{Plan, Trial, Vehicle};
 use seatrial_links::autopilot::Backup;
-use seatrial_sim::{SimulatedConfig, VehicleConfig, VehicleFile, Scenario};
+use seatrial_sim::{SimulatedConfig, VehicleConfig, Scenario};
 
 /// Samples of a vehicle that is played.
 const SAMPLES: usize = 20;
@@ -42,8 +42,8 @@ fn play(config: &SimulatedConfig, plan: Plan<f64>) {
 fn read(kind: u8, text: &str) {
     match kind % 4 {
         0 => {
-            if let Ok(file) = VehicleFile::from_toml(text) {
-                play(&file.into(), Plan::paper());
+            if let Ok(file) = SimulatedConfig::from_toml(text) {
+                play(&file, Plan::paper());
             }
         }
         1 => {

@@ -10,7 +10,7 @@ use seatrial_core::plan::times_slower;
 use seatrial_core::{Axis, Plan};
 pub use seatrial_sim::Scenario;
 use seatrial_sim::config::HelmConfig;
-use seatrial_sim::{FaultyVehicle, SimulatedConfig, SimulatedVehicle, VehicleConfig, VehicleFile};
+use seatrial_sim::{FaultyVehicle, SimulatedConfig, SimulatedVehicle, VehicleConfig};
 
 use crate::trial_run::{Preflight, TakenVehicle, Terms, TrialVehicle, VehicleError, taken};
 
@@ -131,8 +131,7 @@ fn slow(name: &str) -> Result<SimulatedConfig, VehicleError> {
 pub fn config(name: &str) -> Result<SimulatedConfig, VehicleError> {
     let name_of_it = name.strip_prefix("sim:").unwrap_or_default();
     if name_of_it.ends_with(".toml") || name_of_it.ends_with(".json") {
-        let file = VehicleFile::load(Path::new(name_of_it));
-        return Ok(file.map_err(VehicleError::unreachable)?.into());
+        return SimulatedConfig::load(Path::new(name_of_it)).map_err(VehicleError::unreachable);
     }
     if name_of_it.starts_with(SLOW) {
         return slow(name);

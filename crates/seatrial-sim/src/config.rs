@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::config_error::{ConfigError, invalid};
-use crate::plant::{Disturbance, Servo, SpeedPoint, Surge, SurgeDrag};
+use crate::plant::{Disturbance, Plant, Servo, SpeedPoint, Surge, SurgeDrag};
 use crate::range::{
     a_number, check, check_not_negative, check_number, check_positive, positive, within,
 };
@@ -257,6 +257,14 @@ impl VehicleConfig {
             time_constant_s: self.surge_time_constant_s,
             drag: self.surge_drag,
         }
+    }
+
+    /// The moving vehicle, straight ahead at the speed of a thrust.
+    pub(crate) fn plant(&self, thrust: f64) -> Plant {
+        let (speeds, heading_rad) = (self.speeds.clone(), self.initial_heading_rad);
+        Plant::new(speeds, self.surge(), self.servo, thrust, heading_rad)
+            .with_fins(self.has_fins)
+            .with_rudder_delay(self.rudder_delay_s)
     }
 
     /// Its steering, instruments and start.

@@ -1,100 +1,109 @@
 //! A simulated vehicle of either kind whose rudder and propeller somebody else commands, step by step.
 
-use crate::config::VehicleConfig;
 use crate::config_error::ConfigError;
-use crate::plant::Plant;
+use crate::plant::{Disturbance, Plant};
 use crate::sensors::Chance;
 use crate::simulated::SimulatedConfig;
-use crate::six_dof::DrivenVehicle;
 use crate::six_dof::commands::Commands;
-use crate::six_dof::driven::Kinematics;
 use crate::six_dof::rigid_body::GRAVITY_M_S2;
+use crate::six_dof::vehicle::SixDofBody;
 
-/// A vehicle that starts at rest and goes where it is steered. The same seed and commands give the same motion bit for bit.
+/// True motion in the axes of inertial sensors and maps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kinematics {
+    /// Since the start, s.
+    pub time_s: f64,
+    /// Angular velocity forward, starboard and down, rad/s.
+    pub angular_velocity_rad_s: [f64; 3],
+    /// Acceleration less gravity forward, starboard and down, m/s^2.
+    pub specific_force_m_s2: [f64; 3],
+    /// North, east and down, m.
+    pub position_m: [f64; 3],
+    /// Roll, pitch and heading, rad.
+    pub attitude_rad: [f64; 3],
+    /// Towards north, east and down, m/s.
+    pub velocity_m_s: [f64; 3],
+}
+
+/// A vehicle that starts at rest, at its depth and heading, and goes where it is steered. The same seed and commands give the same motion
+/// bit for bit on every platform.
 #[derive(Clone, Debug)]
-pub enum Driven {
-    /// A yaw model at every speed, upright at a constant depth.
-    FirstOrder(Box<DrivenBoat>),
-    /// Six degrees of freedom.
-    SixDof(Box<DrivenVehicle>),
+pub struct Driven {
+    body: DrivenBody,
+    sea: Disturbance,
+    disturbance: Chance,
+    disturbance_rad_s2: f64,
+}
+
+#[derive(Clone, Debug)]
+enum DrivenBody {
+    FirstOrder(Box<Boat>),
+    SixDof(Box<SixDofBody>),
+}
+
+/// A vehicle whose yaw follows psi'' = a22 psi' + b2 delta + C0, upright. It does not drift: its velocity is along its heading.
+#[derive(Clone, Debug)]
+struct Boat {
+    plant: Plant,
+    depth_m: f64,
+    time_s: f64,
+    surge_acceleration_m_s2: f64,
 }
 
 impl Driven {
     /// A vehicle in the disturbance and the waves of a seed.
     pub fn new(config: &SimulatedConfig, seed: u64) -> Result<Self, ConfigError> {
-        Ok(match config {
+        let body = match config {
             SimulatedConfig::FirstOrder(config) => {
-                Self::FirstOrder(Box::new(DrivenBoat::new(config.as_ref().clone(), seed)?))
+                config.check()?;
+                DrivenBody::FirstOrder(Box::new(Boat {
+                    plant: config.plant(0.0),
+                    depth_m: config.depth_m,
+                    time_s: 0.0,
+                    surge_acceleration_m_s2: 0.0,
+                }))
             }
             SimulatedConfig::SixDof(config) => {
-                Self::SixDof(Box::new(DrivenVehicle::new(config.as_ref().clone(), seed)?))
+                let config = config.as_ref().clone().in_waves_of(seed)?;
+                DrivenBody::SixDof(Box::new(SixDofBody::at_rest(config)?))
             }
+        };
+        let sea = config.helm().disturbance;
+        let [mut disturbance] = Chance::sources(seed);
+        Ok(Self {
+            disturbance_rad_s2: sea.standard_deviation_rad_s2 * disturbance.normal(),
+            body,
+            sea,
+            disturbance,
         })
     }
 
     /// Goes on.
     pub fn advance(&mut self, commands: &Commands, interval_s: f64) {
-        match self {
-            Self::FirstOrder(boat) => boat.advance(commands, interval_s),
-            Self::SixDof(vehicle) => vehicle.advance(commands, interval_s),
+        let disturbance_rad_s2 = self.disturbance_rad_s2;
+        match &mut self.body {
+            DrivenBody::FirstOrder(boat) => boat.advance(commands, disturbance_rad_s2, interval_s),
+            DrivenBody::SixDof(body) => body.drive(commands, disturbance_rad_s2, interval_s),
         }
+        let chance = self.disturbance.normal();
+        self.disturbance_rad_s2 = self.sea.after(disturbance_rad_s2, interval_s, chance);
     }
 
     /// What inertial sensors and a map would say.
     pub fn kinematics(&self) -> Kinematics {
-        match self {
-            Self::FirstOrder(boat) => boat.kinematics(),
-            Self::SixDof(vehicle) => vehicle.kinematics(),
+        match &self.body {
+            DrivenBody::FirstOrder(boat) => boat.kinematics(),
+            DrivenBody::SixDof(body) => of_body(body, self.disturbance_rad_s2),
         }
     }
 }
 
-/// A vehicle whose yaw follows psi'' = a22 psi' + b2 delta + C0. It does not drift: its velocity is along its heading.
-#[derive(Clone, Debug)]
-pub struct DrivenBoat {
-    config: VehicleConfig,
-    plant: Plant,
-    disturbance: Chance,
-    disturbance_rad_s2: f64,
-    time_s: f64,
-    surge_acceleration_m_s2: f64,
-}
-
-impl DrivenBoat {
-    fn new(config: VehicleConfig, seed: u64) -> Result<Self, ConfigError> {
-        config.check()?;
-        let [mut disturbance] = Chance::sources(seed);
-        Ok(Self {
-            disturbance_rad_s2: config.disturbance.standard_deviation_rad_s2 * disturbance.normal(),
-            plant: Plant::new(
-                config.speeds.clone(),
-                config.surge(),
-                config.servo,
-                0.0,
-                config.initial_heading_rad,
-            )
-            .with_fins(config.has_fins)
-            .with_rudder_delay(config.rudder_delay_s),
-            config,
-            disturbance,
-            time_s: 0.0,
-            surge_acceleration_m_s2: 0.0,
-        })
-    }
-
-    fn advance(&mut self, commands: &Commands, interval_s: f64) {
+impl Boat {
+    fn advance(&mut self, commands: &Commands, disturbance_rad_s2: f64, interval_s: f64) {
         let before_m_s = self.plant.surge_speed_m_s;
-        self.plant.advance(
-            commands.rudder_rad,
-            commands.thrust,
-            self.disturbance_rad_s2,
-            interval_s,
-        );
-        self.disturbance_rad_s2 = self.config.disturbance.after(
-            self.disturbance_rad_s2,
-            interval_s,
-            self.disturbance.normal(),
-        );
+        let (rudder_rad, thrust) = (commands.rudder_rad, commands.thrust);
+        self.plant
+            .advance(rudder_rad, thrust, disturbance_rad_s2, interval_s);
         self.surge_acceleration_m_s2 = (self.plant.surge_speed_m_s - before_m_s) / interval_s;
         self.time_s += interval_s;
     }
@@ -112,7 +121,7 @@ impl DrivenBoat {
                 speed_m_s * rate_rad_s,
                 -GRAVITY_M_S2,
             ],
-            position_m: [north_m, east_m, self.config.depth_m],
+            position_m: [north_m, east_m, self.depth_m],
             attitude_rad: [0.0, 0.0, heading_rad],
             velocity_m_s: [
                 speed_m_s * libm::cos(heading_rad),
@@ -123,9 +132,23 @@ impl DrivenBoat {
     }
 }
 
+fn of_body(body: &SixDofBody, disturbance_rad_s2: f64) -> Kinematics {
+    let state = &body.state;
+    let [_, _, _, roll_rate, pitch_rate, yaw_rate] = state.velocity.into();
+    Kinematics {
+        time_s: body.time_s,
+        angular_velocity_rad_s: [roll_rate, pitch_rate, yaw_rate],
+        specific_force_m_s2: body.specific_force_m_s2(disturbance_rad_s2).into(),
+        position_m: state.position_m.into(),
+        attitude_rad: state.euler_rad(),
+        velocity_m_s: state.drift_m_s().into(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::VehicleConfig;
 
     /// What its sensors say adds up to where it goes, and its turn is that of its model.
     #[test]

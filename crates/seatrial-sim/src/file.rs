@@ -9,77 +9,12 @@ use crate::config::VehicleConfig;
 use crate::config_error::ConfigError;
 use crate::identified::IdentifiedVehicle;
 use crate::range::{a_number, check_not_negative, positive};
+use crate::simulated::SimulatedConfig;
 use crate::six_dof::config::required;
 use crate::six_dof::fins::Drive;
 use crate::six_dof::rigid_body::{GRAVITY_M_S2, RigidBody};
 use crate::six_dof::{SixDofConfig, remus100, starfish};
 use crate::vehicle_text::{in_file, is_json};
-
-/// What a vehicle file holds.
-///
-/// A file with a `schema` is an [`IdentifiedVehicle`], whose twin has a yaw model at every speed.
-///
-/// A file with a table `vehicle` is one of six degrees of freedom: it names a vehicle to begin with, and everything
-/// else in the file takes the place of that vehicle's numbers. Any field of [`SixDofConfig`] may; those of its helm
-/// stand at the top as in the file of a [`VehicleConfig`].
-///
-/// ```
-/// let text = r#"
-/// name = "remus with a sonar"
-///
-/// [vehicle]
-/// base = "remus100"                # or starfish-6dof
-/// trim_n = 7.0                     # buoyancy less weight
-/// rudder_area_factor = 1.2
-/// elevator_area_factor = 1.0
-///
-/// [vehicle.payload]
-/// mass_kg = 2.0
-/// displaced_kg = 1.5               # water that it displaces; absent: its own mass
-/// position_m = [0.5, 0.0, 0.05]    # forward, starboard, down
-///
-/// [hull]
-/// cross_flow_drag = 1.1
-///
-/// [depth_hold]
-/// depth_m = 3.0
-///
-/// [sea.waves]                      # JONSWAP; absent peak_enhancement: Pierson and Moskowitz
-/// significant_height_m = 0.3
-/// peak_period_s = 3.0
-/// peak_enhancement = 3.3
-/// towards_rad = 1.0
-///
-/// [[sea.current]]                  # one is uniform, several are sheared
-/// depth_m = 0.0
-/// north_m_s = 0.3
-/// east_m_s = 0.0
-///
-/// [[sea.current]]
-/// depth_m = 5.0
-/// north_m_s = 0.1
-/// east_m_s = 0.0
-///
-/// [sea.bottom]
-/// depth_m = 12.0
-/// slope_north = -0.05
-///
-/// [sensors.dvl]
-/// range_m = [0.5, 30.0]
-/// "#;
-/// let seatrial_sim::VehicleFile::SixDof(config) = seatrial_sim::VehicleFile::from_toml(text)? else {
-///     panic!("six degrees of freedom");
-/// };
-/// assert_eq!(config.sea.current.len(), 2);
-/// # Ok::<(), seatrial_sim::ConfigError>(())
-/// ```
-#[derive(Clone, Debug, PartialEq)]
-pub enum VehicleFile {
-    /// A yaw model at every speed.
-    FirstOrder(Box<VehicleConfig>),
-    /// Six degrees of freedom.
-    SixDof(Box<SixDofConfig>),
-}
 
 /// Tables of a file that are the helm's.
 const OF_THE_HELM: [&str; 7] = [
@@ -125,8 +60,65 @@ struct Payload {
     position_m: [f64; 3],
 }
 
-impl VehicleFile {
+impl SimulatedConfig {
     /// The vehicle of a TOML text.
+    ///
+    /// A text with a `schema` is an [`IdentifiedVehicle`], whose twin has a yaw model at every speed.
+    ///
+    /// One with a table `vehicle` is one of six degrees of freedom: it names a vehicle to begin with, and everything
+    /// else in the file takes the place of that vehicle's numbers. Any field of [`SixDofConfig`] may; those of its helm
+    /// stand at the top as in the file of a [`VehicleConfig`].
+    ///
+    /// ```
+    /// let text = r#"
+    /// name = "remus with a sonar"
+    ///
+    /// [vehicle]
+    /// base = "remus100"                # or starfish-6dof
+    /// trim_n = 7.0                     # buoyancy less weight
+    /// rudder_area_factor = 1.2
+    /// elevator_area_factor = 1.0
+    ///
+    /// [vehicle.payload]
+    /// mass_kg = 2.0
+    /// displaced_kg = 1.5               # water that it displaces; absent: its own mass
+    /// position_m = [0.5, 0.0, 0.05]    # forward, starboard, down
+    ///
+    /// [hull]
+    /// cross_flow_drag = 1.1
+    ///
+    /// [depth_hold]
+    /// depth_m = 3.0
+    ///
+    /// [sea.waves]                      # JONSWAP; absent peak_enhancement: Pierson and Moskowitz
+    /// significant_height_m = 0.3
+    /// peak_period_s = 3.0
+    /// peak_enhancement = 3.3
+    /// towards_rad = 1.0
+    ///
+    /// [[sea.current]]                  # one is uniform, several are sheared
+    /// depth_m = 0.0
+    /// north_m_s = 0.3
+    /// east_m_s = 0.0
+    ///
+    /// [[sea.current]]
+    /// depth_m = 5.0
+    /// north_m_s = 0.1
+    /// east_m_s = 0.0
+    ///
+    /// [sea.bottom]
+    /// depth_m = 12.0
+    /// slope_north = -0.05
+    ///
+    /// [sensors.dvl]
+    /// range_m = [0.5, 30.0]
+    /// "#;
+    /// let seatrial_sim::SimulatedConfig::SixDof(config) = seatrial_sim::SimulatedConfig::from_toml(text)? else {
+    ///     panic!("six degrees of freedom");
+    /// };
+    /// assert_eq!(config.sea.current.len(), 2);
+    /// # Ok::<(), seatrial_sim::ConfigError>(())
+    /// ```
     pub fn from_toml(text: &str) -> Result<Self, ConfigError> {
         let table: Table = toml::from_str(text)?;
         if table.contains_key("schema") {
@@ -311,9 +303,9 @@ mod tests {
     use super::*;
 
     fn six_dof(text: &str) -> SixDofConfig {
-        match VehicleFile::from_toml(text).unwrap() {
-            VehicleFile::SixDof(config) => *config,
-            VehicleFile::FirstOrder(_) => panic!("{text}"),
+        match SimulatedConfig::from_toml(text).unwrap() {
+            SimulatedConfig::SixDof(config) => *config,
+            SimulatedConfig::FirstOrder(_) => panic!("{text}"),
         }
     }
 
@@ -326,29 +318,29 @@ mod tests {
             assert_eq!(six_dof(&format!("[vehicle]\nbase = {name:?}")), config);
         }
         let first_order = toml::to_string(&VehicleConfig::starfish()).unwrap();
-        let file = VehicleFile::from_toml(&first_order).unwrap();
+        let file = SimulatedConfig::from_toml(&first_order).unwrap();
         let starfish = Box::new(VehicleConfig::starfish());
-        assert_eq!(file, VehicleFile::FirstOrder(starfish));
+        assert_eq!(file, SimulatedConfig::FirstOrder(starfish));
     }
 
     #[test]
     fn io_a_file_may_be_json() {
         let base = r#"{"vehicle": {"base": "remus100", "trim_n": 3}, "name": "other"}"#;
         let toml = "name = 'other'\n[vehicle]\nbase = 'remus100'\ntrim_n = 3";
-        let json = VehicleFile::from_json(base).unwrap();
-        assert_eq!(json, VehicleFile::from_toml(toml).unwrap());
+        let json = SimulatedConfig::from_json(base).unwrap();
+        assert_eq!(json, SimulatedConfig::from_toml(toml).unwrap());
         let config = VehicleConfig::starfish();
         let toml = toml::to_string(&config).unwrap();
         let json = serde_json::to_string(&toml::from_str::<Table>(&toml).unwrap()).unwrap();
         assert!(is_json(&format!("\n {json}")) && !is_json(&toml));
-        let read = VehicleFile::from_json(&json).unwrap();
-        assert_eq!(read, VehicleFile::FirstOrder(Box::new(config)));
+        let read = SimulatedConfig::from_json(&json).unwrap();
+        assert_eq!(read, SimulatedConfig::FirstOrder(Box::new(config)));
         for (text, expected) in [
             ("{", "not a vehicle: EOF while parsing"),
             (r#"{"vehicle": {"base": "titanic"}}"#, "titanic"),
             (r#"{"schema": "seatrial.vehicle.v1"}"#, "missing field"),
         ] {
-            let message = VehicleFile::from_json(text).unwrap_err().to_string();
+            let message = SimulatedConfig::from_json(text).unwrap_err().to_string();
             assert!(message.contains(expected), "{message}");
         }
     }
@@ -430,10 +422,10 @@ mod tests {
             ),
             (&format!("{base}[sensors.sonar]"), "unknown field `sonar`"),
         ] {
-            let message = VehicleFile::from_toml(text).unwrap_err().to_string();
+            let message = SimulatedConfig::from_toml(text).unwrap_err().to_string();
             assert!(message.contains(expected), "{message}");
         }
-        let message = VehicleFile::load(Path::new("no-such.toml"))
+        let message = SimulatedConfig::load(Path::new("no-such.toml"))
             .unwrap_err()
             .to_string();
         assert!(message.starts_with("no-such.toml:"), "{message}");

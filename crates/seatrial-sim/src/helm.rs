@@ -5,7 +5,7 @@ use seatrial_core::{Action, Real, Sample, Steering};
 use crate::body::{Body, Motion};
 use crate::config::HelmConfig;
 use crate::faults::Upset;
-use crate::instruments::{Instruments, Sources};
+use crate::instruments::Instruments;
 use crate::sensors::Chance;
 
 /// At each sampling instant it measures, sets the rudder until the next one and reports both.
@@ -40,19 +40,7 @@ struct Unsteadiness {
 impl Helm {
     /// A helm that holds the heading and thrust of the start.
     pub fn new(config: HelmConfig, rudder_command_rad: f64, seed: u64) -> Self {
-        let [
-            timing,
-            missing,
-            mut disturbance,
-            compass,
-            gyro,
-            speed,
-            depth,
-            attitude,
-            gyro_bias,
-            dropout,
-            altitude,
-        ] = Chance::sources(seed);
+        let [timing, missing, mut disturbance, instruments @ ..] = Chance::sources::<11>(seed);
         Self {
             disturbance_rad_s2: config.disturbance.standard_deviation_rad_s2 * disturbance.normal(),
             chance: Unsteadiness {
@@ -60,19 +48,7 @@ impl Helm {
                 missing,
                 disturbance,
             },
-            instruments: Instruments::new(
-                config.sensors,
-                Sources {
-                    compass,
-                    gyro,
-                    speed,
-                    depth,
-                    attitude,
-                    gyro_bias,
-                    dropout,
-                    altitude,
-                },
-            ),
+            instruments: Instruments::new(config.sensors, instruments),
             ticks: 0,
             time_s: 0.0,
             rudder_command_rad,

@@ -37,15 +37,15 @@ pub(crate) struct Instruments {
 
 /// What is left to chance.
 #[derive(Clone, Debug)]
-pub(crate) struct Sources {
-    pub compass: Chance,
-    pub gyro: Chance,
-    pub speed: Chance,
-    pub depth: Chance,
-    pub attitude: Chance,
-    pub gyro_bias: Chance,
-    pub dropout: Chance,
-    pub altitude: Chance,
+struct Sources {
+    compass: Chance,
+    gyro: Chance,
+    speed: Chance,
+    depth: Chance,
+    attitude: Chance,
+    gyro_bias: Chance,
+    dropout: Chance,
+    altitude: Chance,
 }
 
 /// The true motion at an instant.
@@ -87,9 +87,28 @@ impl Clock {
 }
 
 impl Instruments {
-    pub fn new(sensors: Sensors, chance: Sources) -> Self {
+    pub fn new(sensors: Sensors, chance: [Chance; 8]) -> Self {
+        let [
+            compass,
+            gyro,
+            speed,
+            depth,
+            attitude,
+            gyro_bias,
+            dropout,
+            altitude,
+        ] = chance;
         Self {
-            chance,
+            chance: Sources {
+                compass,
+                gyro,
+                speed,
+                depth,
+                attitude,
+                gyro_bias,
+                dropout,
+                altitude,
+            },
             past: VecDeque::new(),
             clocks: Clocks::default(),
             gyro_bias_rad_s: sensors.gyro.bias_rad_s,

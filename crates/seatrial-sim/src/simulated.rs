@@ -8,13 +8,12 @@ use serde::Serialize;
 use crate::config::{HelmConfig, VehicleConfig};
 use crate::config_error::ConfigError;
 use crate::faults::{Damage, Kind, Rehearsable, Upset};
-use crate::file::VehicleFile;
 use crate::plant::{Disturbance, Truth};
 use crate::six_dof::{SixDofConfig, SixDofVehicle, equivalent, remus100, starfish};
 use crate::vehicle::FirstOrderVehicle;
 
 /// What a simulated vehicle is made from.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum SimulatedConfig {
     /// A yaw model at every speed.
@@ -29,15 +28,6 @@ pub enum SimulatedVehicle {
     FirstOrder(Box<FirstOrderVehicle>),
     /// Six degrees of freedom.
     SixDof(Box<SixDofVehicle>),
-}
-
-impl From<VehicleFile> for SimulatedConfig {
-    fn from(file: VehicleFile) -> Self {
-        match file {
-            VehicleFile::FirstOrder(config) => Self::FirstOrder(config),
-            VehicleFile::SixDof(config) => Self::SixDof(config),
-        }
-    }
 }
 
 impl SimulatedConfig {

@@ -39,15 +39,7 @@ impl FirstOrderVehicle {
     /// A vehicle that runs straight at its own thrust, holding its heading.
     pub fn new(config: VehicleConfig, seed: u64) -> Result<Self, ConfigError> {
         config.check()?;
-        let plant = Plant::new(
-            config.speeds.clone(),
-            config.surge(),
-            config.servo,
-            config.initial_thrust,
-            config.initial_heading_rad,
-        )
-        .with_fins(config.has_fins)
-        .with_rudder_delay(config.rudder_delay_s);
+        let plant = config.plant(config.initial_thrust);
         Ok(Self {
             helm: Helm::new(config.helm(), plant.fin_rad, seed),
             body: FirstOrderBody {

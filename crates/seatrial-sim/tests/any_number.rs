@@ -2,7 +2,7 @@
 
 use seatrial_core::{Plan, Trial, Vehicle};
 use seatrial_dev::with_any_number;
-use seatrial_sim::{FirstOrderVehicle, Scenario, SimulatedConfig, VehicleConfig, VehicleFile};
+use seatrial_sim::{FirstOrderVehicle, Scenario, SimulatedConfig, VehicleConfig};
 use toml::Table;
 
 /// Ten samples of it, with a trial at the helm.
@@ -84,8 +84,8 @@ fn prop_any_number_in_a_vehicle_file() {
     let first_order = Table::try_from(VehicleConfig::starfish()).unwrap();
     for table in [six_dof.parse().unwrap(), first_order] {
         let outcomes = with_any_number(&table).into_iter().map(|table| {
-            let file = VehicleFile::from_toml(&toml::to_string(&table).unwrap());
-            file.is_ok_and(|file| play(&file.into()))
+            let file = SimulatedConfig::from_toml(&toml::to_string(&table).unwrap());
+            file.is_ok_and(|file| play(&file))
         });
         let (played, refused) = counted(outcomes);
         assert!(played > 30 && refused > 100, "{played} {refused}");

@@ -2,7 +2,7 @@
 
 use seatrial_core::{Plan, Trial, Vehicle};
 use seatrial_dev::{Damage, damaged_copies};
-use seatrial_sim::{FirstOrderVehicle, Scenario, SimulatedConfig, VehicleConfig, VehicleFile};
+use seatrial_sim::{FirstOrderVehicle, Scenario, SimulatedConfig, VehicleConfig};
 
 /// Damaged copies of each text.
 const OF_EACH: u64 = 1000;
@@ -86,8 +86,8 @@ fn prop_no_damaged_vehicle_file_ends_the_program() {
     let first_order = toml::to_string(&VehicleConfig::starfish()).unwrap();
     for (text, first_seed) in [(SIX_DOF, 1 << 40), (&first_order, 2 << 40)] {
         try_all(text, first_seed, |text| {
-            let file = VehicleFile::from_toml(text);
-            file.is_ok_and(|file| play(&file.into(), paper()))
+            let file = SimulatedConfig::from_toml(text);
+            file.is_ok_and(|file| play(&file, paper()))
         });
     }
 }

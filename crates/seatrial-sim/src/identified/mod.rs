@@ -290,12 +290,7 @@ impl IdentifiedVehicle {
 
     /// The moving vehicle, straight ahead at a thrust, without noise or disturbance.
     pub fn plant(&self, thrust: f64) -> Plant {
-        let twin = self.twin();
-        let surge = twin.surge();
-        Plant::new(twin.speeds, surge, twin.servo, thrust, 0.0)
-            .with_fins(twin.has_fins)
-            .with_rudder_delay(twin.rudder_delay_s)
-            .in_its_own_steps()
+        self.twin().plant(thrust).in_its_own_steps()
     }
 
     /// A gain for the lag and dead time of the rudder; one without a design has the sign of b2.

@@ -146,6 +146,15 @@ impl SixDofConfig {
         required("sea.current", "in order of depth", in_order.then_some(()))
     }
 
+    /// This vehicle, checked, in the waves of a seed.
+    pub(crate) fn in_waves_of(mut self, seed: u64) -> Result<Self, ConfigError> {
+        self.check()?;
+        if let Some(waves) = &mut self.sea.waves {
+            waves.seed = waves.seed.wrapping_add(seed);
+        }
+        Ok(self)
+    }
+
     fn check_places(&self) -> Result<(), ConfigError> {
         let (body, sea) = (&self.rigid_body, &self.sea);
         let all_are_numbers = |numbers: &[f64]| numbers.iter().all(|x| a_number(*x)).then_some(());

@@ -6,7 +6,6 @@ pub mod actuator;
 pub mod commands;
 pub mod config;
 pub mod depth_hold;
-pub mod driven;
 pub mod dynamics;
 pub mod equivalent;
 pub mod fins;
@@ -21,5 +20,4 @@ pub mod vehicle;
 pub mod waves;
 
 pub use config::SixDofConfig;
-pub use driven::DrivenVehicle;
 pub use vehicle::SixDofVehicle;

@@ -61,12 +61,8 @@ pub struct SixDofBody {
 
 impl SixDofVehicle {
     /// A vehicle that runs straight and level at its own thrust, holding heading and depth.
-    pub fn new(mut config: SixDofConfig, seed: u64) -> Result<Self, ConfigError> {
-        config.check()?;
-        if let Some(waves) = &mut config.sea.waves {
-            waves.seed = waves.seed.wrapping_add(seed);
-        }
-        let mut body = SixDofBody::at_rest(config)?;
+    pub fn new(config: SixDofConfig, seed: u64) -> Result<Self, ConfigError> {
+        let mut body = SixDofBody::at_rest(config.in_waves_of(seed)?)?;
         body.run_in();
         Ok(Self {
             helm: Helm::new(body.config.helm, body.rudder.horn_rad, seed),
@@ -176,7 +172,7 @@ impl SixDofBody {
     }
 
     /// Goes on for `interval_s` under these commands instead of the helm's.
-    pub(super) fn drive(
+    pub(crate) fn drive(
         &mut self,
         commands: &Commands,
         yaw_disturbance_rad_s2: f64,
@@ -199,7 +195,7 @@ impl SixDofBody {
     }
 
     /// What an accelerometer at the origin measures, m/s^2.
-    pub(super) fn specific_force_m_s2(&self, yaw_disturbance_rad_s2: f64) -> Vector3<f64> {
+    pub(crate) fn specific_force_m_s2(&self, yaw_disturbance_rad_s2: f64) -> Vector3<f64> {
         let inputs = self.inputs(yaw_disturbance_rad_s2);
         self.dynamics
             .specific_force_m_s2(&self.state, &inputs, self.is_aground)
