@@ -1,8 +1,6 @@
 //! Campaigns of the logbook: runs, comparisons, schedules, files.
 
-use seatrial::campaign::speeds::{
-    Difference as ModelDifference, ParameterDifference, ThrustDifference,
-};
+use seatrial::campaign::speeds::{Difference as ModelDifference, ThrustDifference};
 use seatrial::gains::DAMPING_RATIO;
 use seatrial::health::{HealthSettings, Reference, SpeedModel, compare};
 use seatrial::identification::Reader;
@@ -123,43 +121,22 @@ fn at_thrust(at: &ThrustDifference, campaigns: [&Campaign; 2]) -> ThrustComparis
 
 /// The parameters of two models.
 fn of_models(at: &ThrustDifference, a: &Model, b: &Model) -> Vec<Difference> {
-    let parameters = [
-        (
-            "a22_per_s",
-            Some(&at.a22_per_s),
-            Some(a.a22_per_s),
-            Some(b.a22_per_s),
-        ),
-        (
-            "b2_per_s2",
-            Some(&at.b2_per_s2),
-            Some(a.b2_per_s2),
-            Some(b.b2_per_s2),
-        ),
-        (
-            "c0_rad_per_s2",
-            Some(&at.c0_rad_per_s2),
-            Some(a.c0_rad_per_s2),
-            Some(b.c0_rad_per_s2),
-        ),
-        (
-            "delta0_rad",
-            at.delta0_rad.as_ref(),
-            a.delta0_rad,
-            b.delta0_rad,
-        ),
-    ];
-    let parameter = |(quantity, of, a, b): (&str, Option<&ParameterDifference>, _, _)| {
-        let of = of?;
-        Some(Difference {
+    let figures = |of: &Model| {
+        let known = [of.a22_per_s, of.b2_per_s2, of.c0_rad_per_s2].map(Some);
+        known.into_iter().chain([of.delta0_rad]).flatten()
+    };
+    let names = ["a22_per_s", "b2_per_s2", "c0_rad_per_s2", "delta0_rad"];
+    let parameters = names.into_iter().zip(at.parameters());
+    parameters
+        .zip(figures(a).zip(figures(b)))
+        .map(|((quantity, (_, of)), (a, b))| Difference {
             quantity: quantity.into(),
-            a: a?,
-            b: b?,
+            a,
+            b,
             difference: of.difference,
             ratio: of.ratio,
         })
-    };
-    parameters.into_iter().filter_map(parameter).collect()
+        .collect()
 }
 
 /// The gain and the turning circles that follow from two models.

@@ -25,20 +25,21 @@ pub struct NewCommand<'a> {
     pub result: &'a str,
 }
 
-/// A command of the audit trail.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+/// A command as the logbook keeps it.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema), schema(as = AuditEntry))]
 pub struct CommandEntry {
     /// 1 for the first.
     pub number: i64,
-    /// UTC, ISO 8601.
+    /// UTC.
     pub time: String,
-    /// Who.
+    /// The name of who had control, or the role.
     pub actor: String,
-    /// From which network address.
+    /// Network address that it came from.
     pub address: String,
-    /// The command.
+    /// `start_trial`, `abort_trial`, `review_run`, ...
     pub command: String,
-    /// With which particulars, JSON.
+    /// What was asked for, JSON as text.
     pub details: String,
     /// `done`, or the code of the refusal.
     pub result: String,

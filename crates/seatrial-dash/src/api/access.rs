@@ -90,23 +90,3 @@ pub struct VehicleForm {
     /// Has an autopilot whose gains a commission can try.
     pub has_gains: bool,
 }
-
-/// A command as the logbook keeps it.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-#[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
-pub struct AuditEntry {
-    /// 1 for the first.
-    pub number: i64,
-    /// UTC.
-    pub time: String,
-    /// The name of who had control, or the role.
-    pub actor: String,
-    /// Network address that it came from.
-    pub address: String,
-    /// `start_trial`, `abort_trial`, `review_run`, ...
-    pub command: String,
-    /// What was asked for, JSON as text.
-    pub details: String,
-    /// `done`, or the code of the refusal.
-    pub result: String,
-}

@@ -14,9 +14,10 @@ mod status;
 mod trial;
 
 pub use seatrial_app::models::Estimate as Figure;
+pub use seatrial_logbook::CommandEntry as AuditEntry;
 
 pub use access::{
-    AuditEntry, Control, ErrorBody, Lease, Role, ScenarioForm, TakeControl, VehicleForm, Vehicles,
+    Control, ErrorBody, Lease, Role, ScenarioForm, TakeControl, VehicleForm, Vehicles,
 };
 pub use commission::{
     CommissionEnd, CommissionOrder, CommissionPreview, CommissionSample, CommissionShown,

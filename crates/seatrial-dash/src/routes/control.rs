@@ -138,16 +138,7 @@ pub async fn audit(
             .reader()?
             .commands(asked.at_most.unwrap_or(100).min(1000))?)
     });
-    let entries = commands.await?.into_iter().map(|entry| AuditEntry {
-        number: entry.number,
-        time: entry.time,
-        actor: entry.actor,
-        address: entry.address,
-        command: entry.command,
-        details: entry.details,
-        result: entry.result,
-    });
-    Ok(Json(entries.collect()))
+    Ok(Json(commands.await?))
 }
 
 /// The live stream, a WebSocket: say `Hello` first; each message is a `LiveMessage`.
