@@ -29,6 +29,7 @@ const GAP: f64 = 7.0;
 const LABEL_ROW: f64 = 14.0;
 
 /// Panels over one horizontal axis.
+#[derive(Default)]
 pub(super) struct Chart {
     /// What the picture shows, for those who do not see it.
     pub alt: String,

@@ -44,14 +44,13 @@ pub(super) fn gains(speeds: &[Speed]) -> Option<Figure> {
         ),
         x_label: "Thrust, %",
         x_range: [low - 0.08 * (high - low), high + 0.08 * (high - low)],
-        spans: Vec::new(),
-        marks: Vec::new(),
         panels: vec![
             proportional_gains(&designed, [low, high]),
             joined_dots("Feed-forward rudder −δ₀, °", feed_forward.collect()),
             joined_dots("Phase margin, °", phase).spanning_at_least(30.0),
             joined_dots("Delay margin, s", delay),
         ],
+        ..Chart::default()
     };
     Some(Figure::new(
         &chart,
@@ -133,9 +132,8 @@ pub(super) fn heading_steps(speeds: &[Speed], rudder_limit_rad: f64) -> Option<F
         ),
         x_label: "Time since the first step, s",
         x_range: [0.0, 2.0 * experiment.hold_s],
-        spans: Vec::new(),
-        marks: Vec::new(),
         panels,
+        ..Chart::default()
     };
     Some(Figure::new(
         &chart,

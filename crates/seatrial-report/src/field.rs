@@ -183,12 +183,11 @@ fn u_turn_tracks(field: &Field) -> Option<Figure> {
         alt: "Tracks of U-turns under full rudder from above, at each thrust.".to_owned(),
         x_label: "Along the first course, m",
         x_range: view.along_m,
-        spans: Vec::new(),
-        marks: Vec::new(),
         panels: vec![
             Panel::linear("Left of it, m", view.height, layers.collect())
                 .with_range(Some(view.across_m)),
         ],
+        ..Chart::default()
     };
     Some(Figure::new(
         &chart,
@@ -223,9 +222,8 @@ fn yaw_rate(field: &Field) -> Option<Figure> {
         alt: "Measured and modelled yaw rate in a U-turn at each thrust.".to_owned(),
         x_label: "Time since the rudder moved, s",
         x_range: [0.0, longest],
-        spans: Vec::new(),
-        marks: Vec::new(),
         panels: panels.collect(),
+        ..Chart::default()
     };
     (longest > 0.0).then(|| {
         Figure::new(
@@ -246,9 +244,8 @@ fn radii(field: &Field) -> Option<Figure> {
         alt: "Turning radii over speed, predicted and measured.".to_owned(),
         x_label: "Speed straight ahead, m/s",
         x_range: [low - margin, high + margin],
-        spans: Vec::new(),
-        marks: Vec::new(),
         panels: vec![u_turn_radii(field), steady_radii(field)],
+        ..Chart::default()
     };
     (low < high).then(|| {
         Figure::new(
@@ -324,9 +321,8 @@ fn heading_steps(field: &Field) -> Option<Figure> {
             .to_owned(),
         x_label: "Time since the first step, s",
         x_range: [0.0, 2.0 * field.settings.steps.hold_s],
-        spans: Vec::new(),
-        marks: Vec::new(),
         panels,
+        ..Chart::default()
     };
     (!chart.panels.is_empty()).then(|| {
         Figure::new(
@@ -354,8 +350,6 @@ fn gains(field: &Field) -> Option<Figure> {
         alt: "Heading gain over thrust, designed at each thrust and on the line between the two end points.".to_owned(),
         x_label: "Thrust, %",
         x_range: [first[0] - margin, last[0] + margin],
-        spans: Vec::new(),
-        marks: Vec::new(),
         panels: vec![Panel::linear(
             "Kₚ, °/°",
             110.0,
@@ -365,6 +359,7 @@ fn gains(field: &Field) -> Option<Figure> {
                 Layer::dots("a", "designed", designed),
             ],
         )],
+        ..Chart::default()
     };
     Some(Figure::new(
         &chart,
@@ -398,8 +393,6 @@ fn repeats(field: &Field) -> Option<Figure> {
         alt: "Damping and rudder authority of the repeated trials with their intervals.".to_owned(),
         x_label: "Trial",
         x_range: [0.0, number(repeated.repeats.len())],
-        spans: Vec::new(),
-        marks: Vec::new(),
         panels: vec![
             panel("Damping a₂₂, 1/s", repeated.a22_per_s.mean, |r| {
                 (r.model.a22_per_s, r.interval_95.a22_per_s)
@@ -410,6 +403,7 @@ fn repeats(field: &Field) -> Option<Figure> {
                 |r| (r.model.b2_per_s2, r.interval_95.b2_per_s2),
             ),
         ],
+        ..Chart::default()
     };
     Some(Figure::new(
         &chart,

@@ -249,9 +249,8 @@ pub(super) fn figure(source: &Source) -> Option<Figure> {
         ),
         x_label: "Time since the stage began, s",
         x_range: [0.0, longest],
-        spans: Vec::new(),
-        marks: Vec::new(),
         panels,
+        ..Chart::default()
     };
     Some(Figure::new(
         &chart,

@@ -334,12 +334,11 @@ pub(super) fn track(source: &Source) -> Option<Figure> {
         ),
         x_label: "Along the course, m",
         x_range: view.along_m,
-        spans: Vec::new(),
-        marks: Vec::new(),
         panels: vec![
             Panel::linear("Left of the course, m", view.height, layers)
                 .with_range(Some(view.across_m)),
         ],
+        ..Chart::default()
     };
     Some(Figure::new(
         &chart,

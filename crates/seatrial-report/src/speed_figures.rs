@@ -159,14 +159,13 @@ pub(super) fn together(speeds: &[Speed]) -> Option<Figure> {
         ),
         x_label: "Time since training began, s",
         x_range: [0.0, longest],
-        spans: Vec::new(),
-        marks: Vec::new(),
         panels: vec![
             parameters(&traces, "Damping a₂₂, 1/s", 0),
             parameters(&traces, "Rudder authority b₂, 1/s²", 1),
             parameters(&traces, "Offset C₀, rad/s²", 2),
             step_norms(&traces, threshold),
         ],
+        ..Chart::default()
     };
     Some(Figure::new(
         &chart,

@@ -132,9 +132,8 @@ fn figure(cells: &[Cell], estimator: usize) -> Option<Figure> {
         alt: format!("Efficiency and coverage of {name} in each sea."),
         x_label: "Sea, as numbered in the table",
         x_range: [0.5, cells.len() as f64 + 0.5],
-        spans: Vec::new(),
-        marks: Vec::new(),
         panels,
+        ..Chart::default()
     };
     (!chart.panels.is_empty())
         .then(|| Figure::new(&chart, format!("How near {name} comes to the bound, and how often its 95 % intervals hold the truth.")))
