@@ -26,6 +26,7 @@ use seatrial_core::RudderUnit;
 use serde::Deserialize;
 
 use crate::Error;
+use crate::file_form::{FileForm, Row};
 use crate::gains::Wanted;
 use crate::models::Models;
 
@@ -47,9 +48,8 @@ pub enum Format {
     C,
 }
 
-impl Format {
-    /// Every form in the order of the enum: its name, how the name of its file ends, and what it is.
-    pub const ALL: [(Self, &'static str, &'static str, &'static str); 5] = [
+impl FileForm for Format {
+    const ALL: &[Row<Self>] = &[
         (
             Self::Ardupilot,
             "ardupilot",
@@ -76,22 +76,6 @@ impl Format {
             "The gain schedule as a table in a C99 header",
         ),
     ];
-
-    /// The form of a name, as `gains --export` takes it.
-    pub fn named(name: &str) -> Option<Self> {
-        let mut forms = Self::ALL.into_iter();
-        forms.find_map(|(form, of_form, ..)| (of_form == name).then_some(form))
-    }
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        Self::ALL[self as usize].1
-    }
-
-    /// How the name of its file ends.
-    pub fn extension(self) -> &'static str {
-        Self::ALL[self as usize].2
-    }
 }
 
 /// A file for a controller.

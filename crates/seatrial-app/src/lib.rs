@@ -8,11 +8,11 @@ pub mod commission;
 #[cfg(feature = "trials")]
 pub mod compare_log;
 pub mod compare_turn_rates;
-#[cfg(feature = "trials")]
 pub mod conduct;
 pub mod documents;
 mod error;
 pub mod expected;
+pub mod file_form;
 #[cfg(feature = "parquet")]
 pub mod fleet;
 pub mod gains;
@@ -52,7 +52,6 @@ pub mod studies;
 pub mod surge_step;
 #[cfg(feature = "trials")]
 pub mod text_queue;
-#[cfg(feature = "trials")]
 mod trial_plan;
 #[cfg(feature = "trials")]
 pub mod trial_run;
@@ -68,5 +67,4 @@ pub mod workers;
 pub use error::Error;
 pub use identify_log::{IdentifiedLog, Options, identify_log};
 pub use inspect_log::Inspection;
-#[cfg(feature = "trials")]
 pub use trial_plan::{TrialPlan, load_plan};

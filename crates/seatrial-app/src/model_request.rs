@@ -29,6 +29,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::Error;
 use crate::advice;
+use crate::file_form::FileForm;
 use crate::gains::{HeadingGains, Wanted};
 use crate::gains_export::{Format, GainsFile, check_usable};
 use crate::models::Models;
@@ -79,12 +80,12 @@ impl ModelFile {
             Format::Ardupilot | Format::Px4 => &[Surface, Underwater][..],
             Format::Ros2 | Format::Json | Format::C => &[Surface],
         };
-        let gains = Format::ALL.into_iter().flat_map(move |(format, ..)| {
-            vehicles(format)
+        let gains = Format::ALL.iter().flat_map(move |(format, ..)| {
+            vehicles(*format)
                 .iter()
-                .map(move |vehicle| Self::Gains(format, *vehicle))
+                .map(move |vehicle| Self::Gains(*format, *vehicle))
         });
-        gains.chain(Form::ALL.into_iter().map(|(form, ..)| Self::Vehicle(form)))
+        gains.chain(Form::ALL.iter().map(|(form, ..)| Self::Vehicle(*form)))
     }
 
     fn name(self) -> String {

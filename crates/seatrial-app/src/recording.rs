@@ -105,7 +105,6 @@ impl Recording {
         let file = outputs.grow(path)?;
         let start = || -> io::Result<Rows> {
             let writer: Box<dyn RowWriter + Send> = match format {
-                #[cfg(feature = "parquet")]
                 Format::Parquet => {
                     let rows = Vec::new();
                     return Ok(Rows::Kept { rows, file });
@@ -113,16 +112,8 @@ impl Recording {
                 Format::Csv => Box::new(CsvWriter::new(LineWriter::new(file))?),
                 #[cfg(feature = "mcap")]
                 Format::Mcap => Box::new(seatrial_logs::McapWriter::new(BufWriter::new(file))?),
-                #[cfg(not(feature = "parquet"))]
-                Format::Parquet => {
-                    let rows = Vec::new();
-                    return built(format).map(|()| Rows::Kept { rows, file });
-                }
                 #[cfg(not(feature = "mcap"))]
-                Format::Mcap => {
-                    let rows = Vec::new();
-                    return built(format).map(|()| Rows::Kept { rows, file });
-                }
+                Format::Mcap => return Err(io::ErrorKind::Unsupported.into()),
             };
             Ok(Rows::Streamed {
                 writer,

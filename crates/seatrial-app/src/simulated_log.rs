@@ -1,13 +1,13 @@
 //! The log of a trial on a simulated vehicle, and the truth behind it.
 
-use seatrial::Window;
-use seatrial_core::{
-    Event, Excitation, InvalidSetting, List, Outcome, Plan, Sample, Stage, Trial, Vehicle,
-};
+use seatrial::campaign::{Run, Stage};
+use seatrial::{Campaign, Step, Window};
+use seatrial_core::{Excitation, InvalidSetting, List, Outcome, Plan, Sample, Trial};
 use seatrial_sim::{ConfigError, SimulatedConfig, SimulatedVehicle, Truth};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
+use crate::conduct::{Judging, Watch, conduct_judging};
 
 /// One run of the trial and where its stages lie in the log.
 #[derive(Clone, Debug, Serialize)]
@@ -164,70 +164,28 @@ impl SeaTrial {
 
 /// Plays a trial on a simulated vehicle without identifying anything: its samples, and where each stage of each run lies in them.
 pub fn play(vehicle: &mut SimulatedVehicle, plan: Plan<f64>) -> Result<Played, InvalidSetting> {
-    let mut trial = Trial::new(plan)?;
-    let mut played = Played::default();
-    while let Ok(Some(sample)) = vehicle.next_sample() {
-        played.samples.push(sample);
-        let action = trial.step(&sample);
-        while let Some(event) = trial.take_event() {
-            played.note(event);
-        }
-        let Ok(()) = vehicle.act(&action);
-        if action.outcome.is_some() {
-            break;
-        }
-    }
-    played.outcome = trial.outcome();
-    Ok(played)
+    let mut samples = Samples::default();
+    let about = Campaign::of("", &plan);
+    let played = conduct_judging(vehicle, plan, about, &mut samples, Judging::ByTrial)?;
+    let runs = played.campaign.runs.iter().map(|run: &Run| PlayedRun {
+        thrust: run.thrust,
+        attempt: run.attempt,
+        train: run.stage(Stage::Train),
+        validate: run.stage(Stage::Validate),
+    });
+    Ok(Played {
+        samples: samples.0,
+        runs: runs.collect(),
+        outcome: played.campaign.outcome,
+    })
 }
 
-impl Played {
-    fn note(&mut self, event: Event<f64>) {
-        if let Event::RunStarted {
-            thrust, attempt, ..
-        } = event
-        {
-            self.runs.push(PlayedRun {
-                thrust,
-                attempt,
-                train: None,
-                validate: None,
-            });
-        }
-        let Some(run) = self.runs.last_mut() else {
-            return;
-        };
-        match event {
-            Event::StageStarted {
-                stage: Stage::Train,
-                time_s,
-            } => run.train = Some(open_from(time_s)),
-            Event::StageStarted {
-                stage: Stage::Validate,
-                time_s,
-            } => {
-                run.close_stage(time_s);
-                run.validate = Some(open_from(time_s));
-            }
-            Event::RunFinished { time_s, .. } | Event::Ended { time_s, .. } => {
-                run.close_stage(time_s);
-            }
-            _ => {}
-        }
-    }
-}
+/// Every sample of a trial.
+#[derive(Default)]
+struct Samples(Vec<Sample<f64>>);
 
-fn open_from(from_s: f64) -> Window {
-    Window {
-        from_s,
-        to_s: f64::INFINITY,
-    }
-}
-
-impl PlayedRun {
-    fn close_stage(&mut self, time_s: f64) {
-        for window in [&mut self.train, &mut self.validate].into_iter().flatten() {
-            window.to_s = window.to_s.min(time_s);
-        }
+impl Watch for Samples {
+    fn step(&mut self, step: &Step, _: &Trial<f64>) {
+        self.0.push(step.sample);
     }
 }

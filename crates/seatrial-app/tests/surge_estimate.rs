@@ -3,6 +3,7 @@
 use seatrial::Campaign;
 use seatrial::motions::surge::SurgeEstimate;
 use seatrial_app::conduct::{Unwatched, conduct};
+use seatrial_app::studies::subject::Subject;
 use seatrial_app::studies::surge::SurgeStudy;
 use seatrial_app::workers::Workers;
 use seatrial_core::{List, Plan};
@@ -93,17 +94,22 @@ fn recover_surge_within_its_intervals() {
         ("boat", boat()),
     ] {
         let study = SurgeStudy {
-            vehicle: vehicle.into(),
-            config,
+            subject: Subject {
+                vehicle: vehicle.into(),
+                config,
+                runs: 24,
+                seed: 1,
+            },
             thrusts: vec![0.6, 0.7, 0.8, 0.9, 1.0],
-            runs: 24,
-            seed: 1,
         };
         let found = study.run(&Workers::new(None, &|| {})).unwrap();
         assert!(found.largest_top_speed_error < 0.03, "{found:#?}");
         let [_, largest] = found.time_constant_errors.unwrap();
         assert!(largest < 0.1, "{found:#?}");
-        let coverages = found.coefficients.iter().map(|c| c.coverage.unwrap());
+        let coverages = found
+            .coefficients
+            .iter()
+            .map(|c| c.accuracy.coverage.unwrap());
         let mean = coverages.sum::<f64>() / found.coefficients.len() as f64;
         assert!((0.894..=0.999).contains(&mean), "{mean} {found:#?}");
         for coefficient in &found.coefficients {

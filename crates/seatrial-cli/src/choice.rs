@@ -1,6 +1,7 @@
 //! Options whose value is one of a table of names.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use seatrial_app::file_form::FileForm;
 use seatrial_core::Axis;
 
 /// Takes one of these values by its name; help says what each is.
@@ -17,6 +18,12 @@ pub fn one_of<T: Copy + Send + Sync + 'static>(
         let found = all.iter().find(|(_, of_value, _)| *of_value == name);
         found.map(|(value, ..)| *value).ok_or("no such name")
     })
+}
+
+/// Takes a form of files by its name.
+pub fn form_of<F: FileForm + Send + Sync>() -> impl TypedValueParser<Value = F> {
+    let forms = F::ALL.iter();
+    one_of(forms.map(|(form, name, _, about)| (*form, *name, *about)))
 }
 
 /// The values of `--axis`.

@@ -85,30 +85,10 @@ struct Document {
     vehicle: String,
     source: String,
     surge_speed_m_s: Option<f64>,
-    changes: Vec<Changed>,
+    changes: Vec<Change>,
     #[serde(flatten)]
     found: Commissioned,
     line: String,
-}
-
-/// A parameter that the new gains change.
-#[derive(Serialize)]
-struct Changed {
-    name: String,
-    from: f64,
-    to: f64,
-    why: String,
-}
-
-impl Changed {
-    fn of(change: &Change) -> Self {
-        Self {
-            name: change.name.clone(),
-            from: change.from,
-            to: change.to,
-            why: change.why.clone(),
-        }
-    }
 }
 
 /// Runs the verb.
@@ -147,7 +127,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         vehicle: args.vehicle.clone(),
         source: request.models.origin,
         surge_speed_m_s: proposal.model.surge_speed_m_s,
-        changes: changes.iter().map(Changed::of).collect(),
+        changes,
         line: found.line(),
         found,
     };

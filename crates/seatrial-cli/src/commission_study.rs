@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::progress::RunsOf;
-use crate::table::Table;
+use crate::table::{Table, number};
 
 /// Commissions of simulated boats in three classes, beside the autopilot's defaults and QuickTune's rule.
 ///
@@ -149,8 +149,7 @@ fn text(document: &Commissions) -> String {
                 format!("{:.1}", 100.0 * row.overshoot_median),
                 format!("{:.1}", 100.0 * row.overshoot_most),
                 row.unsettled.to_string(),
-                row.settling_median_s
-                    .map_or("-".into(), |s| format!("{s:.1}")),
+                number(row.settling_median_s, 1),
                 row.later_than_defaults.to_string(),
                 format!("{:.0}", 100.0 * row.activity_median_per_s),
                 format!("{:.0}", 100.0 * row.activity_most_per_s),

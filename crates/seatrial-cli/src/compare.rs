@@ -61,10 +61,7 @@ fn several(args: &Args, logs: &[PathBuf], output: &Output) -> Result<Exit, Failu
     let reading = args.channels.read_settings()?;
     let document = compare_turn_rates(logs, &reading, &mut Reporter::default())?;
     output.print(&document, || turn_rates::page(&document))?;
-    Ok(match document.has_compared() {
-        true => Exit::Done,
-        false => Exit::Rejected,
-    })
+    Ok(Exit::done_if(document.has_compared()))
 }
 
 fn methods(args: &Args, log: &Path, output: &Output) -> Result<Exit, Failure> {

@@ -38,10 +38,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         findings: look(&args.logbook, links()),
     };
     output.print(&document, || text(&document, width()))?;
-    Ok(match document.findings.iter().all(|f| f.is_good) {
-        true => Exit::Done,
-        false => Exit::Rejected,
-    })
+    Ok(Exit::done_if(document.findings.iter().all(|f| f.is_good)))
 }
 
 fn text(document: &Document, width: usize) -> String {

@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use seatrial_app::file_form::FileForm;
 use seatrial_app::vehicle_export::{self, Form};
 use seatrial_app::vehicle_file::Stated;
 use seatrial_sim::IdentifiedVehicle;
 use serde::Serialize;
 
-use crate::choice::one_of;
+use crate::choice::form_of;
 use crate::model_source::{SourceArgs, warn};
 use crate::output::{Exit, Failure, Output, OutputPath, say};
 
@@ -23,7 +24,7 @@ Example:
   seatrial export --to python --vehicle sim:myboat.toml --out myboat.py")]
 pub struct Args {
     /// What is written.
-    #[arg(long, value_name = "TARGET", value_parser = one_of(Form::ALL.map(|(form, name, _, about)| (form, name, about))))]
+    #[arg(long, value_name = "TARGET", value_parser = form_of::<Form>())]
     to: Form,
     #[command(flatten)]
     vehicle: VehicleArgs,
@@ -174,10 +175,7 @@ impl VehicleArgs {
         let models = self.source.read()?;
         warn(&models);
         let vehicle = self.stated().vehicle(&models)?;
-        let exit = match models.rejected.is_empty() {
-            true => Exit::Done,
-            false => Exit::Rejected,
-        };
+        let exit = Exit::done_if(models.rejected.is_empty());
         Ok((vehicle, exit))
     }
 

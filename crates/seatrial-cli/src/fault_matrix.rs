@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use seatrial_app::simulated;
 use seatrial_app::studies::fault_matrix::{Cell, FaultMatrix, FaultStudy};
+use seatrial_app::studies::subject::Subject;
 use seatrial_sim::faults::{Kind, Moment};
 
 use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::progress::RunsOf;
+use crate::table::number;
 
 /// Every fault in every stage: does each trial end in a correct model, or stopped or rejected for the right reason?
 #[derive(clap::Args, Debug)]
@@ -55,10 +56,7 @@ fn moment(name: &str) -> Result<Moment, String> {
 /// Plays the matrix.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let study = FaultStudy {
-        vehicle: args.vehicle.clone(),
-        config: simulated::config(&args.vehicle)?,
-        seed: args.runs_of.seed,
-        seeds: args.seeds,
+        subject: Subject::new(&args.vehicle, args.seeds, args.runs_of.seed)?,
         kinds: args.kind.clone(),
         stages: args.stage.clone(),
     };
@@ -69,11 +67,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         output.save(path, markdown(&document))?;
     }
     output.print(&document, || text(&document))?;
-    Ok(if document.failed == 0 {
-        Exit::Done
-    } else {
-        Exit::Rejected
-    })
+    Ok(Exit::done_if(document.failed == 0))
 }
 
 /// Models, rejected and aborted trials.
@@ -117,7 +111,7 @@ fn rows(document: &FaultMatrix) -> Vec<Vec<String>> {
                 .collect();
             let largest = |of: fn(&Cell) -> Option<f64>, digits: usize| {
                 let largest = cells.iter().filter_map(of).max_by(f64::total_cmp);
-                largest.map_or("-".into(), |value| format!("{value:.digits$}"))
+                number(largest, digits)
             };
             let name = cells.first().map_or("", |cell| cell.kind.name());
             std::iter::once(name.to_owned())

@@ -13,7 +13,7 @@ use seatrial_sim::SimulatedVehicle;
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output, OutputPath};
-use crate::table::Table;
+use crate::table::{Table, number};
 
 /// Re-enact the paper's field experiments: trials, U-turns, heading steps, repeated trials.
 ///
@@ -78,7 +78,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     output.save_in(&args.out, &files)?;
     output.print(&document, || text(&document))?;
     let holds = document.claims.iter().all(|claim| claim.holds);
-    Ok(if holds { Exit::Done } else { Exit::Rejected })
+    Ok(Exit::done_if(holds))
 }
 
 /// The paper's trial, and the vehicle after it.
@@ -192,8 +192,7 @@ fn trials(field: &Field) -> Table {
         let least = at.r2_heading.iter().copied().fold(f64::INFINITY, f64::min);
         table.row(vec![
             format!("{:.0}", 100.0 * at.thrust),
-            at.surge_speed_m_s
-                .map_or("-".into(), |speed| format!("{speed:.2}")),
+            number(at.surge_speed_m_s, 2),
             format!("{:.3}", at.model.a22_per_s),
             format!("{:.3}", at.model.b2_per_s2),
             format!("{:.4}", at.model.c0_rad_per_s2),
@@ -228,9 +227,7 @@ fn u_turns(field: &Field) -> Table {
             format!("{:.2}", predicted.u_turn_mean_radius_m),
             format!("{:.2}", predicted.at_speed_in_turn_m),
             error(predicted.at_speed_in_turn_m, measured.u_turn_radius_m),
-            predicted
-                .from_trial_m
-                .map_or("-".into(), |radius_m| format!("{radius_m:.2}")),
+            number(predicted.from_trial_m, 2),
             predicted.from_trial_m.map_or("-".into(), |radius_m| {
                 error(radius_m, measured.u_turn_radius_m)
             }),
@@ -252,7 +249,6 @@ fn heading_steps(field: &Field) -> Table {
     );
     for steps in &field.heading_steps {
         let [away, back] = &steps.measures;
-        let settled = |time_s: Option<f64>| time_s.map_or("-".into(), |t| format!("{t:.1}"));
         table.row(vec![
             format!("{:.0}", 100.0 * steps.point.thrust.unwrap_or(f64::NAN)),
             match steps.control {
@@ -269,8 +265,8 @@ fn heading_steps(field: &Field) -> Table {
             ),
             format!(
                 "{}, {}",
-                settled(away.settling_time_s),
-                settled(back.settling_time_s)
+                number(away.settling_time_s, 1),
+                number(back.settling_time_s, 1)
             ),
             format!("{}, {}", steps.swings[0], steps.swings[1]),
             format!(

@@ -13,11 +13,11 @@ use seatrial_app::models::{Estimate, SCHEDULE_FILE_HELP};
 use seatrial_core::RudderUnit;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 
-use crate::choice::one_of;
+use crate::choice::{form_of, one_of};
 use crate::model_source::{SourceArgs, rejected_text, trial_line, warn};
 use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::screen::{width, wrapped};
-use crate::table::{Table, estimate_text};
+use crate::table::{Table, estimate_cell, estimate_text, number};
 
 /// Heading controller gains from a model or a schedule, with margins.
 ///
@@ -53,7 +53,7 @@ pub struct Args {
     #[arg(long, value_name = "DEG", requires = "export")]
     full_rudder_deg: Option<f64>,
     /// Writes gains and limits for a controller; the table is printed too where they go to a file.
-    #[arg(long, value_name = "FORMAT", value_parser = one_of(Format::ALL.map(|(form, name, _, about)| (form, name, about))))]
+    #[arg(long, value_name = "FORMAT", value_parser = form_of::<Format>())]
     export: Option<Format>,
     /// Exports from a rehearsal on a simulator, too.
     #[arg(long, requires = "export")]
@@ -108,11 +108,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if args.export.is_none() || args.out.is_some() {
         output.print(&document, || text(&document, args.out.as_deref(), width()))?;
     }
-    Ok(if document.is_refused() {
-        Exit::Rejected
-    } else {
-        Exit::Done
-    })
+    Ok(Exit::done_if(!document.is_refused()))
 }
 
 impl Args {
@@ -207,31 +203,24 @@ fn table(document: &HeadingGains) -> Table {
             a22 [1/s] | b2 [1/s^2] | Nomoto T [s] | Nomoto K [1/s] | {PAPERS_GAIN} [{per_angle}] | damping | \
             frequency [rad/s] | gain margin [factor] | phase margin [deg] | delay margin [s]"
     ));
-    let optional = |x: Option<f64>, scale: f64, decimals: usize| {
-        x.map_or("-".into(), |x| format!("{:.decimals$}", x * scale))
-    };
     for point in &document.points {
         let overshoot = point.closed_loop.as_ref().and_then(|of| of.overshoot);
         let mut cells = vec![
-            optional(point.thrust, 100.0, 0),
-            optional(point.surge_speed_m_s, 1.0, 2),
-            estimate(&point.proportional_gain, 3, 1.0),
+            number(point.thrust.map(|thrust| 100.0 * thrust), 0),
+            number(point.surge_speed_m_s, 2),
+            estimate_cell(&point.proportional_gain, 3, 1.0),
             overshoot.map_or("-".into(), |overshoot| overshoot_text(&overshoot)),
-            estimate(&point.feed_forward_rudder_rad, 2, rudder_scale),
+            estimate_cell(&point.feed_forward_rudder_rad, 2, rudder_scale),
             format!("{:.3}", point.model.a22_per_s),
             format!("{:.3}", point.model.b2_per_s2),
-            estimate(&point.nomoto_t_s, 2, 1.0),
-            estimate(&point.nomoto_k_per_s, 2, 1.0),
-            estimate(&point.gain_of_57, 3, 1.0),
+            estimate_cell(&point.nomoto_t_s, 2, 1.0),
+            estimate_cell(&point.nomoto_k_per_s, 2, 1.0),
+            estimate_cell(&point.gain_of_57, 3, 1.0),
         ];
         cells.extend(loop_cells(&point.closed_loop));
         table.row(cells);
     }
     table
-}
-
-fn estimate(estimate: &Option<Estimate>, decimals: usize, scale: f64) -> String {
-    estimate.map_or("-".into(), |e| estimate_text(&e, decimals, scale))
 }
 
 /// Per cent of a step to one decimal: a thousandth is none, and none is the least.
@@ -249,13 +238,13 @@ fn loop_cells(closed_loop: &Option<LoopFigures>) -> Vec<String> {
         return vec!["-".into(); 5];
     };
     vec![
-        estimate(&figures.damping_ratio, 3, 1.0),
-        estimate(&figures.natural_frequency_rad_s, 2, 1.0),
+        estimate_cell(&figures.damping_ratio, 3, 1.0),
+        estimate_cell(&figures.natural_frequency_rad_s, 2, 1.0),
         figures
             .gain_margin
             .map_or("infinite".into(), |margin| estimate_text(&margin, 1, 1.0)),
-        estimate(&figures.phase_margin_rad, 1, 1_f64.to_degrees()),
-        estimate(&figures.delay_margin_s, 2, 1.0),
+        estimate_cell(&figures.phase_margin_rad, 1, 1_f64.to_degrees()),
+        estimate_cell(&figures.delay_margin_s, 2, 1.0),
     ]
 }
 
@@ -273,8 +262,8 @@ fn at_text(at: &InterpolatedGain, rudder_unit: RudderUnit) -> String {
     let figures = at.closed_loop.as_ref().map_or(String::new(), |figures| {
         format!(
             ", damping {} and phase margin {} deg with the model interpolated between the same speeds",
-            estimate(&figures.damping_ratio, 3, 1.0),
-            estimate(&figures.phase_margin_rad, 1, 1_f64.to_degrees())
+            estimate_cell(&figures.damping_ratio, 3, 1.0),
+            estimate_cell(&figures.phase_margin_rad, 1, 1_f64.to_degrees())
         )
     });
     format!(

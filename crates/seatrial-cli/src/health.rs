@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use seatrial::health::{
     Change, Effect, Effects, Finding, HealthError, HealthSettings, WatchReport,
 };
+use seatrial::identification::Verdict;
 use seatrial::words::sentence;
 use seatrial_app::health::{self, Comparison, Criteria, Missions, Watched};
 use seatrial_app::models::{ComparedModels, compared_models, open_named};
@@ -16,7 +17,7 @@ use crate::log::{ChannelArgs, Reporter};
 use crate::output::{Exit, Failure, Output};
 use crate::screen::{command, labelled, width};
 use crate::speeds::plural;
-use crate::table::Table;
+use crate::table::{Table, number};
 
 /// More windows than this are not printed.
 const MOST_ROWS: usize = 40;
@@ -161,6 +162,40 @@ impl Args {
     }
 }
 
+/// How a change is called, and what to do about it and about data that cannot tell.
+const BETWEEN_TRIALS: [&str; 3] = [
+    "CHANGED",
+    "Take the gains of the newer trial, and find out what has changed.",
+    "Repeat the trial with more rudder or more speeds, then compare again.",
+];
+const IN_MISSIONS: [&str; 3] = [
+    "RE-TRIAL DUE",
+    "Run a new trial, and take its gains.",
+    "Watch more logs, of missions with more turns.",
+];
+
+/// The finding, its cause and what to do.
+fn head(
+    finding: Finding,
+    verdict: &Verdict,
+    [changed, act, look]: &[&str; 3],
+    width: usize,
+) -> String {
+    let (headline, action) = match finding {
+        Finding::Unchanged => ("NO CHANGE FOUND", "Go on with the gains that are in."),
+        Finding::Changed => (*changed, *act),
+        Finding::CannotTell => ("CANNOT TELL", *look),
+    };
+    let reason = &verdict.reasons[0];
+    let action = match reason.action.as_str() {
+        "" => action,
+        of_the_reason => of_the_reason,
+    };
+    format!("{headline}\n")
+        + &labelled("Cause      ", &sentence(&reason.text), width)
+        + &labelled("Do         ", action, width)
+}
+
 /// What the table of two trials shows.
 const CHANGE_BETWEEN_TRIALS: &str = "Change from the reference to now, with 95 % bounds. Chance: how often a vehicle that has not changed shows as much.";
 
@@ -173,20 +208,8 @@ fn comparison_page(
     change: &Change,
     logbook: &Path,
 ) -> String {
-    let headline = match change.finding {
-        Finding::Unchanged => "NO CHANGE FOUND",
-        Finding::Changed => "CHANGED",
-        Finding::CannotTell => "CANNOT TELL",
-    };
     let width = width();
-    let mut text = format!("{headline}\n");
-    let cause = sentence(&change.verdict.reasons[0].text);
-    text += &labelled("Cause      ", &cause, width);
-    let action = match change.verdict.reasons[0].action.as_str() {
-        "" => what_to_do(change.finding),
-        action => action,
-    };
-    text += &labelled("Do         ", action, width);
+    let mut text = head(change.finding, &change.verdict, &BETWEEN_TRIALS, width);
     if let (Finding::Changed, Some(number)) = (change.finding, now.campaign) {
         text += &command("Next       ", &next::gains_of_trial(number, logbook), width);
     }
@@ -217,32 +240,9 @@ fn comparison_page(
     text + &labelled("", &rate_text(&change.settings), width)
 }
 
-fn what_to_do(finding: Finding) -> &'static str {
-    match finding {
-        Finding::Unchanged => "Go on with the gains that are in.",
-        Finding::Changed => "Take the gains of the newer trial, and find out what has changed.",
-        Finding::CannotTell => {
-            "Repeat the trial with more rudder or more speeds, then compare again."
-        }
-    }
-}
-
 fn watch_page(reference: &ComparedModels, logs: &[String], report: &WatchReport) -> String {
-    let headline = match report.finding {
-        Finding::Unchanged => "NO CHANGE FOUND",
-        Finding::Changed => "RE-TRIAL DUE",
-        Finding::CannotTell => "CANNOT TELL",
-    };
     let width = width();
-    let mut text = format!("{headline}\n");
-    let cause = sentence(&report.verdict.reasons[0].text);
-    text += &labelled("Cause      ", &cause, width);
-    let action = match report.finding {
-        Finding::Unchanged => "Go on with the gains that are in.",
-        Finding::Changed => "Run a new trial, and take its gains.",
-        Finding::CannotTell => "Watch more logs, of missions with more turns.",
-    };
-    text += &labelled("Do         ", action, width);
+    let mut text = head(report.finding, &report.verdict, &IN_MISSIONS, width);
     text += &origin_text("Reference", reference);
     let watched = format!(
         "{} log{}, {:.0} s; in {} window{} the rudder excites the vehicle",
@@ -280,7 +280,7 @@ fn window_table(report: &WatchReport, first: usize) -> Table {
         let mut row = vec![
             window.log.clone(),
             format!("{:.0} to {:.0}", window.window.from_s, window.window.to_s),
-            speed.map_or("-".into(), |speed| format!("{speed:.2}")),
+            number(speed, 2),
         ];
         row.extend(effect_cells(&window.effects));
         row.push(window.p_value.map_or("-".into(), probability));

@@ -45,11 +45,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     // An empty folder that stays behind harms nobody.
     let _ = std::fs::remove_dir(&folder);
     output.print(&document, || text(&document))?;
-    Ok(if document.failed() == 0 {
-        Exit::Done
-    } else {
-        Exit::Rejected
-    })
+    Ok(Exit::done_if(document.failed() == 0))
 }
 
 fn text(document: &LyingLogs) -> String {

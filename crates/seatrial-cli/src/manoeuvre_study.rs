@@ -1,11 +1,11 @@
 //! `seatrial study manoeuvres`: do the predicted intervals of manoeuvres hold the truth?
 
 use seatrial_app::ship_trials::{ManoeuvreCoverage, ManoeuvreStudy};
-use seatrial_app::simulated;
+use seatrial_app::studies::subject::Subject;
 
 use crate::output::{Exit, Failure, Output};
 use crate::progress::RunsOf;
-use crate::table::Table;
+use crate::table::{Table, number};
 
 /// Trials of a simulated vehicle, the manoeuvres predicted from each, and how often their intervals hold those of the truth.
 #[derive(clap::Args, Debug)]
@@ -28,11 +28,8 @@ pub struct Args {
 /// Runs the study.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let study = ManoeuvreStudy {
-        vehicle: args.vehicle.clone(),
-        config: simulated::config(&args.vehicle)?,
+        subject: Subject::new(&args.vehicle, args.runs, args.runs_of.seed)?,
         thrust: args.thrust,
-        runs: args.runs,
-        seed: args.runs_of.seed,
     };
     let document = args.runs_of.all(args.runs, |workers| study.run(workers))?;
     output.print(&document, || text(&document))?;
@@ -47,10 +44,13 @@ fn text(document: &ManoeuvreCoverage) -> String {
             index.manoeuvre.clone(),
             index.name.into(),
             format!("{:.3}", index.truth),
-            format!("{:+.3}", index.bias),
-            format!("{:.3}", index.rms_error),
+            index
+                .accuracy
+                .bias
+                .map_or("-".into(), |bias| format!("{bias:+.3}")),
+            number(index.accuracy.rms_error, 3),
             index.unit.into(),
-            format!("{:.3}", index.coverage),
+            number(index.accuracy.coverage, 3),
         ]);
     }
     format!(

@@ -43,10 +43,14 @@ pub enum Exit {
 impl Exit {
     /// The exit code that belongs to a verdict.
     pub fn of(verdict: &Verdict) -> Self {
-        if verdict.accepted {
-            Self::Done
-        } else {
-            Self::Rejected
+        Self::done_if(verdict.accepted)
+    }
+
+    /// That of a result which is as it must be, or is not.
+    pub fn done_if(is_good: bool) -> Self {
+        match is_good {
+            true => Self::Done,
+            false => Self::Rejected,
         }
     }
 }

@@ -69,11 +69,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         replay,
     };
     output.print(&document, || wrapped(&text(&document), width()))?;
-    Ok(if document.identical {
-        Exit::Done
-    } else {
-        Exit::Rejected
-    })
+    Ok(Exit::done_if(document.identical))
 }
 
 fn refusal(logbook: &Logbook, entry: &CampaignEntry, found: &str) -> Failure {

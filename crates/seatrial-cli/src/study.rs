@@ -1,8 +1,8 @@
 //! `seatrial study`: Monte Carlo accuracy of estimators on a simulated vehicle.
 
 use seatrial::study::{Accuracy, Convergence, Estimator, QuantityAccuracy};
-use seatrial_app::simulated;
 use seatrial_app::studies::estimators::{EstimatorAccuracy, EstimatorStudy};
+use seatrial_app::studies::subject::Subject;
 use seatrial_report::render_study;
 
 use crate::commission_study;
@@ -12,7 +12,7 @@ use crate::manoeuvre_study;
 use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::progress::RunsOf;
 use crate::surge_study;
-use crate::table::Table;
+use crate::table::{Table, number};
 use crate::world;
 
 /// Most runs of a cell.
@@ -122,11 +122,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         None => {}
     }
     let study = EstimatorStudy {
-        vehicle: args.vehicle.clone(),
-        config: simulated::config(&args.vehicle)?,
+        subject: Subject::new(&args.vehicle, args.runs, args.runs_of.seed)?,
         thrust: args.thrust,
-        runs: args.runs,
-        seed: args.runs_of.seed,
         noises_deg: args.noise_deg.clone(),
         disturbances: args.disturbance.clone(),
         estimators: args.estimator.clone(),
@@ -195,9 +192,6 @@ fn convergence_text(convergence: &Convergence) -> String {
 
 fn row(accuracy: &Accuracy, quantity: &QuantityAccuracy, is_first: bool) -> Vec<String> {
     let first = |text: String| if is_first { text } else { String::new() };
-    let or_dash = |value: Option<f64>, digits: usize| {
-        value.map_or_else(|| "-".into(), |value| format!("{value:.digits$}"))
-    };
     let small = |value: f64| format!("{value:.2e}");
     vec![
         first(accuracy.estimator.name().into()),
@@ -206,9 +200,9 @@ fn row(accuracy: &Accuracy, quantity: &QuantityAccuracy, is_first: bool) -> Vec<
         small(quantity.bias),
         small(quantity.standard_deviation),
         quantity.bound.map_or_else(|| "-".into(), small),
-        or_dash(quantity.efficiency, 2),
-        or_dash(quantity.coverage, 3),
+        number(quantity.efficiency, 2),
+        number(quantity.coverage, 3),
         first(accuracy.models.to_string()),
-        first(or_dash(accuracy.not_refused, 3)),
+        first(number(accuracy.not_refused, 3)),
     ]
 }

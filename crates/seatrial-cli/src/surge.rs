@@ -7,7 +7,7 @@ use seatrial_app::models::{Purpose, chosen_campaign, undamaged};
 
 use crate::output::{Exit, Failure, Output, say};
 use crate::screen::{width, wrapped};
-use crate::table::Table;
+use crate::table::{Table, number};
 
 /// How the speed follows the thrust: each coefficient of a trial with its interval, or why the trial does not tell it.
 #[derive(clap::Args)]
@@ -42,10 +42,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         ))
     })?;
     output.print(&surge, || text(&surge))?;
-    Ok(match surge.drag_length_m.value {
-        Some(_) => Exit::Done,
-        None => Exit::Rejected,
-    })
+    Ok(Exit::done_if(surge.drag_length_m.value.is_some()))
 }
 
 fn caution(surge: &SurgeEstimate) -> String {
@@ -83,10 +80,7 @@ fn text(surge: &SurgeEstimate) -> String {
         if of.value.is_none() {
             missing.push(format!("{name}: {}.", of.verdict));
         }
-        let value = of
-            .value
-            .map_or("-".to_owned(), |value| format!("{value:.3}"));
-        table.row(vec![name, value, interval, unit.into()]);
+        table.row(vec![name, number(of.value, 3), interval, unit.into()]);
     };
     for speed in &surge.speeds {
         let name = format!("steady speed at {:.0} %", 100.0 * speed.thrust);

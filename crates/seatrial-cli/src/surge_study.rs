@@ -1,11 +1,11 @@
 //! `seatrial study surge`: do the intervals of a trial's surge hold the truth?
 
-use seatrial_app::simulated;
+use seatrial_app::studies::subject::Subject;
 use seatrial_app::studies::surge::{SurgeCoverage, SurgeStudy};
 
 use crate::output::{Exit, Failure, Output};
 use crate::progress::RunsOf;
-use crate::table::Table;
+use crate::table::{Table, number};
 
 /// Trials of a simulated vehicle, the surge of each, and how often its intervals hold what a trial without noise finds.
 #[derive(clap::Args, Debug)]
@@ -28,14 +28,11 @@ pub struct Args {
 /// Runs the study.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let study = SurgeStudy {
-        vehicle: args.vehicle.clone(),
-        config: simulated::config(&args.vehicle)?,
+        subject: Subject::new(&args.vehicle, args.runs, args.runs_of.seed)?,
         thrusts: match args.thrust.is_empty() {
             true => vec![0.6, 0.7, 0.8, 0.9, 1.0],
             false => args.thrust.clone(),
         },
-        runs: args.runs,
-        seed: args.runs_of.seed,
     };
     let document = args.runs_of.all(args.runs, |workers| study.run(workers))?;
     output.print(&document, || text(&document))?;
@@ -46,16 +43,18 @@ fn text(document: &SurgeCoverage) -> String {
     let mut table = Table::under(
         "coefficient | truth | unit | identified [of all] | bias | rms error | coverage [of 95 %]",
     );
-    let known = |value: Option<f64>| value.map_or("-".to_owned(), |x| format!("{x:.4}"));
     for found in &document.coefficients {
         table.row(vec![
             found.name.clone(),
-            known(found.truth),
+            number(found.truth, 4),
             found.unit.into(),
             format!("{:.3}", found.identified as f64 / document.trials as f64),
-            found.bias.map_or("-".to_owned(), |x| format!("{x:+.4}")),
-            known(found.rms_error),
-            found.coverage.map_or("-".to_owned(), |x| format!("{x:.3}")),
+            found
+                .accuracy
+                .bias
+                .map_or("-".to_owned(), |x| format!("{x:+.4}")),
+            number(found.accuracy.rms_error, 4),
+            number(found.accuracy.coverage, 3),
         ]);
     }
     let time = match (document.time_constant_s, document.time_constant_errors) {

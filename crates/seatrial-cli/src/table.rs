@@ -170,6 +170,17 @@ pub fn decimals(value: f64, least: usize) -> usize {
     least.max(needed.clamp(0.0, 12.0) as usize)
 }
 
+/// A cell with this number, `-` where there is none.
+pub fn number(value: Option<f64>, decimals: usize) -> String {
+    value.map_or("-".into(), |value| format!("{value:.decimals$}"))
+}
+
+/// A cell with this estimate, `-` where there is none.
+pub fn estimate_cell(estimate: &Option<Estimate>, least_decimals: usize, scale: f64) -> String {
+    let text = |estimate: &Estimate| estimate_text(estimate, least_decimals, scale);
+    estimate.as_ref().map_or("-".into(), text)
+}
+
 /// A value, then the bounds of its interval where one is known.
 pub fn estimate_text(estimate: &Estimate, least_decimals: usize, scale: f64) -> String {
     let value = estimate.value * scale;

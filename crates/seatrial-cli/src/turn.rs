@@ -1,6 +1,6 @@
 //! `seatrial turn`: turning limits to either side, and over speed.
 
-use seatrial_app::models::{Estimate, SCHEDULE_FILE_HELP};
+use seatrial_app::models::SCHEDULE_FILE_HELP;
 use seatrial_app::turning::{MeasuredUTurn, OverSpeed, PointLimits, SideLimits, TurningLimits};
 use seatrial_core::Side;
 use seatrial_core::authority::AuthorityForm;
@@ -8,7 +8,7 @@ use seatrial_core::authority::AuthorityForm;
 use crate::model_source::{SourceArgs, rejected_text, trial_line, warn};
 use crate::output::{Exit, Failure, Output};
 use crate::screen::{width, wrapped};
-use crate::table::{Table, estimate_text};
+use crate::table::{Table, estimate_cell, number};
 
 /// Turning limits from a model or a schedule, to either side.
 ///
@@ -73,11 +73,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         args.measured_u_turn,
     )?;
     output.print(&document, || text(&document, width()))?;
-    Ok(if document.is_refused() {
-        Exit::Rejected
-    } else {
-        Exit::Done
-    })
+    Ok(Exit::done_if(!document.is_refused()))
 }
 
 /// Columns that a narrow screen does without, first those that fewest people miss.
@@ -137,28 +133,22 @@ fn text(document: &TurningLimits, width: usize) -> String {
 
 /// Limits of a model to one side.
 fn row(point: &PointLimits, limits: &SideLimits, rudder_scale: f64) -> Vec<String> {
-    let optional = |x: Option<f64>, scale: f64, decimals: usize| {
-        x.map_or("-".into(), |x| format!("{:.decimals$}", x * scale))
-    };
-    let estimate = |estimate: &Option<Estimate>, decimals, scale| {
-        estimate.map_or("-".into(), |e: Estimate| estimate_text(&e, decimals, scale))
-    };
     vec![
-        optional(point.thrust, 100.0, 0),
-        optional(point.surge_speed_m_s, 1.0, 2),
+        number(point.thrust.map(|thrust| 100.0 * thrust), 0),
+        number(point.surge_speed_m_s, 2),
         format!("{:.3}", point.model.a22_per_s),
         format!("{:.3}", point.model.b2_per_s2),
-        estimate(&point.nomoto_t_s, 2, 1.0),
-        estimate(&point.nomoto_k_per_s, 2, 1.0),
+        estimate_cell(&point.nomoto_t_s, 2, 1.0),
+        estimate_cell(&point.nomoto_k_per_s, 2, 1.0),
         side_name(limits.side).into(),
-        optional(limits.rudder_rad, rudder_scale, 1),
-        estimate(&limits.yaw_rate_rad_s, 2, 1_f64.to_degrees()),
-        estimate(&limits.u_turn_time_s, 2, 1.0),
-        estimate(&limits.u_turn_mean_radius_m, 2, 1.0),
-        estimate(&limits.steady_turning_radius_m, 2, 1.0),
-        estimate(&limits.circle_by_u_turn_m, 2, 1.0),
-        estimate(&limits.trapezoid_time_s, 2, 1.0),
-        estimate(&limits.full_rudder_time_s, 2, 1.0),
+        number(limits.rudder_rad.map(|rudder| rudder * rudder_scale), 1),
+        estimate_cell(&limits.yaw_rate_rad_s, 2, 1_f64.to_degrees()),
+        estimate_cell(&limits.u_turn_time_s, 2, 1.0),
+        estimate_cell(&limits.u_turn_mean_radius_m, 2, 1.0),
+        estimate_cell(&limits.steady_turning_radius_m, 2, 1.0),
+        estimate_cell(&limits.circle_by_u_turn_m, 2, 1.0),
+        estimate_cell(&limits.trapezoid_time_s, 2, 1.0),
+        estimate_cell(&limits.full_rudder_time_s, 2, 1.0),
     ]
 }
 

@@ -126,11 +126,7 @@ fn check(args: &CheckArgs, output: &Output) -> Result<Exit, Failure> {
     output.print(&checked, || {
         text(&checked.preflight) + "\n" + &verdict(&checked.preflight, args)
     })?;
-    Ok(if checked.ready {
-        Exit::Done
-    } else {
-        Exit::Rejected
-    })
+    Ok(Exit::done_if(checked.ready))
 }
 
 /// A preflight for people.
@@ -193,11 +189,7 @@ fn restore(args: &RestoreArgs, output: &Output) -> Result<Exit, Failure> {
         done,
     };
     output.print(&restored, || restored_text(&restored.done))?;
-    Ok(if restored.complete {
-        Exit::Done
-    } else {
-        Exit::Rejected
-    })
+    Ok(Exit::done_if(restored.complete))
 }
 
 /// Shows what would be written, and asks.

@@ -6,6 +6,7 @@ use seatrial_app::studies::world::{Depth, Models, PARAMETERS, WorldStudy, Worlds
 
 use crate::output::{Exit, Failure, Output};
 use crate::progress::RunsOf;
+use crate::table::{Table, number};
 
 /// Whole trials as seeded worlds: vehicle, link, disk, clock and operator, and a fault at any instant.
 #[derive(clap::Args, Debug)]
@@ -58,12 +59,9 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     };
     let worlds = args.runs_of.all(args.seeds, |workers| study.run(workers));
     output.print(&worlds, || text(&worlds))?;
-    Ok(
-        match worlds.broken == 0 && worlds.broken_together.is_empty() {
-            true => Exit::Done,
-            false => Exit::Rejected,
-        },
-    )
+    Ok(Exit::done_if(
+        worlds.broken == 0 && worlds.broken_together.is_empty(),
+    ))
 }
 
 fn text(document: &Worlds) -> String {
@@ -71,25 +69,20 @@ fn text(document: &Worlds) -> String {
         "{} worlds from seed {}: {} with a broken invariant\n\n",
         document.seeds, document.seed, document.broken
     );
-    let _ = writeln!(
-        text,
-        "{:<8} {:>9} {:>9} {:>9} {:>12} {:>10} {:>7}",
-        "depth", "worlds", "runs", "accepted", "samples", "neutral, s", "broken"
-    );
-    let number = |value: Option<f64>| value.map_or("-".into(), |value| format!("{value:.2}"));
+    let mut table =
+        Table::under("depth | worlds | runs | accepted | samples | neutral [s] | broken");
     for (depth, row) in &document.depths {
-        let _ = writeln!(
-            text,
-            "{:<8} {:>9} {:>9} {:>9} {:>12} {:>10} {:>7}",
+        table.row(vec![
             name(*depth),
-            row.worlds,
-            row.runs,
-            row.runs_accepted,
-            row.samples,
-            number(row.neutral_after_s),
-            row.broken
-        );
+            row.worlds.to_string(),
+            row.runs.to_string(),
+            row.runs_accepted.to_string(),
+            row.samples.to_string(),
+            number(row.neutral_after_s, 2),
+            row.broken.to_string(),
+        ]);
     }
+    text += &table.to_string();
     let depths = document.depths.iter();
     for (depth, row) in depths.filter(|(_, row)| row.models.accepted > 0) {
         text.push_str(&models(*depth, &row.models));
@@ -120,18 +113,20 @@ fn text(document: &Worlds) -> String {
 
 /// Accepted models beside the truth.
 fn models(depth: Depth, models: &Models) -> String {
-    let mut text = format!(
-        "\n{}: {} accepted models    beyond 1 half width    beyond 2    farthest\n",
+    let mut table = Table::under(&format!(
+        "{}, {} accepted models | beyond 1 half width | [%] | beyond 2 | farthest",
         name(depth),
         models.accepted
-    );
+    ));
     for (k, name) in PARAMETERS.into_iter().enumerate() {
         let share = 100.0 * models.beyond_one[k] as f64 / models.accepted as f64;
-        let _ = writeln!(
-            text,
-            "{name:<24} {:>10} ({share:.1} %) {:>11} {:>11.2}",
-            models.beyond_one[k], models.beyond_two[k], models.farthest[k]
-        );
+        table.row(vec![
+            name.into(),
+            models.beyond_one[k].to_string(),
+            format!("{share:.1}"),
+            models.beyond_two[k].to_string(),
+            format!("{:.2}", models.farthest[k]),
+        ]);
     }
-    text
+    format!("\n{table}")
 }

@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 use seatrial::gains::export::VehicleType;
 use seatrial::identification::Reader;
 use seatrial_app::advice;
+use seatrial_app::file_form::FileForm;
 use seatrial_app::gains::Wanted;
 use seatrial_app::gains_export::{Format, GainsFile, check_usable};
 use seatrial_app::models::{Models, of_campaign, of_document, of_document_text, of_schedule_file};

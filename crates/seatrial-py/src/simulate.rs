@@ -7,6 +7,7 @@ use pyo3::types::PyDict;
 use seatrial::study::Estimator;
 use seatrial_app::simulated;
 use seatrial_app::studies::estimators::EstimatorStudy;
+use seatrial_app::studies::subject::Subject;
 use seatrial_app::trial_run::{VehicleError, rehearse};
 use seatrial_app::workers::Workers;
 use seatrial_core::{List, Plan, Sample};
@@ -80,11 +81,8 @@ pub fn study(
     };
     let estimators = estimators.iter().map(named).collect::<PyResult<Vec<_>>>()?;
     let study = EstimatorStudy {
-        vehicle: "sim:starfish".into(),
-        config: simulated::config("sim:starfish").map_err(|found| refused(py, found))?,
+        subject: Subject::new("sim:starfish", runs, seed).map_err(|found| refused(py, found))?,
         thrust,
-        runs,
-        seed,
         noises_deg: vec![compass_noise_rad.to_degrees()],
         disturbances: vec![(disturbance_rad_s2, disturbance_time_s)],
         estimators,

@@ -38,7 +38,6 @@ use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
 use seatrial::identification::Refined;
 use seatrial::preview::Target;
-use seatrial_logbook::Keeper;
 
 use crate::TrialPlan;
 
@@ -95,20 +94,6 @@ impl Pace {
 pub struct Unwatched;
 
 impl Watch for Unwatched {}
-
-impl Watch for Keeper {
-    fn run_started(&mut self, number: u32, thrust: f64, attempt: u32) {
-        self.begin_run(number, thrust, attempt);
-    }
-
-    fn step(&mut self, step: &Step, _trial: &Trial<f64>) {
-        self.keep(step);
-    }
-
-    fn run_ended(&mut self, run: &mut Run) {
-        self.end_run(run);
-    }
-}
 
 /// What came of a trial.
 #[derive(Debug)]

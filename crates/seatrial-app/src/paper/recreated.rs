@@ -13,7 +13,7 @@ use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 use serde::Serialize;
 
 use super::tables::{Row, TABLE_II, TABLE_III, TABLE_III_ITERATIONS, TABLE_V};
-use crate::conduct::{Unwatched, conduct};
+use crate::trial_run::rehearse;
 
 /// Seeds of the trials: of Tables II and III, of Table V, and of its repeated run.
 const SEEDS: [u64; 3] = [1, 2, 3];
@@ -119,12 +119,7 @@ fn trial(truth: &[Row], seed: u64) -> Result<Campaign, NotRecreated> {
         ..VehicleConfig::starfish()
     };
     let mut vehicle = FirstOrderVehicle::new(config, seed)?;
-    let about = Campaign {
-        configuration: "paper".into(),
-        seed: Some(seed),
-        ..Campaign::of("sim", &plan)
-    };
-    Ok(conduct(&mut vehicle, plan, about, &mut Unwatched)?.campaign)
+    Ok(rehearse(&mut vehicle, "sim", seed, plan)?.campaign)
 }
 
 fn refined_rows(campaign: &Campaign, truth: &[Row]) -> Vec<RecreatedRow> {

@@ -3,26 +3,20 @@
 use seatrial::identify::cramer_rao::Noise;
 use seatrial::study::{Cell, Estimator, Experiment, Outcome, Truth, accuracy, convergence};
 use seatrial_core::{List, Plan};
-use seatrial_sim::SimulatedConfig;
 use seatrial_sim::plant::Disturbance;
 use serde::Serialize;
 
+use super::subject::Subject;
 use crate::Error;
 use crate::workers::Workers;
 
 /// Which estimators are studied on what.
 #[derive(Clone, Debug)]
 pub struct EstimatorStudy {
-    /// The vehicle by its name.
-    pub vehicle: String,
-    /// What it is made from.
-    pub config: SimulatedConfig,
+    /// The vehicle and its runs of each cell.
+    pub subject: Subject,
     /// Thrust as a fraction of full.
     pub thrust: f64,
-    /// Runs of each cell.
-    pub runs: u64,
-    /// The first seed.
-    pub seed: u64,
     /// Compass noise of the cells, standard deviation, degrees; empty: the vehicle's own.
     pub noises_deg: Vec<f64>,
     /// Disturbance of the cells, standard deviation, rad/s^2, and correlation time, s; empty: the vehicle's own.
@@ -54,12 +48,12 @@ impl EstimatorStudy {
     /// How many runs there will be.
     pub fn runs_of_all(&self) -> u64 {
         let cells = self.noises_deg.len().max(1) * self.disturbances.len().max(1);
-        self.runs * cells as u64
+        self.subject.runs * cells as u64
     }
 
     /// Studies the estimators.
     pub fn run(mut self, workers: &Workers) -> Result<EstimatorAccuracy, Error> {
-        let own = self.config.helm();
+        let own = self.subject.config.helm();
         if self.noises_deg.is_empty() {
             self.noises_deg = vec![own.sensors.compass.noise_rad.to_degrees()];
         }
@@ -79,10 +73,10 @@ impl EstimatorStudy {
         }
         Ok(EstimatorAccuracy {
             schema: "seatrial.study.v1",
-            vehicle: self.vehicle,
+            vehicle: self.subject.vehicle,
             thrust: self.thrust,
-            runs_per_cell: self.runs,
-            seed: self.seed,
+            runs_per_cell: self.subject.runs,
+            seed: self.subject.seed,
             cells,
         })
     }
@@ -114,30 +108,26 @@ impl EstimatorStudy {
             disturbance_rad_s2: strength_rad_s2,
             disturbance_time_s: time_s,
         };
-        let config = self.config.disturbed(
+        let subject = &self.subject;
+        let config = subject.config.disturbed(
             noise.heading_rad,
             Disturbance {
                 standard_deviation_rad_s2: noise.disturbance_rad_s2,
                 correlation_time_s: noise.disturbance_time_s,
             },
         );
-        let failure = |error| Error::Input(format!("{}: {error}", self.vehicle));
-        let true_model = config.truth(self.thrust).map_err(failure)?.ok_or_else(|| {
-            Error::Input(format!(
-                "{}: no yaw model is known at thrust {}",
-                self.vehicle, self.thrust
-            ))
-        })?;
+        let true_model = subject.truth(&config, self.thrust)?;
         // Refuses what a vehicle cannot be made of before the threads start.
-        config.vehicle(self.seed).map_err(failure)?;
+        let made = config.vehicle(subject.seed);
+        made.map_err(|error| subject.input(error))?;
         let truth = Truth {
             model: true_model.model,
             noise,
             rudder_limit_rad: plan.rudder_limit_rad,
         };
         let has_bound = config.is_first_order() && noise.heading_rad > 0.0;
-        let outcomes = workers.each(self.runs, |run| {
-            let mut vehicle = config.vehicle(self.seed.wrapping_add(run)).ok()?;
+        let outcomes = subject.each(workers, |seed| {
+            let mut vehicle = config.vehicle(seed).ok()?;
             let experiment = Experiment::of(&mut vehicle, plan)?;
             let estimators = &self.estimators;
             Some(Outcome::of(
@@ -153,7 +143,7 @@ impl EstimatorStudy {
             disturbance_rad_s2: strength_rad_s2,
             disturbance_time_s: time_s,
             runs: outcomes.len(),
-            aborted: self.runs - outcomes.len() as u64,
+            aborted: subject.runs - outcomes.len() as u64,
             estimators: accuracy(&outcomes, &truth, &self.estimators),
             convergence: self.width.and_then(|width| convergence(&outcomes, width)),
         })

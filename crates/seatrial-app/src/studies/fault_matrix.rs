@@ -3,25 +3,19 @@
 use std::collections::BTreeMap;
 
 use seatrial_core::{List, Plan};
-use seatrial_sim::SimulatedConfig;
 use seatrial_sim::faults::{Kind, Moment, Rehearsable};
 use serde::Serialize;
 
 use super::fault_run::{Ending, Rehearsal, Result as Became};
+use super::subject::Subject;
 use crate::Error;
 use crate::workers::Workers;
 
 /// Which faults are played in which stages.
 #[derive(Clone, Debug)]
 pub struct FaultStudy {
-    /// The vehicle by its name.
-    pub vehicle: String,
-    /// What it is made from.
-    pub config: SimulatedConfig,
-    /// The first seed.
-    pub seed: u64,
-    /// Trials of each fault in each stage.
-    pub seeds: u64,
+    /// The vehicle and its trials of each fault in each stage.
+    pub subject: Subject,
     /// Kinds of faults; empty: all that the vehicle can play.
     pub kinds: Vec<Kind>,
     /// Stages; empty: all.
@@ -78,10 +72,15 @@ pub struct Cell {
 impl FaultStudy {
     /// Plays the matrix.
     pub fn run(self, workers: &Workers) -> Result<FaultMatrix, Error> {
-        let refused = |error| Error::Input(format!("{}: {error}", self.vehicle));
-        let playable = self.config.vehicle(self.seed).map_err(refused)?.playable();
+        let playable = self.playable()?;
+        let Subject {
+            vehicle,
+            config,
+            runs: seeds,
+            seed,
+        } = self.subject.clone();
         if let Some(kind) = self.kinds.iter().find(|kind| !playable.contains(kind)) {
-            let (kind, vehicle) = (kind.name(), &self.vehicle);
+            let kind = kind.name();
             return Err(Error::Setting(format!(
                 "--kind {kind}: {vehicle} cannot play it"
             )));
@@ -91,22 +90,22 @@ impl FaultStudy {
             thrusts: List::from_slice(&[0.6, 0.8]).unwrap_or_default(),
             ..Plan::paper()
         };
-        let rehearsal = Rehearsal::new(self.config, plan);
-        let runs = self.seeds * places.len() as u64;
+        let rehearsal = Rehearsal::new(config, plan);
+        let runs = seeds * places.len() as u64;
         let endings = workers.each(runs, |run| {
-            let (kind, stage) = places[(run / self.seeds) as usize];
-            rehearsal.play(kind, stage, self.seed.wrapping_add(run % self.seeds))
+            let (kind, stage) = places[(run / seeds) as usize];
+            rehearsal.play(kind, stage, seed.wrapping_add(run % seeds))
         });
         let cells: Vec<Cell> = places
             .iter()
-            .zip(endings.chunks(self.seeds as usize))
+            .zip(endings.chunks(seeds as usize))
             .map(|(&(kind, stage), endings)| Cell::of(kind, stage, endings))
             .collect();
         Ok(FaultMatrix {
             schema: "seatrial.fault_matrix.v1",
-            vehicle: self.vehicle,
-            seed: self.seed,
-            seeds: self.seeds,
+            vehicle,
+            seed,
+            seeds,
             trials: endings.len(),
             failed: cells.iter().map(|cell| cell.failed.len()).sum(),
             cells,
@@ -119,9 +118,14 @@ impl FaultStudy {
 
     /// How many trials there will be.
     pub fn trials(&self) -> Result<u64, Error> {
-        let refused = |error| Error::Input(format!("{}: {error}", self.vehicle));
-        let playable = self.config.vehicle(self.seed).map_err(refused)?.playable();
-        Ok(self.seeds * self.places(&playable).len() as u64)
+        Ok(self.subject.runs * self.places(&self.playable()?).len() as u64)
+    }
+
+    /// Faults that the vehicle can play.
+    fn playable(&self) -> Result<Vec<Kind>, Error> {
+        let vehicle = self.subject.config.vehicle(self.subject.seed);
+        let vehicle = vehicle.map_err(|error| self.subject.input(error))?;
+        Ok(vehicle.playable())
     }
 
     /// Each fault with each stage.

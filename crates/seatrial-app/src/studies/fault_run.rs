@@ -6,12 +6,13 @@ use std::sync::Mutex;
 
 use seatrial::campaign::{Campaign, Run, Stage};
 use seatrial::identification::{Identification, ReasonCode};
-use seatrial_core::{AbortReason, Action, Outcome, Plan, Sample, Steering, Vehicle, YawModel};
-use seatrial_sim::faults::{Fault, Kind, LinkLost, Moment, Onset, Upset};
+use seatrial_core::{AbortReason, Envelope, Outcome, Plan, YawModel};
+use seatrial_sim::faults::{Fault, Kind, Moment, Onset, Upset};
 use seatrial_sim::sensors::Chance;
-use seatrial_sim::{FaultyVehicle, Scenario, SimulatedConfig, SimulatedVehicle};
+use seatrial_sim::{FaultyVehicle, Scenario, SimulatedConfig};
 use serde::Serialize;
 
+use super::observer::{Instant, Observer};
 use crate::trial_run::rehearse;
 
 /// Time from the condition of an abort to neutral rudder and heading hold, s.
@@ -108,13 +109,13 @@ impl Rehearsal {
         let fault = Fault::drawn(kind, onset, &mut chance);
         let vehicle = self.config.vehicle(seed).ok()?;
         let vehicle = FaultyVehicle::new(vehicle, &Scenario::of(fault), seed).ok()?;
-        let mut observed = Observed::new(vehicle);
-        let campaign = rehearse(&mut observed, "", seed, self.plan).ok()?.campaign;
-        Some(self.judge(fault, seed, &campaign, &observed))
+        let mut observer = Observer::new(vehicle, u64::MAX, true);
+        let campaign = rehearse(&mut observer, "", seed, self.plan).ok()?.campaign;
+        Some(self.judge(fault, seed, &campaign, &observer))
     }
 
-    fn judge(&self, fault: Fault, seed: u64, campaign: &Campaign, seen: &Observed) -> Ending {
-        let began_s = seen.vehicle.first_fault_s();
+    fn judge(&self, fault: Fault, seed: u64, campaign: &Campaign, seen: &Observer) -> Ending {
+        let began_s = seen.vehicle().first_fault_s();
         let aborted = match campaign.outcome {
             Some(Outcome::Aborted(reason)) => Some(reason),
             _ => None,
@@ -124,8 +125,8 @@ impl Rehearsal {
             .iter()
             .filter(|run| !run.verdict.accepted && run.identification.is_some())
             .collect();
-        let handed_back_after_s = aborted.and_then(|reason| seen.handed_back_after_s(reason));
-        let mut faults = Expected::of(&fault).faults(aborted, &rejected, began_s.is_some());
+        let handed_back_after_s = aborted.and_then(|reason| handed_back_after_s(seen, reason));
+        let mut faults = unexpected(&fault, aborted, &rejected, began_s.is_some());
         if aborted.is_some()
             && !handed_back_after_s.is_some_and(|after_s| after_s <= HANDED_BACK_WITHIN_S)
         {
@@ -159,7 +160,7 @@ impl Rehearsal {
     fn farthest(
         &self,
         campaign: &Campaign,
-        seen: &Observed,
+        seen: &Observer,
         faults: &mut Vec<String>,
     ) -> Option<f64> {
         let mut farthest: Option<f64> = None;
@@ -263,166 +264,50 @@ impl Rehearsal {
     }
 }
 
-/// The vehicle as an independent observer sees it.
-struct Observed {
-    vehicle: FaultyVehicle<SimulatedVehicle>,
-    instants: Vec<Instant>,
-    /// When the latest whole sample came, on the vehicle's own clock, s.
-    whole_s: f64,
-    newest_s: f64,
-    /// When a sample first was beyond a limit, and which.
-    beyond: Option<(AbortReason, f64)>,
-    /// When neutral rudder and then heading hold were asked for at the end, s.
-    neutral_s: Option<f64>,
-    hold_s: Option<f64>,
-    thrust_given: bool,
+/// From the condition of an abort to heading hold after neutral rudder, s.
+fn handed_back_after_s(seen: &Observer, reason: AbortReason) -> Option<f64> {
+    let [neutral_s, hold_s] = [seen.neutral?, seen.hold?].map(|when| when.clock_s);
+    let condition_s = match reason {
+        AbortReason::Operator | AbortReason::LinkLost => seen.vehicle().first_fault_s()?,
+        AbortReason::StaleSamples => {
+            let stale_s = seen.whole().clock_s + Envelope::<f64>::default().stale_after_s;
+            stale_s.min(neutral_s)
+        }
+        _ => seen
+            .beyond_for(reason)
+            .map_or(neutral_s, |beyond| beyond.clock_s),
+    };
+    Some((hold_s - condition_s).max(0.0))
 }
 
-/// What was true when a sample was delivered.
-pub struct Instant {
-    /// The sample's time, s.
-    pub time_s: f64,
-    /// What was wrong.
-    pub upset: Upset,
-    /// The yaw model that samples show, where the vehicle has one.
-    pub model: Option<YawModel<f64>>,
-}
-
-impl Observed {
-    fn new(vehicle: FaultyVehicle<SimulatedVehicle>) -> Self {
-        Self {
-            vehicle,
-            instants: Vec::new(),
-            whole_s: 0.0,
-            newest_s: f64::NEG_INFINITY,
-            beyond: None,
-            neutral_s: None,
-            hold_s: None,
-            thrust_given: false,
+/// How a trial with a fault ended otherwise than it may, besides with models; a rejection counts once the fault has come about.
+fn unexpected(
+    fault: &Fault,
+    aborted: Option<AbortReason>,
+    rejected: &[&Run],
+    began: bool,
+) -> Vec<String> {
+    let lasts = fault.for_s.is_none();
+    let must_abort = match fault.kind {
+        Kind::OperatorTakeover => true,
+        Kind::CompassDropout | Kind::DepthLoss | Kind::LinkLoss => lasts,
+        _ => false,
+    };
+    let mut faults = Vec::new();
+    if let Some(reason) = aborted.filter(|reason| !aborts(fault.kind, lasts).contains(reason)) {
+        faults.push(format!("aborted because {}", Why::Aborted(reason)));
+    }
+    if must_abort && began && aborted.is_none() {
+        faults.push("not aborted".into());
+    }
+    for run in rejected.iter().filter(|_| began) {
+        let code = run.verdict.reasons.first().map(|reason| &reason.code);
+        if !code.is_some_and(|code| may_reject(fault.kind, code)) {
+            let code = code.map_or_else(String::new, ToString::to_string);
+            faults.push(format!("run {} rejected because {code}", run.number));
         }
     }
-
-    fn look(&mut self, sample: &Sample<f64>) {
-        let now_s = self.vehicle.time_s();
-        self.instants.push(Instant {
-            time_s: sample.time_s,
-            upset: *self.vehicle.upset(),
-            model: self.vehicle.apparent_yaw_model(),
-        });
-        if sample.heading_rad.is_finite()
-            && sample.depth_m.is_some()
-            && sample.time_s > self.newest_s
-        {
-            self.whole_s = now_s;
-        }
-        self.newest_s = self.newest_s.max(sample.time_s);
-        let limits = seatrial_core::Envelope::<f64>::default();
-        let beyond = [
-            (AbortReason::Pitch, sample.pitch_rad, limits.pitch_max_rad),
-            (AbortReason::Roll, sample.roll_rad, limits.roll_max_rad),
-            (
-                AbortReason::YawRate,
-                sample.yaw_rate_rad_s,
-                limits.yaw_rate_max_rad_s,
-            ),
-            (AbortReason::Depth, sample.depth_m, limits.depth_max_m),
-        ]
-        .into_iter()
-        .find(|(_, measured, limit)| measured.is_some_and(|x| x.abs() > *limit));
-        if let (None, Some((reason, ..))) = (self.beyond, beyond) {
-            self.beyond = Some((reason, now_s));
-        }
-    }
-
-    /// From the condition of an abort to heading hold after neutral rudder, s.
-    fn handed_back_after_s(&self, reason: AbortReason) -> Option<f64> {
-        let (neutral_s, hold_s) = (self.neutral_s?, self.hold_s?);
-        let condition_s = match reason {
-            AbortReason::Operator | AbortReason::LinkLost => self.vehicle.first_fault_s()?,
-            AbortReason::StaleSamples => {
-                let stale_s =
-                    self.whole_s + seatrial_core::Envelope::<f64>::default().stale_after_s;
-                stale_s.min(neutral_s)
-            }
-            _ => self
-                .beyond
-                .filter(|(beyond, _)| *beyond == reason)
-                .map_or(neutral_s, |(_, beyond_s)| beyond_s),
-        };
-        Some((hold_s - condition_s).max(0.0))
-    }
-}
-
-impl Vehicle<f64> for Observed {
-    type Error = LinkLost;
-
-    fn next_sample(&mut self) -> std::result::Result<Option<Sample<f64>>, LinkLost> {
-        let sample = self.vehicle.next_sample()?;
-        if let Some(sample) = &sample {
-            self.look(sample);
-        }
-        Ok(sample)
-    }
-
-    fn act(&mut self, action: &Action<f64>) -> std::result::Result<(), LinkLost> {
-        let now_s = self.vehicle.time_s();
-        match (action.thrust, action.steering) {
-            (Some(_), _) => self.thrust_given = true,
-            (None, Steering::Rudder(0.0)) if self.thrust_given => {
-                self.neutral_s.get_or_insert(now_s);
-            }
-            (None, Steering::HoldHeading(_)) if self.neutral_s.is_some() => {
-                self.hold_s.get_or_insert(now_s);
-            }
-            _ => {}
-        }
-        self.vehicle.act(action)
-    }
-
-    fn is_taken_over(&self) -> bool {
-        self.vehicle.is_taken_over()
-    }
-}
-
-/// How a trial with a fault may end besides with models.
-struct Expected {
-    kind: Kind,
-    must_abort: bool,
-    aborts: &'static [AbortReason],
-}
-
-impl Expected {
-    fn of(fault: &Fault) -> Self {
-        let lasts = fault.for_s.is_none();
-        Self {
-            kind: fault.kind,
-            must_abort: match fault.kind {
-                Kind::OperatorTakeover => true,
-                Kind::CompassDropout | Kind::DepthLoss | Kind::LinkLoss => lasts,
-                _ => false,
-            },
-            aborts: aborts(fault.kind, lasts),
-        }
-    }
-
-    /// Where a trial ended otherwise; a rejection counts once the fault has come about.
-    fn faults(&self, aborted: Option<AbortReason>, rejected: &[&Run], began: bool) -> Vec<String> {
-        let mut faults = Vec::new();
-        if let Some(reason) = aborted.filter(|reason| !self.aborts.contains(reason)) {
-            faults.push(format!("aborted because {}", Why::Aborted(reason)));
-        }
-        if self.must_abort && began && aborted.is_none() {
-            faults.push("not aborted".into());
-        }
-        for run in rejected.iter().filter(|_| began) {
-            let code = run.verdict.reasons.first().map(|reason| &reason.code);
-            if !code.is_some_and(|code| may_reject(self.kind, code)) {
-                let code = code.map_or_else(String::new, ToString::to_string);
-                faults.push(format!("run {} rejected because {code}", run.number));
-            }
-        }
-        faults
-    }
+    faults
 }
 
 /// Reasons for which a trial with this fault may be aborted.

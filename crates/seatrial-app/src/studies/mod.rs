@@ -6,5 +6,7 @@ pub mod fault_matrix;
 pub mod fault_run;
 pub mod lies;
 pub mod lying_log;
+mod observer;
+pub mod subject;
 pub mod surge;
 pub mod world;

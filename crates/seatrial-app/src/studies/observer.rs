@@ -3,11 +3,28 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
-use seatrial_core::{AbortReason, Action, Envelope, Sample, Steering, Vehicle};
-use seatrial_sim::faults::LinkLost;
+use seatrial_core::{AbortReason, Action, Envelope, Sample, Steering, Vehicle, YawModel};
+use seatrial_sim::faults::{LinkLost, Upset};
 use seatrial_sim::{FaultyVehicle, SimulatedVehicle};
 
-use crate::studies::fault_run::Instant;
+/// What was true when a sample was delivered.
+pub struct Instant {
+    /// The sample's time, s.
+    pub time_s: f64,
+    /// What was wrong.
+    pub upset: Upset,
+    /// The yaw model that samples show, where the vehicle has one.
+    pub model: Option<YawModel<f64>>,
+}
+
+/// When something happened.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct When {
+    /// Time in which samples came, s.
+    pub attended_s: f64,
+    /// On the vehicle's own clock, s.
+    pub clock_s: f64,
+}
 
 /// What observer and operator know of each other.
 #[derive(Debug, Default)]
@@ -33,19 +50,22 @@ pub struct Observer {
     /// What was true when each sample was given.
     pub instants: Vec<Instant>,
     thrust_given: bool,
-    /// Time in which samples came, s; all times below are of this clock.
+    /// Time in which samples came, s.
     attended_s: f64,
-    /// When neutral rudder was asked for at the end, s.
-    pub neutral_s: Option<f64>,
+    /// When neutral rudder was asked for at the end.
+    pub neutral: Option<When>,
+    /// When heading hold was asked for after it.
+    pub hold: Option<When>,
     /// The last that was asked for.
     pub last: Option<Action<f64>>,
-    /// When the link was lost for good, s.
-    pub lost_s: Option<f64>,
-    /// When a sample came after the operator had asked for the vehicle or taken it over, s.
-    asked_s: Option<f64>,
-    beyond: Option<(AbortReason, f64)>,
-    /// When a heading with a newer time last came, and when a depth did, s.
-    heard_s: [f64; 2],
+    /// When the link was lost for good.
+    lost: Option<When>,
+    /// When a sample came after the operator had asked for the vehicle or taken it over.
+    asked: Option<When>,
+    /// When a sample first was beyond a limit, and which.
+    beyond: Option<(AbortReason, When)>,
+    /// When a heading with a newer time last came, when a depth did, and when both came in one sample.
+    heard: [When; 3],
     newest_s: f64,
     digest: u64,
 }
@@ -66,12 +86,13 @@ impl Observer {
             instants: Vec::new(),
             thrust_given: false,
             attended_s: 0.0,
-            neutral_s: None,
+            neutral: None,
+            hold: None,
             last: None,
-            lost_s: None,
-            asked_s: None,
+            lost: None,
+            asked: None,
             beyond: None,
-            heard_s: [0.0; 2],
+            heard: Default::default(),
             newest_s: f64::NEG_INFINITY,
             // FNV-1a.
             digest: 0xcbf2_9ce4_8422_2325,
@@ -88,19 +109,41 @@ impl Observer {
         self.samples > self.most_samples
     }
 
-    /// When the condition of an abort came about, s, where this observer can tell.
+    /// The vehicle that is watched.
+    pub fn vehicle(&self) -> &FaultyVehicle<SimulatedVehicle> {
+        &self.vehicle
+    }
+
+    /// When the condition of an abort came about, in s of the attended time, where this observer can tell.
     pub fn condition_s(&self, reason: AbortReason) -> Option<f64> {
-        match reason {
-            AbortReason::LinkLost => self.lost_s,
-            AbortReason::Operator => self.asked_s,
+        let condition = match reason {
+            AbortReason::LinkLost => self.lost,
+            AbortReason::Operator => self.asked,
             AbortReason::StaleSamples => {
-                let [heading_s, depth_s] = self.heard_s;
-                Some(heading_s.min(depth_s) + Envelope::<f64>::default().stale_after_s)
+                let [heading, depth, _] = self.heard;
+                let heard_s = heading.attended_s.min(depth.attended_s);
+                return Some(heard_s + Envelope::<f64>::default().stale_after_s);
             }
-            _ => self
-                .beyond
-                .filter(|(beyond, _)| *beyond == reason)
-                .map(|(_, s)| s),
+            _ => self.beyond_for(reason),
+        };
+        condition.map(|when| when.attended_s)
+    }
+
+    /// When a sample first was beyond a limit, where that is the reason of an abort.
+    pub fn beyond_for(&self, reason: AbortReason) -> Option<When> {
+        let beyond = self.beyond.filter(|(beyond, _)| *beyond == reason);
+        beyond.map(|(_, when)| when)
+    }
+
+    /// When the latest whole sample came.
+    pub fn whole(&self) -> When {
+        self.heard[2]
+    }
+
+    fn now(&self) -> When {
+        When {
+            attended_s: self.attended_s,
+            clock_s: self.vehicle.time_s(),
         }
     }
 
@@ -113,8 +156,8 @@ impl Observer {
     fn look(&mut self, sample: &Sample<f64>) {
         let silence_s = self.vehicle.time_s() - self.shared.time_s.get();
         self.attended_s += silence_s.clamp(0.0, LONGEST_INTERVAL_S);
-        let now_s = self.attended_s;
-        self.shared.time_s.set(self.vehicle.time_s());
+        let now = self.now();
+        self.shared.time_s.set(now.clock_s);
         self.samples += 1;
         self.digest_number(sample.time_s);
         self.digest_number(sample.heading_rad);
@@ -126,17 +169,19 @@ impl Observer {
             });
         }
         if self.vehicle.is_taken_over() || self.shared.is_asked.get() {
-            self.asked_s.get_or_insert(now_s);
+            self.asked.get_or_insert(now);
         }
-        if sample.heading_rad.is_finite() && sample.time_s > self.newest_s {
-            self.heard_s[0] = now_s;
-        }
-        if sample.depth_m.is_some() {
-            self.heard_s[1] = now_s;
+        let has_heading = sample.heading_rad.is_finite() && sample.time_s > self.newest_s;
+        let has_depth = sample.depth_m.is_some();
+        let heard = [has_heading, has_depth, has_heading && has_depth];
+        for (when, _) in self.heard.iter_mut().zip(heard).filter(|(_, heard)| *heard) {
+            *when = now;
         }
         self.newest_s = self.newest_s.max(sample.time_s);
         let limits = Envelope::<f64>::default();
         let beyond = [
+            (AbortReason::Pitch, sample.pitch_rad, limits.pitch_max_rad),
+            (AbortReason::Roll, sample.roll_rad, limits.roll_max_rad),
             (
                 AbortReason::YawRate,
                 sample.yaw_rate_rad_s,
@@ -148,7 +193,7 @@ impl Observer {
             .into_iter()
             .find(|(_, x, limit)| x.is_some_and(|x| x.abs() > *limit));
         if let (None, Some((reason, ..))) = (self.beyond, beyond) {
-            self.beyond = Some((reason, now_s));
+            self.beyond = Some((reason, now));
         }
     }
 }
@@ -164,7 +209,8 @@ impl Vehicle<f64> for Observer {
         match &sample {
             Ok(Some(sample)) => self.look(sample),
             Ok(None) | Err(LinkLost) => {
-                self.lost_s.get_or_insert(self.attended_s);
+                let now = self.now();
+                self.lost.get_or_insert(now);
             }
         }
         sample
@@ -174,10 +220,14 @@ impl Vehicle<f64> for Observer {
         let (Steering::Rudder(angle) | Steering::HoldHeading(angle)) = action.steering;
         self.digest_number(angle);
         self.digest_number(action.thrust.unwrap_or(-1.0));
+        let now = self.now();
         match (action.thrust, action.steering) {
             (Some(_), _) => self.thrust_given = true,
             (None, Steering::Rudder(0.0)) if self.thrust_given => {
-                self.neutral_s.get_or_insert(self.attended_s);
+                self.neutral.get_or_insert(now);
+            }
+            (None, Steering::HoldHeading(_)) if self.neutral.is_some() => {
+                self.hold.get_or_insert(now);
             }
             _ => {}
         }

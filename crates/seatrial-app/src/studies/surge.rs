@@ -1,28 +1,21 @@
 //! How often the intervals of a trial's surge hold the truth.
 
-use seatrial::Campaign;
 use seatrial::motions::surge::{Coefficient, SurgeEstimate};
 use seatrial_core::{List, Plan};
 use seatrial_sim::SimulatedConfig;
 use serde::Serialize;
 
+use super::subject::{Coverage, Estimated, Subject};
 use crate::Error;
-use crate::conduct::{Unwatched, conduct};
 use crate::workers::Workers;
 
-/// Trials of a simulated vehicle, each with a seed of its own.
+/// Trials of a simulated vehicle, and the surge that each shows.
 #[derive(Clone, Debug)]
 pub struct SurgeStudy {
-    /// The vehicle by its name.
-    pub vehicle: String,
-    /// What it is made from.
-    pub config: SimulatedConfig,
+    /// The vehicle and its trials.
+    pub subject: Subject,
     /// Thrusts of the trial, fractions of full.
     pub thrusts: Vec<f64>,
-    /// Trials.
-    pub runs: u64,
-    /// Seed of the first.
-    pub seed: u64,
 }
 
 /// `study surge --json`.
@@ -57,36 +50,29 @@ pub struct CoefficientCoverage {
     pub truth: Option<f64>,
     /// Trials that identified it.
     pub identified: usize,
-    /// Mean of the identified less the truth.
-    pub bias: Option<f64>,
-    /// Root of the mean squared error of the identified.
-    pub rms_error: Option<f64>,
-    /// Share of the identified whose 95 % interval holds the truth.
-    pub coverage: Option<f64>,
+    /// How near the identified come to the truth.
+    #[serde(flatten)]
+    pub accuracy: Coverage,
 }
 
 impl SurgeStudy {
     /// Runs it. There is no true l of a vehicle of six degrees of freedom, whose drag and screw are not of this form: the truth is what a
     /// trial of the same plan finds from which noise and disturbance are kept: the best fit of the form at the same speeds.
     pub fn run(&self, workers: &Workers) -> Result<SurgeCoverage, Error> {
-        let failure = |what: String| Error::Input(format!("{}: {what}", self.vehicle));
-        let plan = self.plan()?;
-        let truth = self
-            .trial(&self.config.noise_free(), &plan, 0)
-            .ok_or_else(|| failure("a trial without noise gives no surge".into()))?;
-        let found = workers.each(self.runs, |run| {
-            self.trial(&self.config, &plan, self.seed.wrapping_add(run))
-        });
+        let (subject, plan) = (&self.subject, self.plan()?);
+        let surge = |config: &SimulatedConfig, seed: u64| {
+            SurgeEstimate::of(&subject.campaign(config, plan, seed)?)
+        };
+        let truth = surge(&subject.config.noise_free(), 0)
+            .ok_or_else(|| subject.input("a trial without noise gives no surge"))?;
+        let found = subject.each(workers, |seed| surge(&subject.config, seed));
         if found.is_empty() {
-            return Err(Error::Rejected(format!(
-                "{}: no trial gave a surge",
-                self.vehicle
-            )));
+            return Err(subject.none("surge"));
         }
         let time_constant_s = self.time_constant_s(&truth)?;
         Ok(SurgeCoverage {
             schema: "seatrial.surge_study.v1",
-            vehicle: self.vehicle.clone(),
+            vehicle: subject.vehicle.clone(),
             thrusts: self.thrusts.clone(),
             trials: found.len(),
             coefficients: coefficients(&truth)
@@ -116,33 +102,17 @@ impl SurgeStudy {
         Ok(plan)
     }
 
-    fn trial(
-        &self,
-        config: &SimulatedConfig,
-        plan: &Plan<f64>,
-        seed: u64,
-    ) -> Option<SurgeEstimate> {
-        let mut vehicle = config.vehicle(seed).ok()?;
-        let about = Campaign {
-            seed: Some(seed),
-            ..Campaign::of(&self.vehicle, plan)
-        };
-        let conducted = conduct(&mut vehicle, *plan, about, &mut Unwatched).ok()?;
-        SurgeEstimate::of(&conducted.campaign)
-    }
-
     /// Of a vehicle of six degrees of freedom the simulator's own, from its own thrust to full; of others that of the truth.
     fn time_constant_s(&self, truth: &SurgeEstimate) -> Result<Option<f64>, Error> {
-        let failure = |error| Error::Input(format!("{}: {error}", self.vehicle));
+        let config = &self.subject.config;
         let is_same_step =
-            self.least() == self.config.helm().initial_thrust && self.thrusts.contains(&1.0);
-        match self.config.is_first_order() || !is_same_step {
+            self.least() == config.helm().initial_thrust && self.thrusts.contains(&1.0);
+        match config.is_first_order() || !is_same_step {
             true => Ok(time_constant_s(truth)),
-            false => self
-                .config
+            false => config
                 .surge_time_constant_s()
                 .map(Some)
-                .map_err(failure),
+                .map_err(|error| self.subject.input(error)),
         }
     }
 
@@ -214,28 +184,15 @@ fn coverage(
 ) -> CoefficientCoverage {
     // What the truth does not tell from 0 is 0.
     let true_value = truth.value.unwrap_or(0.0);
-    let identified: Vec<(f64, [f64; 2])> = found
+    let identified: Vec<Estimated> = found
         .iter()
-        .filter_map(|found| found.value.zip(found.interval_95))
-        .collect();
-    let count = identified.len() as f64;
-    let mean = |each: Vec<f64>| (!each.is_empty()).then(|| each.iter().sum::<f64>() / count);
-    let errors: Vec<f64> = identified
-        .iter()
-        .map(|(value, _)| value - true_value)
-        .collect();
-    let squares = errors.iter().map(|error| error * error).collect();
-    let holds = identified
-        .iter()
-        .map(|(_, [low, high])| f64::from(u8::from(*low <= true_value && true_value <= *high)))
+        .filter_map(|found| Some((found.value?, Some(found.interval_95?), true_value)))
         .collect();
     CoefficientCoverage {
         name,
         unit,
         truth: truth.value,
         identified: identified.len(),
-        bias: mean(errors),
-        rms_error: mean(squares).map(f64::sqrt),
-        coverage: mean(holds),
+        accuracy: Coverage::of(&identified),
     }
 }

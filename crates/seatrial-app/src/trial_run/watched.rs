@@ -15,6 +15,20 @@ use super::{Ended, View};
 use crate::conduct::{Pace, Watch};
 use crate::recording::Recording;
 
+impl Watch for Keeper {
+    fn run_started(&mut self, number: u32, thrust: f64, attempt: u32) {
+        self.begin_run(number, thrust, attempt);
+    }
+
+    fn step(&mut self, step: &Step, _trial: &Trial<f64>) {
+        self.keep(step);
+    }
+
+    fn run_ended(&mut self, run: &mut Run) {
+        self.end_run(run);
+    }
+}
+
 /// Every sink of a trial.
 pub(super) struct Watched {
     keeper: Keeper,

@@ -17,6 +17,7 @@ use seatrial_sim::IdentifiedVehicle;
 use seatrial_sim::identified::IdentifiedSpeed;
 
 use crate::Error;
+use crate::file_form::{FileForm, Row};
 use fmu::Fmu;
 
 /// What a vehicle is written as.
@@ -51,9 +52,8 @@ pub enum Form {
     Guidance,
 }
 
-impl Form {
-    /// Every form in the order of the enum: its name, how the name of its file ends, and what it is.
-    pub const ALL: [(Self, &'static str, &'static str, &'static str); 13] = [
+impl FileForm for Form {
+    const ALL: &[Row<Self>] = &[
         (Self::Toml, "vehicle", "toml", "The vehicle file, TOML"),
         (Self::Json, "vehicle-json", "json", "The vehicle file, JSON"),
         (
@@ -118,22 +118,6 @@ impl Form {
             "Radius, rate, lookahead and waypoint radius of each speed, TOML",
         ),
     ];
-
-    /// The form of a name, as `export --to` takes it.
-    pub fn named(name: &str) -> Option<Self> {
-        let mut forms = Self::ALL.into_iter();
-        forms.find_map(|(form, of_form, ..)| (of_form == name).then_some(form))
-    }
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        Self::ALL[self as usize].1
-    }
-
-    /// How the name of its file ends.
-    pub fn extension(self) -> &'static str {
-        Self::ALL[self as usize].2
-    }
 }
 
 /// The bytes of a vehicle's file, and what to know about it. A form that has a model of a single speed gets that at `thrust`, the

@@ -148,10 +148,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     } else {
         output.print(&document, || text(&document, args.out.as_deref()))?;
     }
-    Ok(match document.will_do() {
-        true => Exit::Done,
-        false => Exit::Rejected,
-    })
+    Ok(Exit::done_if(document.will_do()))
 }
 
 /// The thrusts, in percent, whose training would not tell enough for a model to be accepted.

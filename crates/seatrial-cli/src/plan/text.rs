@@ -11,7 +11,7 @@ use seatrial_core::{Excitation, Outcome, Plan};
 
 use super::too_little;
 use crate::screen::{width, wrapped};
-use crate::table::Table;
+use crate::table::{Table, number};
 
 /// A trial that takes longer than this is begun with one speed, s.
 const LONG_S: f64 = 3600.0;
@@ -296,8 +296,4 @@ fn recommendation_text(recommendation: &Recommendations) -> String {
 
 fn percent(fraction: Option<f64>) -> String {
     number(fraction.map(|fraction| 100.0 * fraction), 1)
-}
-
-fn number(value: Option<f64>, decimals: usize) -> String {
-    value.map_or("-".into(), |value| format!("{value:.decimals$}"))
 }

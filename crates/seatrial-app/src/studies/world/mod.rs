@@ -19,7 +19,6 @@ mod ending;
 mod kept;
 mod linked;
 mod models;
-mod observer;
 mod outputs;
 mod play;
 mod stalled;

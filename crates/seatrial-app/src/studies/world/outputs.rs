@@ -9,7 +9,8 @@ use seatrial_sim::{FirstOrderVehicle, SimulatedConfig};
 
 use crate::Error;
 use crate::conduct::{Judging, Unwatched};
-use crate::studies::fault_run::{Instant, Rehearsal};
+use crate::studies::fault_run::Rehearsal;
+use crate::studies::observer::Instant;
 
 use super::drawn::World;
 use super::ending::Ending;

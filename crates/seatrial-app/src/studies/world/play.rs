@@ -7,6 +7,7 @@ use std::rc::Rc;
 use crate::Error;
 use crate::conduct::{Conducted, Judging, Watch, conduct_judging};
 use crate::studies::fault_run::Rehearsal;
+use crate::studies::observer::{Observer, Shared};
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
 use seatrial_core::{Outcome, Steering, Trial};
@@ -18,7 +19,6 @@ use super::drawn::{Depth, Interrupted, World};
 use super::ending::{Ending, about, code};
 use super::kept::Kept;
 use super::linked;
-use super::observer::{Observer, Shared};
 use super::outputs;
 
 /// From the condition of an abort to neutral rudder, s, while samples come.
@@ -145,9 +145,8 @@ fn check_end(
     let Some(Outcome::Aborted(reason)) = campaign.outcome else {
         return;
     };
-    if let (Some(neutral_s), Some(condition_s)) = (observer.neutral_s, observer.condition_s(reason))
-    {
-        let after_s = (neutral_s - condition_s).max(0.0);
+    if let (Some(neutral), Some(condition_s)) = (observer.neutral, observer.condition_s(reason)) {
+        let after_s = (neutral.attended_s - condition_s).max(0.0);
         ending.neutral_after_s = Some(after_s);
         if after_s > NEUTRAL_WITHIN_S {
             ending
