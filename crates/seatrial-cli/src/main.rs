@@ -27,7 +27,6 @@ mod log;
 mod logbook;
 mod lying_logs;
 mod manoeuvre_study;
-mod manoeuvres;
 mod mcp;
 mod model_source;
 mod model_text;

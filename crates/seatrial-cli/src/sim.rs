@@ -14,7 +14,6 @@ use serde::Serialize;
 
 use crate::ardupilot_json;
 use crate::field;
-use crate::manoeuvres;
 use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::record::format_of;
 use crate::sim_mavlink;
@@ -31,7 +30,6 @@ enum What {
     Log(SimLogArgs),
     ArdupilotJson(ardupilot_json::Args),
     Field(field::Args),
-    Manoeuvres(manoeuvres::Args),
     Mavlink(sim_mavlink::Args),
 }
 
@@ -77,7 +75,6 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         What::Log(args) => log(args, output),
         What::ArdupilotJson(args) => ardupilot_json::run(args, output),
         What::Field(args) => field::run(args, output),
-        What::Manoeuvres(args) => manoeuvres::run(args, output),
         What::Mavlink(args) => sim_mavlink::run(args, output),
     }
 }

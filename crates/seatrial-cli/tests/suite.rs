@@ -20,7 +20,6 @@ mod kill;
 mod link_secrets;
 mod logbook;
 mod long_log;
-mod manoeuvres;
 mod mcp;
 mod objects;
 mod one_answer;

@@ -19,7 +19,6 @@ mod segmentation;
 mod ship_manoeuvres;
 mod source;
 mod speed_figures;
-mod standard;
 mod study;
 mod tables;
 mod turning_figure;
@@ -40,7 +39,6 @@ use seatrial_core::{Axis, Plan};
 pub use segmentation::{Found, render as render_found};
 pub use ship_manoeuvres::render as render_ship_manoeuvres;
 use source::Source;
-pub use standard::render as render_standard;
 pub use study::render as render_study;
 use tables::Table;
 
