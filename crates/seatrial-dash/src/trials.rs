@@ -109,52 +109,11 @@ pub fn preflight(
     Ok(found.into())
 }
 
-/// A trial that is to be started.
-#[derive(Clone)]
-pub struct Wanted {
-    vehicle: String,
-    scenario: Option<String>,
-    plan: TrialPlan,
-    plan_is_given: bool,
-    seed: Option<u64>,
-    realtime_factor: Option<f64>,
-    configuration: String,
-    note: Option<String>,
-    operator: Option<String>,
-    agreed: bool,
-}
-
-impl Wanted {
-    /// Names who wants it.
-    pub fn by(self, operator: &str) -> Self {
-        Self {
-            operator: Some(operator.to_owned()),
-            ..self
-        }
-    }
-}
-
-/// The trial of an order.
-pub fn ordered(_: &Shared, order: TrialOrder) -> Result<Wanted, Refusal> {
-    Ok(Wanted {
-        plan_is_given: order.plan.is_some(),
-        plan: plan_of(order.plan)?,
-        vehicle: order.vehicle,
-        scenario: order.scenario,
-        seed: order.seed,
-        realtime_factor: order.realtime_factor,
-        configuration: order.configuration.unwrap_or_else(|| "default".into()),
-        note: order.note,
-        operator: None,
-        agreed: order.agreed,
-    })
-}
-
 /// The trial that runs one speed of a campaign again.
-pub fn repeat(shared: &Shared, order: RepeatOrder) -> Result<Wanted, Refusal> {
+pub fn repeat(shared: &Shared, order: RepeatOrder) -> Result<TrialOrder, Refusal> {
     let entry = shared.reader()?.entry(CampaignId(order.campaign))?;
     let plan = plan_that_repeats(&entry, order.thrust)?;
-    Ok(Wanted {
+    Ok(TrialOrder {
         realtime_factor: order.realtime_factor,
         agreed: order.agreed,
         ..another(entry, plan, order.seed)
@@ -162,12 +121,12 @@ pub fn repeat(shared: &Shared, order: RepeatOrder) -> Result<Wanted, Refusal> {
 }
 
 /// The trial that goes on with a campaign that ended early, at the first speed that is not done.
-pub fn go_on(shared: &Shared, order: GoOnOrder) -> Result<Wanted, Refusal> {
+pub fn go_on(shared: &Shared, order: GoOnOrder) -> Result<TrialOrder, Refusal> {
     let logbook = shared.reader()?;
     let entry = logbook.entry(CampaignId(order.campaign))?;
     let campaign = logbook.campaign(entry.id)?;
     let plan = plan_to_go_on(&entry, &campaign.runs)?;
-    Ok(Wanted {
+    Ok(TrialOrder {
         realtime_factor: order.realtime_factor,
         agreed: order.agreed,
         ..another(entry, plan, order.seed)
@@ -175,18 +134,13 @@ pub fn go_on(shared: &Shared, order: GoOnOrder) -> Result<Wanted, Refusal> {
 }
 
 /// Another trial on the vehicle of a campaign, in its configuration, with the next seed where none is asked for.
-fn another(entry: CampaignEntry, plan: TrialPlan, seed: Option<u64>) -> Wanted {
-    Wanted {
+fn another(entry: CampaignEntry, plan: TrialPlan, seed: Option<u64>) -> TrialOrder {
+    TrialOrder {
         vehicle: entry.vehicle,
-        scenario: None,
-        plan,
-        plan_is_given: true,
+        plan: Some(plan),
         seed: seed.or(entry.seed.map(|seed| seed.wrapping_add(1))),
-        realtime_factor: None,
-        configuration: entry.configuration,
-        note: None,
-        operator: None,
-        agreed: false,
+        configuration: Some(entry.configuration),
+        ..TrialOrder::default()
     }
 }
 
@@ -204,21 +158,26 @@ pub fn conductor() -> Sender<Work> {
 }
 
 /// Starts a trial: takes the vehicle, enters the campaign, conducts it on the conductor's thread.
-pub fn start(shared: &Arc<Shared>, wanted: Wanted) -> Result<TrialState, Refusal> {
-    wanted.plan.check().map_err(NotBegun::from)?;
+pub fn start(
+    shared: &Arc<Shared>,
+    wanted: TrialOrder,
+    operator: &str,
+) -> Result<TrialState, Refusal> {
+    let plan_is_given = wanted.plan.is_some();
+    let plan = plan_of(wanted.plan)?;
     let is_simulated = shared.vehicle(&wanted.vehicle)?.is_simulated();
     check(&wanted, is_simulated)?;
     let faulty = faulty(&wanted)?;
     let stop = Arc::default();
     let shown = shared.slot.take(&stop, shared.live.tap())?;
     let order = Order {
-        plan: wanted.plan,
-        plan_is_given: wanted.plan_is_given,
+        plan,
+        plan_is_given,
         seed: wanted.seed.unwrap_or(1),
-        configuration: wanted.configuration,
+        configuration: wanted.configuration.unwrap_or_else(|| "default".into()),
         notes: wanted.note,
         circumstances: Circumstances {
-            operator: wanted.operator,
+            operator: Some(operator.to_owned()),
             ..Circumstances::default()
         },
         realtime_factor: wanted.realtime_factor,
@@ -243,7 +202,7 @@ pub fn start(shared: &Arc<Shared>, wanted: Wanted) -> Result<TrialState, Refusal
 }
 
 /// The simulator that plays the faults of a scenario that comes with the program; no file of this machine is read.
-fn faulty(wanted: &Wanted) -> Result<Option<Simulator>, Refusal> {
+fn faulty(wanted: &TrialOrder) -> Result<Option<Simulator>, Refusal> {
     let Some(scenario) = &wanted.scenario else {
         return Ok(None);
     };
@@ -284,7 +243,7 @@ fn begin(
     Ok(trial_run::begin(vehicle, order, sinks)?)
 }
 
-fn check(wanted: &Wanted, is_simulated: bool) -> Result<(), Refusal> {
+fn check(wanted: &TrialOrder, is_simulated: bool) -> Result<(), Refusal> {
     let refused = |code, message: &str| Err(Refusal::unprocessable(code, message));
     if let Some(factor) = wanted.realtime_factor {
         if !is_simulated {
@@ -306,8 +265,8 @@ fn check(wanted: &Wanted, is_simulated: bool) -> Result<(), Refusal> {
             "a vehicle that moves must be agreed to: say \"agreed\": true",
         );
     }
-    let name = &wanted.configuration;
-    if name.trim().is_empty() || name.chars().count() > LONGEST_NAME {
+    let name = wanted.configuration.as_ref();
+    if name.is_some_and(|name| name.trim().is_empty() || name.chars().count() > LONGEST_NAME) {
         return refused(
             "out_of_range",
             "configuration: expected 1 to 200 characters",

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::{Figure, Outcome, RunSummary, Stage, ValidationOverlay, Verdict};
 
 /// Starts a trial.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[cfg_attr(feature = "openapi", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TrialOrder {

@@ -24,7 +24,7 @@ use crate::api::{
 };
 use crate::refusal::Refusal;
 use crate::shared::{Caller, Shared, must_be_operator};
-use crate::trials::{self, Allowance, Wanted};
+use crate::trials::{self, Allowance};
 
 /// A client that waits for its answer; dropped with its request.
 struct Waiting(Arc<AtomicBool>);
@@ -114,12 +114,11 @@ async fn begun<Order: Clone + Serialize + Send + 'static>(
     caller: Caller,
     command: &'static str,
     order: Order,
-    wanted: fn(&Shared, Order) -> Result<Wanted, Refusal>,
+    wanted: fn(&Shared, Order) -> Result<TrialOrder, Refusal>,
 ) -> Result<(StatusCode, Json<TrialState>), Refusal> {
     let started = blocking(shared, move |shared| {
         shared.command(&caller, command, &order, |operator| {
-            let wanted = wanted(shared, order.clone())?;
-            trials::start(shared, wanted.by(operator))
+            trials::start(shared, wanted(shared, order.clone())?, operator)
         })
     });
     Ok((StatusCode::CREATED, Json(started.await?)))
@@ -134,7 +133,7 @@ pub async fn start(
     Extension(caller): Extension<Caller>,
     Body(order): Body<TrialOrder>,
 ) -> Result<(StatusCode, Json<TrialState>), Refusal> {
-    begun(shared, caller, "start_trial", order, trials::ordered).await
+    begun(shared, caller, "start_trial", order, |_, order| Ok(order)).await
 }
 
 /// Runs one speed of a campaign again.
