@@ -2,13 +2,12 @@
 
 use std::fmt::Display;
 
-use seatrial::log::Servo;
 use seatrial_logs::{ChannelChoice, Quantity, Unit, UnknownQuantity, UnknownUnit};
 use serde::Deserialize;
 
 use crate::Error;
 use crate::identify_log::{Options, Windows};
-use crate::logs::ReadSettings;
+use crate::logs::{ReadSettings, above_zero, servo_of};
 
 /// A log's name and how to read it. Everything has a default.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -86,18 +85,9 @@ impl LogReading {
 
     /// Columns, units and servo.
     pub fn settings(self) -> Result<ReadSettings, Error> {
-        for (name, value) in [
-            ("rudder_range_deg", self.rudder_range_deg),
-            ("rudder_trim_us", self.rudder_trim_us),
-        ] {
-            if let Some(value) = value.filter(|value| !value.is_finite() || *value <= 0.0) {
-                return Err(Error::Setting(format!(
-                    "{name} {value}: expected a number above 0"
-                )));
-            }
-        }
-        let (delay_s, lag_s) = (self.rudder_delay_s, self.rudder_lag_s);
-        let servo = Servo::new(delay_s.unwrap_or(0.0), lag_s.unwrap_or(0.0))
+        above_zero("rudder_range_deg", self.rudder_range_deg)?;
+        above_zero("rudder_trim_us", self.rudder_trim_us)?;
+        let servo = servo_of(self.rudder_delay_s, self.rudder_lag_s)
             .map_err(|error| Error::Setting(format!("rudder {error}")))?;
         let units = self.units.as_deref().unwrap_or_default();
         let units = units.split(',').map(str::trim).filter(|u| !u.is_empty());
@@ -128,7 +118,7 @@ impl LogReading {
         channels.drop_invalid = self.drop_invalid.unwrap_or(false);
         Ok(ReadSettings {
             channels,
-            servo: (delay_s.is_some() || lag_s.is_some()).then_some(servo),
+            servo,
             ..ReadSettings::default()
         })
     }

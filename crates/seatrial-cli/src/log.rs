@@ -11,7 +11,7 @@ use seatrial::log::Servo;
 use seatrial::words::plain;
 use seatrial_app::log_page::{channel_text, windows_text};
 use seatrial_app::log_reading::quantity_and_unit;
-use seatrial_app::logs::{self, Observer, OpenedLog, ReadSettings};
+use seatrial_app::logs::{self, Observer, OpenedLog, ReadSettings, above_zero, servo_of};
 use seatrial_logs::{ChannelChoice, LogDescription, Quantity, Unit};
 
 use crate::output::Failure;
@@ -124,30 +124,14 @@ impl ChannelArgs {
         let mut settings = ReadSettings::default();
         settings.channels_file = self.mapping.clone();
         settings.channels = self.choice()?;
-        settings.servo = self.servo()?;
+        settings.servo = servo_of(self.rudder_delay, self.rudder_lag)
+            .map_err(|invalid| Failure::usage(format!("--rudder-{invalid}")))?;
         Ok(settings)
     }
 
-    /// The servo that is given, if any.
-    fn servo(&self) -> Result<Option<Servo>, Failure> {
-        let times = [self.rudder_delay, self.rudder_lag];
-        let [delay_s, lag_s] = times.map(|time| time.unwrap_or(0.0));
-        let servo = Servo::new(delay_s, lag_s)
-            .map_err(|invalid| Failure::usage(format!("--rudder-{invalid}")))?;
-        Ok(times.iter().any(Option::is_some).then_some(servo))
-    }
-
     fn choice(&self) -> Result<ChannelChoice, Failure> {
-        for (option, value) in [
-            ("--rudder-range-deg", self.rudder_range_deg),
-            ("--rudder-trim", self.rudder_trim),
-        ] {
-            if let Some(value) = value.filter(|value| !value.is_finite() || *value <= 0.0) {
-                return Err(Failure::usage(format!(
-                    "{option} {value}: expected a number above 0"
-                )));
-            }
-        }
+        above_zero("--rudder-range-deg", self.rudder_range_deg)?;
+        above_zero("--rudder-trim", self.rudder_trim)?;
         let columns = [
             (Quantity::Time, &self.time),
             (Quantity::Heading, &self.heading),

@@ -92,9 +92,9 @@ fn text(document: &LyingLogs) -> String {
         let line = format!(
             "{:<28} {:>5}/{:<2} {:>6} {:>8}  {}; {}",
             row.kind,
-            row.accepted,
-            row.logs,
-            row.wrong,
+            row.total.accepted,
+            row.total.logs,
+            row.total.wrong,
             row.outside,
             list(&row.refused),
             list(&row.noted)

@@ -6,10 +6,10 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use seatrial::Window;
 use seatrial::identification::Reader;
-use seatrial::log::{ColumnUnit, Origin, Servo, StatedUnits};
+use seatrial::log::{ColumnUnit, Origin, StatedUnits};
 use seatrial_app::advice::addressed;
 use seatrial_app::identify_log::Windows;
-use seatrial_app::logs::{Observer, ReadSettings};
+use seatrial_app::logs::{Observer, ReadSettings, servo_of};
 use seatrial_logs::{ChannelChoice, Quantity};
 
 use crate::usage;
@@ -54,13 +54,11 @@ impl Reading {
             let unit = unit.parse().map_err(|why| usage(py, why))?;
             channels.units.insert(quantity(name)?, unit);
         }
-        let times = [self.rudder_delay_s, self.rudder_lag_s];
-        let [delay_s, lag_s] = times.map(|time| time.unwrap_or(0.0));
-        let servo = Servo::new(delay_s, lag_s).map_err(|why| usage(py, why))?;
+        let servo = servo_of(self.rudder_delay_s, self.rudder_lag_s);
         let mut settings = ReadSettings::default();
         settings.channels_file = self.channels_file.clone();
         settings.channels = channels;
-        settings.servo = times.iter().any(Option::is_some).then_some(servo);
+        settings.servo = servo.map_err(|why| usage(py, why))?;
         Ok(settings)
     }
 }

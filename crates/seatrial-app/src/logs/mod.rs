@@ -10,7 +10,7 @@ mod stated_units;
 use std::path::{Path, PathBuf};
 
 use seatrial::identify::Proposal;
-use seatrial::log::{Servo, leave_out_unsound};
+use seatrial::log::{InvalidServo, Servo, leave_out_unsound};
 use seatrial::{Record, Window};
 use seatrial_core::{Axis, RudderUnit, Sample};
 use seatrial_logs::{
@@ -144,21 +144,29 @@ impl ReadSettings {
     }
 
     fn mapping(&self) -> Result<Mapping, Error> {
-        for (name, value) in [
-            ("full_rudder_rad", self.channels.full_rudder_rad),
-            ("rudder_trim", self.channels.rudder_trim),
-        ] {
-            if let Some(value) = value.filter(|value| !value.is_finite() || *value <= 0.0) {
-                return Err(Error::Setting(format!(
-                    "{name} {value}: expected a number above 0"
-                )));
-            }
-        }
+        above_zero("full_rudder_rad", self.channels.full_rudder_rad)?;
+        above_zero("rudder_trim", self.channels.rudder_trim)?;
         match &self.channels_file {
             Some(path) => Mapping::read(path),
             None => Ok(Mapping::default()),
         }
     }
+}
+
+/// Refuses a number that is given, by the name that it has there, and is not above 0.
+pub fn above_zero(name: &str, value: Option<f64>) -> Result<(), Error> {
+    match value.filter(|value| !value.is_finite() || *value <= 0.0) {
+        Some(value) => Err(Error::Setting(format!(
+            "{name} {value}: expected a number above 0"
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// The servo of the delay and the lag that are given, if any, s.
+pub fn servo_of(delay_s: Option<f64>, lag_s: Option<f64>) -> Result<Option<Servo>, InvalidServo> {
+    let servo = Servo::new(delay_s.unwrap_or(0.0), lag_s.unwrap_or(0.0))?;
+    Ok(delay_s.or(lag_s).map(|_| servo))
 }
 
 /// Reads a log: every sample inside `keep`, or all; of a log with more than 500,000 the segment in which the rudder

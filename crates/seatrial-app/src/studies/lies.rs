@@ -41,8 +41,8 @@ pub struct LyingLogs {
     pub kinds: Vec<Row>,
 }
 
-/// All kinds that are as decidable.
-#[derive(Clone, Debug, Serialize)]
+/// The logs of a kind, or of all kinds that are as decidable.
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct Total {
     /// Can the log itself show what is wrong with it?
     pub decidability: Decidability,
@@ -78,16 +78,9 @@ pub struct Row {
     pub kind: &'static str,
     /// What is wrong with its logs.
     pub sentence: &'static str,
-    /// Can the log itself show it?
-    pub decidability: Decidability,
-    /// Logs.
-    pub logs: usize,
-    /// Logs with an accepted model.
-    pub accepted: usize,
-    /// Accepted and beyond two half widths of the truth.
-    pub wrong: usize,
-    /// Wrong without a note on what the log cannot show.
-    pub wrong_without_note: usize,
+    /// How often its logs were accepted, and rightly.
+    #[serde(flatten)]
+    pub total: Total,
     /// Accepted models outside their 95 % intervals.
     pub outside: usize,
     /// Where its logs are wired wrongly, what became of them.
@@ -233,11 +226,13 @@ impl Row {
         Self {
             kind: kind.name,
             sentence: kind.sentence,
-            decidability: kind.decidability,
-            logs: endings.len(),
-            accepted: count(&|e| e.accepted),
-            wrong: count(&Ending::is_wrong),
-            wrong_without_note: count(&|e| e.is_wrong() && !is_noted(e)),
+            total: Total {
+                decidability: kind.decidability,
+                logs: endings.len(),
+                accepted: count(&|e| e.accepted),
+                wrong: count(&Ending::is_wrong),
+                wrong_without_note: count(&|e| e.is_wrong() && !is_noted(e)),
+            },
             wiring: kind.wired.map(|column| Wiring::of(column, endings)),
             outside: count(&|e| e.farthest.is_some_and(|farthest| farthest > 1.0)),
             refused,
@@ -271,6 +266,16 @@ impl Wiring {
 }
 
 impl Total {
+    fn with(self, other: Self) -> Self {
+        Self {
+            decidability: self.decidability,
+            logs: self.logs + other.logs,
+            accepted: self.accepted + other.accepted,
+            wrong: self.wrong + other.wrong,
+            wrong_without_note: self.wrong_without_note + other.wrong_without_note,
+        }
+    }
+
     /// Logs that did not end as they must.
     fn failed(&self) -> usize {
         match self.decidability {
@@ -290,21 +295,10 @@ pub fn name(decidability: Decidability) -> &'static str {
 }
 
 fn totals(rows: &[Row]) -> Vec<Total> {
-    DECIDABILITIES
-        .into_iter()
-        .map(|decidability| {
-            let sum = |of: fn(&Row) -> usize| {
-                let rows = rows.iter().filter(|row| row.decidability == decidability);
-                rows.map(of).sum()
-            };
-            Total {
-                decidability,
-                logs: sum(|row| row.logs),
-                accepted: sum(|row| row.accepted),
-                wrong: sum(|row| row.wrong),
-                wrong_without_note: sum(|row| row.wrong_without_note),
-            }
-        })
-        .filter(|total| total.logs > 0)
-        .collect()
+    let total = |decidability| {
+        let totals = rows.iter().map(|row| row.total);
+        let alike = totals.filter(|total| total.decidability == decidability);
+        alike.reduce(Total::with)
+    };
+    DECIDABILITIES.into_iter().filter_map(total).collect()
 }

@@ -3,12 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use seatrial::identification::Outcome;
-use seatrial::log::Servo;
 use seatrial_app::assist::{ReportedLog, ReportedReason, ReportedTrial, ReportedVerdict};
 use seatrial_app::compare_log::compare_log;
 use seatrial_app::health::{Comparison, Criteria, change, reference};
 use seatrial_app::identify_log::{Options, Windows, identify_log};
-use seatrial_app::logs::{ReadSettings, Unobserved, open};
+use seatrial_app::logs::{ReadSettings, Unobserved, open, servo_of};
 use seatrial_app::models::{compared_models, of_document};
 use seatrial_app::planned::{Changes, Expected, Wanted, plan_trial};
 use seatrial_app::trial_run::rehearse;
@@ -72,13 +71,11 @@ pub struct LogQuestion {
 
 impl LogQuestion {
     fn reading(&self) -> Result<ReadSettings, String> {
-        let times = [self.rudder_delay_s, self.rudder_lag_s];
-        let [delay_s, lag_s] = times.map(|time| time.unwrap_or(0.0));
-        let servo = Servo::new(delay_s, lag_s).map_err(|invalid| format!("rudder_{invalid}"))?;
+        let servo = servo_of(self.rudder_delay_s, self.rudder_lag_s);
         let mut settings = ReadSettings::default();
         settings.channels_file = self.channels_file.clone();
         settings.channels.drop_invalid = self.drop_invalid;
-        settings.servo = times.iter().any(Option::is_some).then_some(servo);
+        settings.servo = servo.map_err(|invalid| format!("rudder_{invalid}"))?;
         Ok(settings)
     }
 
