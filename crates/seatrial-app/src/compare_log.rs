@@ -50,13 +50,13 @@ pub fn compare_log(
     let logs = windows
         .validated_on_the_rest()
         .open(path, reading, observer)?;
-    let chosen = Chosen::of(windows, &logs, observer)?;
+    let selection = Selection::of(windows, &logs, observer)?;
     let begun = Instant::now();
     let clock_ms = || begun.elapsed().as_secs_f64() * 1e3;
     let comparison = compare(
         &logs.log.record,
-        chosen.training,
-        chosen.validation,
+        selection.training,
+        selection.validation,
         lambda_rad_s,
         &clock_ms,
     )
@@ -65,19 +65,19 @@ pub fn compare_log(
         schema: "seatrial.comparison.v1",
         source: logs.log.source(),
         validation_source: logs.validation_log.as_ref().map(OpenedLog::source),
-        windows_because: chosen.because,
+        windows_because: selection.because,
         comparison,
     };
     Ok(ComparedLog { logs, document })
 }
 
-struct Chosen<'a> {
+struct Selection<'a> {
     training: Window,
     validation: ValidationData<'a>,
     because: String,
 }
 
-impl<'a> Chosen<'a> {
+impl<'a> Selection<'a> {
     fn of(windows: &Windows, logs: &'a Logs, observer: &mut dyn Observer) -> Result<Self, Error> {
         let record: &Record = &logs.log.record;
         let training = logs.training;

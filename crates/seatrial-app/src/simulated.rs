@@ -12,7 +12,7 @@ pub use seatrial_sim::Scenario;
 use seatrial_sim::config::HelmConfig;
 use seatrial_sim::{FaultyVehicle, SimulatedConfig, SimulatedVehicle, VehicleConfig};
 
-use crate::trial_run::{Preflight, TakenVehicle, Terms, TrialVehicle, VehicleError, taken};
+use crate::trial_run::{Preflight, Terms, TrialVehicle, VehicleError, VehicleLease, taken};
 
 /// The simulators that need no file.
 pub const BUILT_IN: [(&str, &str); 3] = [
@@ -92,7 +92,7 @@ impl TrialVehicle for Simulator {
         Ok(preflight)
     }
 
-    fn take(&self, terms: &Terms) -> Result<Box<dyn TakenVehicle>, VehicleError> {
+    fn take(&self, terms: &Terms) -> Result<Box<dyn VehicleLease>, VehicleError> {
         let axis = terms.plan.axis;
         let vehicle = rehearsed(&self.name, self.scenario.as_deref(), terms.seed, axis)?;
         Ok(taken(vehicle, |_| None, None, None))

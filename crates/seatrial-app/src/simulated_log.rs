@@ -11,7 +11,7 @@ use crate::conduct::{Judging, Watch, conduct_judging};
 
 /// One run of the trial and where its stages lie in the log.
 #[derive(Clone, Debug, Serialize)]
-pub struct PlayedRun {
+pub struct SimulatedRun {
     /// Thrust as a fraction of full.
     pub thrust: f64,
     /// 1 for the first attempt at this thrust.
@@ -43,11 +43,11 @@ struct TrueRun {
 
 /// A trial that was played to its end.
 #[derive(Clone, Debug, Default)]
-pub struct Played {
+pub struct SimulatedTrial {
     /// Every sample.
     pub samples: Vec<Sample<f64>>,
     /// Its runs.
-    pub runs: Vec<PlayedRun>,
+    pub runs: Vec<SimulatedRun>,
     /// How it ended.
     pub outcome: Option<Outcome>,
 }
@@ -57,9 +57,9 @@ impl SimulatedTruth {
     pub fn of(
         vehicle: SimulatedConfig,
         seed: u64,
-        runs: &[PlayedRun],
+        runs: &[SimulatedRun],
     ) -> Result<Self, ConfigError> {
-        let true_run = |run: &PlayedRun| {
+        let true_run = |run: &SimulatedRun| {
             Ok(TrueRun {
                 attempt: run.attempt,
                 truth: vehicle.truth(run.thrust)?,
@@ -129,7 +129,7 @@ impl SeaVehicle {
 
 impl SeaTrial {
     /// Plays it: the log and what an identification should find in it.
-    pub fn play(&self) -> Result<(Played, Option<Truth>), Error> {
+    pub fn play(&self) -> Result<(SimulatedTrial, Option<Truth>), Error> {
         let setting = |error: &dyn std::fmt::Display| Error::Setting(error.to_string());
         let (name, fields) = self.vehicle.parts();
         let vehicle = SimulatedConfig::built_in(name)
@@ -163,17 +163,20 @@ impl SeaTrial {
 }
 
 /// Plays a trial on a simulated vehicle without identifying anything: its samples, and where each stage of each run lies in them.
-pub fn play(vehicle: &mut SimulatedVehicle, plan: Plan<f64>) -> Result<Played, InvalidSetting> {
+pub fn play(
+    vehicle: &mut SimulatedVehicle,
+    plan: Plan<f64>,
+) -> Result<SimulatedTrial, InvalidSetting> {
     let mut samples = Samples::default();
     let about = Campaign::of("", &plan);
     let played = conduct_judging(vehicle, plan, about, &mut samples, Judging::ByTrial)?;
-    let runs = played.campaign.runs.iter().map(|run: &Run| PlayedRun {
+    let runs = played.campaign.runs.iter().map(|run: &Run| SimulatedRun {
         thrust: run.thrust,
         attempt: run.attempt,
         train: run.stage(Stage::Train),
         validate: run.stage(Stage::Validate),
     });
-    Ok(Played {
+    Ok(SimulatedTrial {
         samples: samples.0,
         runs: runs.collect(),
         outcome: played.campaign.outcome,

@@ -71,9 +71,9 @@ pub fn validate_log(
     })
 }
 
-type Chosen = (YawModel<f64>, Option<ValidRange>, Option<String>);
+type ReferenceModel = (YawModel<f64>, Option<ValidRange>, Option<String>);
 
-fn chosen(given: &Given, log: &OpenedLog, window: Window) -> Result<Chosen, Error> {
+fn chosen(given: &Given, log: &OpenedLog, window: Window) -> Result<ReferenceModel, Error> {
     match given {
         Given::Numbers(model) if model.theta().iter().all(|p| p.is_finite()) => {
             Ok((*model, None, None))

@@ -3,7 +3,9 @@
 use seatrial::gains::longest;
 use seatrial_core::RudderUnit;
 use seatrial_sim::IdentifiedVehicle;
-use seatrial_sim::identified::{FoundNoise, IdentifiedSpeed, Provenance, Rudder, SCHEMA, SurgeLaw};
+use seatrial_sim::identified::{
+    IdentifiedSpeed, NoiseEstimate, Provenance, Rudder, SCHEMA, SurgeLaw,
+};
 
 use crate::Error;
 use crate::models::{ModelPoint, Models};
@@ -202,13 +204,13 @@ fn speeds(
 }
 
 /// The noise of all records together.
-fn noise(models: &Models) -> Option<FoundNoise> {
+fn noise(models: &Models) -> Option<NoiseEstimate> {
     let found: Vec<[f64; 2]> = models.points.iter().filter_map(|p| p.noise).collect();
     let mean = |k: usize| {
         let squares: f64 = found.iter().map(|noise| noise[k] * noise[k]).sum();
         (squares / found.len() as f64).sqrt()
     };
-    (!found.is_empty()).then(|| FoundNoise {
+    (!found.is_empty()).then(|| NoiseEstimate {
         heading_rad: mean(0),
         disturbance_rad_s2: mean(1),
         disturbance_time_s: None,

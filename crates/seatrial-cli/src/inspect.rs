@@ -11,7 +11,7 @@ use seatrial_app::logs::OpenedLog;
 use seatrial_app::next;
 use seatrial_core::{RudderUnit, Sample};
 use seatrial_logs::{Channel, Quantity, UnitSource};
-use seatrial_report::{Found, render_found};
+use seatrial_report::{LogManoeuvres, render_found};
 
 use crate::identify::{call, cause_text};
 use crate::log::{self, LogArgs};
@@ -62,7 +62,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 
 fn report_page(opened: &OpenedLog, inspection: &Inspection) -> String {
     let name = opened.path.file_name().unwrap_or(opened.path.as_os_str());
-    render_found(&Found {
+    render_found(&LogManoeuvres {
         name: &name.to_string_lossy(),
         record: &opened.record,
         segments: &inspection.manoeuvres,

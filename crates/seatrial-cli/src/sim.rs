@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args as ClapArgs, Subcommand};
 use seatrial_app::recording;
 use seatrial_app::simulated;
-use seatrial_app::simulated_log::{PlayedRun, SimulatedTruth, play};
+use seatrial_app::simulated_log::{SimulatedRun, SimulatedTruth, play};
 use seatrial_core::{List, Outcome, Plan};
 use seatrial_logs::Row;
 use seatrial_sim::SimulatedConfig;
@@ -65,7 +65,7 @@ struct Written {
     seed: u64,
     out: String,
     samples: usize,
-    runs: Vec<PlayedRun>,
+    runs: Vec<SimulatedRun>,
     outcome: Option<Outcome>,
 }
 
@@ -139,7 +139,7 @@ fn truth(
     path: &Path,
     seed: u64,
     vehicle: SimulatedConfig,
-    runs: &[PlayedRun],
+    runs: &[SimulatedRun],
 ) -> Result<String, Failure> {
     let truth = SimulatedTruth::of(vehicle, seed, runs).map_err(Failure::internal)?;
     match suffix(path) {

@@ -55,7 +55,7 @@ pub struct Args {
 }
 
 #[derive(Serialize)]
-struct Played {
+struct Simulator {
     schema: &'static str,
     vehicle: String,
     steps: u64,
@@ -91,7 +91,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         helm.rudder_limit_rad.to_degrees()
     ));
     let steps = play(&mut speaker, &mut station, args, interval_s)?;
-    let played = Played {
+    let played = Simulator {
         schema: "seatrial.simulated_mavlink.v1",
         vehicle: args.vehicle.clone(),
         steps,

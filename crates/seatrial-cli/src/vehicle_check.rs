@@ -80,7 +80,7 @@ struct RestoreArgs {
 }
 
 #[derive(Serialize)]
-struct Checked {
+struct CheckDocument {
     schema: &'static str,
     ready: bool,
     #[serde(flatten)]
@@ -118,7 +118,7 @@ fn check(args: &CheckArgs, output: &Output) -> Result<Exit, Failure> {
             .open(address(vehicle)?, Some(&plan), is_given, &abort)?
             .inspect(),
     };
-    let checked = Checked {
+    let checked = CheckDocument {
         schema: "seatrial.preflight.v1",
         ready: preflight.is_passed(),
         preflight,

@@ -73,12 +73,12 @@ c0_rad_per_s2 = 0.01
 const SPEED: &str = "4";
 
 /// A vehicle that plays until it is dropped.
-struct Played {
+struct Boat {
     process: Child,
     address: String,
 }
 
-impl Played {
+impl Boat {
     fn start(folder: &Path, vehicle: &str) -> Self {
         Self::start_as("rover", folder, vehicle)
     }
@@ -112,14 +112,14 @@ impl Played {
     }
 }
 
-impl Drop for Played {
+impl Drop for Boat {
     fn drop(&mut self) {
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
 }
 
-fn commission(folder: &Path, boat: &Played, source: &[&str]) -> (Option<i32>, Value, String) {
+fn commission(folder: &Path, boat: &Boat, source: &[&str]) -> (Option<i32>, Value, String) {
     let fixed = ["commission", "--json", "--yes", "--plan", "plan.toml"];
     let output = run_in(folder, &[&fixed[..], &boat.link(), source].concat());
     let errors = text(&output.stderr);
@@ -130,7 +130,7 @@ fn commission(folder: &Path, boat: &Played, source: &[&str]) -> (Option<i32>, Va
 fn cli_gains_from_a_trial_are_proven_kept_and_undone() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let boat = Played::start(folder, "sim:boat.toml");
+    let boat = Boat::start(folder, "sim:boat.toml");
     std::fs::write(folder.join("plan.toml"), "thrusts = [0.5]\n").unwrap();
     let trial = ["trial", "--yes", "--plan", "plan.toml"];
     let trial = run_in(folder, &[&trial[..], &boat.link()].concat());
@@ -208,7 +208,7 @@ fn cli_gains_of_a_submarine_are_proven_kept_and_undone() {
         .iter()
         .fold(BOAT.to_string(), |text, (from, to)| text.replace(from, to));
     std::fs::write(folder.join("sub.toml"), slow).unwrap();
-    let boat = Played::start_as("sub", folder, "sim:sub.toml");
+    let boat = Boat::start_as("sub", folder, "sim:sub.toml");
     std::fs::write(folder.join("plan.toml"), "thrusts = [0.8]\n").unwrap();
     let trial = ["trial", "--yes", "--plan", "plan.toml"];
     let trial = run_in(folder, &[&trial[..], &boat.link()].concat());
@@ -409,7 +409,7 @@ fn cli_the_page_for_an_ardupilot_boat_is_walked() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/ardupilot.md");
     let page = std::fs::read_to_string(page).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let boat = Played::start(folder.path(), "sim:starfish");
+    let boat = Boat::start(folder.path(), "sim:starfish");
     // Not those that install, and not the vehicle itself.
     let is_walked = |line: &&str| line.starts_with("seatrial ") && !line.contains(" sim mavlink");
     let mut commissioned = false;

@@ -253,11 +253,11 @@ impl Rates {
 /// The lease of control over the vehicle.
 #[derive(Debug, Default)]
 pub struct Leases {
-    held: Mutex<Option<Held>>,
+    held: Mutex<Option<Holder>>,
 }
 
 #[derive(Debug)]
-struct Held {
+struct Holder {
     name: String,
     lease: String,
     since: String,
@@ -291,7 +291,7 @@ impl Leases {
         match self.claim(lease) {
             Claim::Free => {
                 let lease = secret()?;
-                *self.lock() = Some(Held {
+                *self.lock() = Some(Holder {
                     name: name.into(),
                     lease: lease.clone(),
                     since: now(),
@@ -359,7 +359,7 @@ impl Leases {
     }
 
     /// The holder, unless that one was not heard for too long.
-    fn lock(&self) -> std::sync::MutexGuard<'_, Option<Held>> {
+    fn lock(&self) -> std::sync::MutexGuard<'_, Option<Holder>> {
         let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
         if held
             .as_ref()

@@ -33,12 +33,12 @@ const STEP_RAD: f64 = 30.0 * std::f64::consts::PI / 180.0;
 const UNDONE: &str = "an undo has put the gains from before the commission back";
 
 /// What is asked for, and of whom.
-struct Asked<'a> {
+struct CommissionJob<'a> {
     vehicle: &'a dyn GainsVehicle,
     request: Request,
 }
 
-impl<'a> Asked<'a> {
+impl<'a> CommissionJob<'a> {
     fn of(shared: &'a Shared, order: &CommissionOrder) -> Result<Self, Refusal> {
         let vehicle = shared.autopilot(&order.vehicle)?;
         let logbook = shared.reader()?;
@@ -82,7 +82,7 @@ pub fn preview(shared: &Shared, order: &CommissionOrder) -> Result<CommissionPre
             "a trial or a commission runs on a vehicle; wait for its end or abort it",
         ));
     }
-    let asked = Asked::of(shared, order)?;
+    let asked = CommissionJob::of(shared, order)?;
     let reached = asked.reach(&Arc::default())?;
     let preflight = reached.preflight().clone();
     let proposal = match preflight.is_passed() {
@@ -115,7 +115,7 @@ pub fn start(shared: &Arc<Shared>, order: CommissionOrder) -> Result<CommissionS
         ));
     }
     // What can be refused without the vehicle is refused at once.
-    Asked::of(shared, &order)?;
+    CommissionJob::of(shared, &order)?;
     let stop = Arc::default();
     let place = shared.slot.place(&stop)?;
     let (answer, answered) = channel();
@@ -141,7 +141,7 @@ fn run(
     place: Place,
     begun: &dyn Fn(&CommissionState),
 ) -> Result<(), Refusal> {
-    let asked = Asked::of(shared, order)?;
+    let asked = CommissionJob::of(shared, order)?;
     let reached = asked.reach(stop)?;
     let mut checks = reached.preflight().checks.iter();
     if let Some(failed) = checks.find(|check| !check.passed) {

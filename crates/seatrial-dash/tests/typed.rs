@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use seatrial::FullRudder;
 use seatrial::preview::{Budget, Prior};
-use seatrial_app::trial_run::{Preflight, TakenVehicle, Terms, TrialVehicle, VehicleError};
+use seatrial_app::trial_run::{Preflight, Terms, TrialVehicle, VehicleError, VehicleLease};
 use seatrial_core::Plan;
 use seatrial_dash::{Server, Settings};
 use seatrial_dev::{Damage, damaged_copies};
@@ -83,7 +83,7 @@ impl TrialVehicle for Refusing {
         Err(VehicleError::refused("not known"))
     }
 
-    fn take(&self, _: &Terms) -> Result<Box<dyn TakenVehicle>, VehicleError> {
+    fn take(&self, _: &Terms) -> Result<Box<dyn VehicleLease>, VehicleError> {
         Err(VehicleError::refused("not known"))
     }
 }

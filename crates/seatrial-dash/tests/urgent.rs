@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use seatrial::FullRudder;
 use seatrial::preview::{Budget, Prior};
-use seatrial_app::trial_run::{Preflight, TakenVehicle, Terms, TrialVehicle, VehicleError};
+use seatrial_app::trial_run::{Preflight, Terms, TrialVehicle, VehicleError, VehicleLease};
 use seatrial_core::Plan;
 use seatrial_dash::{Server, Settings};
 use tungstenite::Message;
@@ -49,7 +49,7 @@ impl TrialVehicle for Slow {
         Err(VehicleError::refused("not known"))
     }
 
-    fn take(&self, _: &Terms) -> Result<Box<dyn TakenVehicle>, VehicleError> {
+    fn take(&self, _: &Terms) -> Result<Box<dyn VehicleLease>, VehicleError> {
         Err(VehicleError::refused("not known"))
     }
 }

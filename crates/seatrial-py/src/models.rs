@@ -72,7 +72,7 @@ fn warnings(models: &Models) -> Vec<String> {
 /// What is asked of the heading loop, a mapping of the Python part.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub struct Asked {
+pub struct ModelArguments {
     damping_ratio: f64,
     delay_s: Option<f64>,
     interval_s: Option<f64>,
@@ -82,7 +82,7 @@ pub struct Asked {
     full_rudder_rad: Option<f64>,
 }
 
-impl Asked {
+impl ModelArguments {
     fn wanted(&self, py: Python<'_>) -> PyResult<Wanted> {
         if self.at_speed_m_s.is_some() && self.at_thrust.is_some() {
             return Err(usage(py, "at_speed_m_s and at_thrust: give one of them"));
@@ -114,7 +114,7 @@ impl Asked {
 
 /// Heading gains of every model, with margins; the document of `gains --json`.
 #[pyfunction]
-pub fn heading_gains(py: Python<'_>, source: Source, asked: Asked) -> PyResult<Document> {
+pub fn heading_gains(py: Python<'_>, source: Source, asked: ModelArguments) -> PyResult<Document> {
     let (wanted, models) = asked.models(py, &source)?;
     let found = wanted.gains(&models).map_err(|error| failed(py, &error))?;
     Ok(answer(json(py, &found)?, warnings(&models)))
@@ -150,7 +150,7 @@ pub fn turning_limits(
 pub fn export_gains(
     py: Python<'_>,
     source: Source,
-    asked: Asked,
+    asked: ModelArguments,
     to: &str,
     vehicle_type: &str,
     takes_rehearsals: bool,

@@ -13,7 +13,7 @@ use crate::{Document, answer, error, failed, json, usage};
 /// The plan by its differences, a mapping of the Python part.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub struct Asked {
+pub struct PlanArguments {
     file: Option<PathBuf>,
     time_constant_s: Option<f64>,
     sample_interval_s: Option<f64>,
@@ -46,7 +46,7 @@ pub struct Believed {
 #[pyfunction]
 pub fn plan(
     py: Python<'_>,
-    asked: Asked,
+    asked: PlanArguments,
     believed: Believed,
 ) -> PyResult<(Document, String, bool)> {
     let target = |text: Option<&String>| {

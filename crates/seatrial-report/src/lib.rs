@@ -36,7 +36,7 @@ use seatrial::campaign::{Campaign, Run};
 use seatrial::identification::{Reason, Verdict};
 use seatrial::words::plain;
 use seatrial_core::{Axis, Plan};
-pub use segmentation::{Found, render as render_found};
+pub use segmentation::{LogManoeuvres, render as render_found};
 pub use ship_manoeuvres::render as render_ship_manoeuvres;
 use source::Source;
 pub use study::render as render_study;

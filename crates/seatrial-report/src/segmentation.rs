@@ -15,7 +15,7 @@ use seatrial::log::segmentation::{Kind, Segment};
 
 /// A log and what was found in it.
 #[derive(Clone, Copy, Debug)]
-pub struct Found<'a> {
+pub struct LogManoeuvres<'a> {
     /// Name of the log, as the reader knows it.
     pub name: &'a str,
     /// The record.
@@ -31,7 +31,7 @@ pub struct Found<'a> {
 }
 
 /// The page.
-pub fn render(found: &Found) -> String {
+pub fn render(found: &LogManoeuvres) -> String {
     let manoeuvres = found.segments.iter().filter(|s| s.kind != Kind::Steady);
     let count = manoeuvres.count();
     let page = Page {
@@ -73,7 +73,7 @@ pub fn render(found: &Found) -> String {
     page.text()
 }
 
-fn table(found: &Found) -> Table {
+fn table(found: &LogManoeuvres) -> Table {
     let (scale, unit) = found.rudder_unit;
     let row = |segment: &Segment| {
         vec![
@@ -99,7 +99,7 @@ fn table(found: &Found) -> Table {
 
 /// The whole record with its manoeuvres shaded, or, of a proposal, its windows and a quarter around them. `None` of
 /// fewer than two samples.
-fn figure(found: &Found, proposal: Option<&Proposal>) -> Option<Figure> {
+fn figure(found: &LogManoeuvres, proposal: Option<&Proposal>) -> Option<Figure> {
     let all = &found.record.samples;
     let (first_s, last_s) = (all.first()?.time_s, all.last()?.time_s);
     let [from_s, to_s] = proposal

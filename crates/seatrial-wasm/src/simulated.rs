@@ -5,7 +5,7 @@ use std::path::Path;
 use seatrial_app::Error;
 use seatrial_app::identify_log::identify_log;
 use seatrial_app::log_reading::LogReading;
-use seatrial_app::simulated_log::{Played, SeaTrial};
+use seatrial_app::simulated_log::{SeaTrial, SimulatedTrial};
 use seatrial_logs::{Held, Row, write_csv};
 use seatrial_sim::Truth;
 use serde_json::{Value, json};
@@ -38,7 +38,7 @@ pub fn found(wanted: &SeaTrial, reading: LogReading) -> Result<Value, Error> {
 }
 
 /// The trial, its truth and its log.
-fn played(wanted: &SeaTrial) -> Result<(Played, Option<Truth>, Vec<u8>), Error> {
+fn played(wanted: &SeaTrial) -> Result<(SimulatedTrial, Option<Truth>, Vec<u8>), Error> {
     let (played, truth) = wanted.play()?;
     let rows: Vec<Row> = played.samples.iter().copied().map(Row::from).collect();
     let mut csv = Vec::new();

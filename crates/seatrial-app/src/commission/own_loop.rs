@@ -23,7 +23,7 @@ use super::proposal::{evidence, held_steps};
 use super::{Commissioned, Control, GainedVehicle, Lost, Proposal};
 use crate::Error;
 use crate::models::{ModelPoint, Models};
-use crate::trial_run::TakenVehicle;
+use crate::trial_run::VehicleLease;
 
 /// How a vehicle is steered by us.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -154,7 +154,7 @@ impl OwnProposal {
     /// Steps with the constant gain, then with the scheduled one, at this speed.
     pub fn conduct(
         &self,
-        vehicle: &mut dyn TakenVehicle,
+        vehicle: &mut dyn VehicleLease,
         own: &OwnLoop,
         envelope: Envelope<f64>,
         stop: &AtomicBool,
@@ -187,7 +187,7 @@ impl OwnProposal {
 
 /// The heading controller at work on a vehicle.
 struct Helm<'a> {
-    vehicle: &'a mut dyn TakenVehicle,
+    vehicle: &'a mut dyn VehicleLease,
     own: OwnLoop,
     thrust: f64,
     gain: HeadingGain<f64>,

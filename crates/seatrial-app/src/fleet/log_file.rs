@@ -45,7 +45,7 @@ impl Source {
 
 /// The logs found.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Found {
+pub struct LogFiles {
     /// In the order of their names, each once.
     pub sources: Vec<Source>,
     /// Files in folders whose names do not end like those of logs.

@@ -20,6 +20,6 @@ pub use columns::{COLUMNS, Column, Row, Value};
 pub use job::{Job, Progress, work_on};
 pub use journal::{Entry, Journal, JournalError, Summary};
 pub use log::{Estimate, Options};
-pub use log_file::{Found, Source};
+pub use log_file::{LogFiles, Source};
 pub use objects::{ObjectError, is_object};
 pub use source::{NotFound, find};

@@ -5,7 +5,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::log_file::{Found, Source, is_log_name};
+use super::log_file::{LogFiles, Source, is_log_name};
 use super::objects::{self, ObjectError, is_object};
 
 /// Where no logs can be looked for.
@@ -46,7 +46,7 @@ pub enum NotFound {
 /// Looks for logs: below folders, by patterns (`*`, `?`, `[a-z]`, `**`), in lists (`@FILE` with a name a line, as
 /// `find` prints them; blank lines and lines that begin with `#` are passed over), or a log itself; each in the file system or in an
 /// object store. The table that the job writes is no log, wherever it stands.
-pub fn find(inputs: &[String], out: &Path) -> Result<Found, NotFound> {
+pub fn find(inputs: &[String], out: &Path) -> Result<LogFiles, NotFound> {
     let mut sources = BTreeMap::new();
     let mut passed_over = 0;
     let table = out.canonicalize().ok();
@@ -101,7 +101,7 @@ pub fn find(inputs: &[String], out: &Path) -> Result<Found, NotFound> {
                 .map(|source| (source.path.clone(), source)),
         );
     }
-    Ok(Found {
+    Ok(LogFiles {
         sources: sources.into_values().collect(),
         passed_over,
     })

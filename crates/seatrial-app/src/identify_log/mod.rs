@@ -159,14 +159,14 @@ pub fn verdict_of(log: &OpenedLog, proposals: Vec<Proposal>) -> Result<Verdict, 
 }
 
 /// The models of a log, the foremost one and the verdict on all.
-struct Found {
+struct LogModels {
     models: Option<Vec<SpeedModel>>,
     law: Option<SpeedLaw>,
     model: Option<Box<Identification>>,
     verdict: Verdict,
 }
 
-impl Found {
+impl LogModels {
     fn identifications(&mut self) -> impl Iterator<Item = &mut Identification> {
         let of_speeds = self.models.iter_mut().flatten();
         of_speeds
@@ -199,7 +199,7 @@ fn models_of(
     options: &Options,
     proposals: Option<Vec<Proposal>>,
     observer: &mut dyn Observer,
-) -> Result<Found, Error> {
+) -> Result<LogModels, Error> {
     let settings = &options.settings;
     let whole = || one_model(log, Window::ALL, None, options);
     if log.description.aircraft.is_some() || settings.as_paper || options.axis == Axis::Pitch {
@@ -213,7 +213,7 @@ fn models_of(
         None => identify_speeds(log, settings, observer)?,
     };
     match models {
-        Some(mut models) => Ok(Found {
+        Some(mut models) => Ok(LogModels {
             law: share_over_speed(&mut models),
             model: foremost(&models).and_then(|model| model.identification.clone().map(Box::new)),
             verdict: whole_verdict(&models),
@@ -229,9 +229,9 @@ fn one_model(
     training: Window,
     data: Option<ValidationData>,
     options: &Options,
-) -> Result<Found, Error> {
+) -> Result<LogModels, Error> {
     if let Some(aircraft) = &log.description.aircraft {
-        return Ok(Found::refused(not_a_vessel(aircraft)));
+        return Ok(LogModels::refused(not_a_vessel(aircraft)));
     }
     let record = &log.record;
     let found = match options.axis {
@@ -239,13 +239,13 @@ fn one_model(
         Axis::Pitch => pitch::identify(record, training, data),
     };
     match found {
-        Ok(identification) => Ok(Found {
+        Ok(identification) => Ok(LogModels {
             models: None,
             law: None,
             verdict: identification.verdict.clone(),
             model: Some(Box::new(identification)),
         }),
-        Err(IdentifyError::Refused(reason)) => Ok(Found::refused(reason)),
+        Err(IdentifyError::Refused(reason)) => Ok(LogModels::refused(reason)),
         Err(error) => Err(no_model(log, error)),
     }
 }

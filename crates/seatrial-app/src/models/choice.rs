@@ -16,7 +16,7 @@ pub enum Purpose {
 
 /// A campaign that was chosen.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Chosen {
+pub struct CampaignChoice {
     /// The campaign.
     pub entry: CampaignEntry,
     /// Why the newest campaign is not the one.
@@ -42,7 +42,7 @@ pub fn chosen_campaign(
     logbook: &Logbook,
     name: Option<&str>,
     purpose: Purpose,
-) -> Result<Chosen, Error> {
+) -> Result<CampaignChoice, Error> {
     if let Some(number) = name.and_then(|name| name.parse().ok()) {
         let entry = campaign_numbered(logbook, Some(number))?;
         if purpose == Purpose::Models && entry.axis() == Axis::Pitch {
@@ -51,7 +51,7 @@ pub fn chosen_campaign(
                 logbook.path().display()
             )));
         }
-        return Ok(Chosen {
+        return Ok(CampaignChoice {
             entry,
             passed_over: None,
         });
@@ -96,7 +96,7 @@ pub fn chosen_campaign(
             newest.id.0
         )),
     };
-    Ok(Chosen { entry, passed_over })
+    Ok(CampaignChoice { entry, passed_over })
 }
 
 fn of_configuration(

@@ -28,7 +28,7 @@ use crate::Error;
 #[cfg(feature = "trials")]
 pub use campaigns::{check_undamaged, of_campaign, of_entry, promised, undamaged};
 #[cfg(feature = "trials")]
-pub use choice::{Chosen, Purpose, campaign_named, campaign_numbered, chosen_campaign};
+pub use choice::{CampaignChoice, Purpose, campaign_named, campaign_numbered, chosen_campaign};
 #[cfg(feature = "trials")]
 pub use compared::{ComparedModels, compared_models, open_named};
 pub use document::{of_document, of_document_text};

@@ -4,17 +4,17 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use seatrial_core::{AbortReason, Action, Sample, Vehicle};
 
-use super::{TakenVehicle, VehicleFault};
+use super::{VehicleFault, VehicleLease};
 
 /// Hands its vehicle back with the last action of a trial, before the trial judges, keeps or shows anything of its end.
 pub(super) struct Borrowed {
-    vehicle: Box<dyn TakenVehicle>,
+    vehicle: Box<dyn VehicleLease>,
     /// What could not be put back, once the vehicle was handed back.
     returned: Option<Option<String>>,
 }
 
 impl Borrowed {
-    pub(super) fn new(vehicle: Box<dyn TakenVehicle>) -> Self {
+    pub(super) fn new(vehicle: Box<dyn VehicleLease>) -> Self {
         Self {
             vehicle,
             returned: None,

@@ -34,7 +34,7 @@ use watched::Watched;
 pub use again::{NotAgain, plan_of_campaign, plan_that_repeats, plan_to_go_on};
 pub use seatrial_links::handover::{Change, Check, Preflight};
 pub use vehicle::{
-    TakenVehicle, Terms, TrialVehicle, VehicleError, VehicleFault, preflight, previewed, taken,
+    Terms, TrialVehicle, VehicleError, VehicleFault, VehicleLease, preflight, previewed, taken,
 };
 
 /// What is to be run.
@@ -120,7 +120,7 @@ pub enum NotBegun {
 
 /// A trial whose vehicle was taken and whose campaign was entered.
 pub struct UnderWay {
-    vehicle: Box<dyn TakenVehicle>,
+    vehicle: Box<dyn VehicleLease>,
     begun: Begun,
     watched: Watched,
 }

@@ -50,7 +50,7 @@ pub trait TrialVehicle: Send + Sync {
     fn inspect(&self, plan: &Plan<f64>) -> Result<Preflight, VehicleError>;
 
     /// Takes it for a trial. Where this fails, it has been handed back.
-    fn take(&self, terms: &Terms) -> Result<Box<dyn TakenVehicle>, VehicleError>;
+    fn take(&self, terms: &Terms) -> Result<Box<dyn VehicleLease>, VehicleError>;
 }
 
 /// What a vehicle is taken for.
@@ -69,7 +69,7 @@ pub struct Terms<'a> {
 }
 
 /// A vehicle that a trial has taken, until it is handed back.
-pub trait TakenVehicle: Vehicle<f64, Error = VehicleFault> {
+pub trait VehicleLease: Vehicle<f64, Error = VehicleFault> {
     /// Hands it back; what could not be put back.
     fn hand_back(&mut self) -> Option<String>;
 
@@ -146,12 +146,12 @@ pub fn taken<V>(
     hand_back: impl FnMut(&mut V) -> Option<String> + 'static,
     rows: Option<Box<dyn RowWriter>>,
     firmware: Option<String>,
-) -> Box<dyn TakenVehicle>
+) -> Box<dyn VehicleLease>
 where
     V: Vehicle<f64> + 'static,
     V::Error: Display,
 {
-    Box::new(Taken {
+    Box::new(Lease {
         vehicle,
         hand_back,
         rows,
@@ -159,14 +159,14 @@ where
     })
 }
 
-struct Taken<V, H> {
+struct Lease<V, H> {
     vehicle: V,
     hand_back: H,
     rows: Option<Box<dyn RowWriter>>,
     firmware: Option<String>,
 }
 
-impl<V: Vehicle<f64>, H> Vehicle<f64> for Taken<V, H>
+impl<V: Vehicle<f64>, H> Vehicle<f64> for Lease<V, H>
 where
     V::Error: Display,
 {
@@ -197,7 +197,7 @@ fn fault(error: impl Display) -> VehicleFault {
     VehicleFault(error.to_string())
 }
 
-impl<V, H> TakenVehicle for Taken<V, H>
+impl<V, H> VehicleLease for Lease<V, H>
 where
     V: Vehicle<f64>,
     V::Error: Display,

@@ -16,7 +16,7 @@ use seatrial_links::link::{Address, Key, Signing, Transport};
 
 use super::attendant::tell_all;
 use super::{Attendant, hand_back_text, limits, no_prior, refuse};
-use crate::trial_run::{Preflight, TakenVehicle, Terms, TrialVehicle, VehicleError, taken};
+use crate::trial_run::{Preflight, Terms, TrialVehicle, VehicleError, VehicleLease, taken};
 
 /// The rudder at full steering where nobody says another, degrees.
 pub const ASSUMED_FULL_RUDDER_DEG: f64 = 35.0;
@@ -226,7 +226,7 @@ impl TrialVehicle for OnMavlink {
         Ok(opened?.inspect())
     }
 
-    fn take(&self, terms: &Terms) -> Result<Box<dyn TakenVehicle>, VehicleError> {
+    fn take(&self, terms: &Terms) -> Result<Box<dyn VehicleLease>, VehicleError> {
         let (backup, name) = (self.backup.clone(), self.name.clone());
         let attendant = Arc::clone(&self.attendant);
         let hand_back =

@@ -16,7 +16,7 @@ use seatrial_logs::{Row, RowWriter};
 
 use super::attendant::tell_all;
 use super::{Attendant, limits, no_prior, refuse};
-use crate::trial_run::{Preflight, TakenVehicle, Terms, TrialVehicle, VehicleError, taken};
+use crate::trial_run::{Preflight, Terms, TrialVehicle, VehicleError, VehicleLease, taken};
 
 type RosVehicle = ros2_vehicle::RosVehicle<Box<dyn Graph>>;
 
@@ -180,7 +180,7 @@ impl TrialVehicle for OnRos2 {
         inspect(&self.file, plan, true)
     }
 
-    fn take(&self, terms: &Terms) -> Result<Box<dyn TakenVehicle>, VehicleError> {
+    fn take(&self, terms: &Terms) -> Result<Box<dyn VehicleLease>, VehicleError> {
         let (vehicle, estimates) = self.taken(terms)?;
         let attendant = Arc::clone(&self.attendant);
         let hand_back = move |vehicle: &mut _| hand_back(vehicle, attendant.as_ref());

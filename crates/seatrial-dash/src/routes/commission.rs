@@ -7,8 +7,8 @@ use axum::http::StatusCode;
 use axum::{Extension, Json};
 use serde::Deserialize;
 
-use super::asked::{Asked, Body};
 use super::blocking;
+use super::extract::{Body, FromQuery};
 #[cfg(feature = "openapi")]
 use crate::api::ErrorBody;
 use crate::api::{
@@ -97,7 +97,7 @@ pub struct From {
     responses((status = 200, body = CommissionShown), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn commission_state(
     State(shared): State<Arc<Shared>>,
-    Asked(asked): Asked<From>,
+    FromQuery(asked): FromQuery<From>,
 ) -> Json<CommissionShown> {
     Json(shared.commission.since(asked.after.unwrap_or(0)))
 }

@@ -11,7 +11,7 @@ use axum::response::{IntoResponse, Response};
 use axum::{Extension, Json};
 use serde::Deserialize;
 
-use super::asked::{Asked, Body};
+use super::extract::{Body, FromQuery};
 use super::{OPENAPI_JSON, blocking};
 use crate::access::{Claim, LEASE};
 #[cfg(feature = "openapi")]
@@ -131,7 +131,7 @@ pub struct AtMost {
     responses((status = 200, body = [AuditEntry]), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn audit(
     State(shared): State<Arc<Shared>>,
-    Asked(asked): Asked<AtMost>,
+    FromQuery(asked): FromQuery<AtMost>,
 ) -> Result<Json<Vec<AuditEntry>>, Refusal> {
     let commands = blocking(shared, move |shared| {
         Ok(shared

@@ -10,7 +10,7 @@ use seatrial_core::Stage;
 use seatrial_logbook::CampaignId;
 use serde::{Deserialize, Serialize};
 
-use super::asked::{Asked, At, Body};
+use super::extract::{At, Body, FromQuery};
 use super::{blocking, download};
 #[cfg(feature = "openapi")]
 use crate::api::ErrorBody;
@@ -142,7 +142,7 @@ pub struct Place {
 pub async fn schedule(
     State(shared): State<Arc<Shared>>,
     At(id): At<i64>,
-    Asked(place): Asked<Place>,
+    FromQuery(place): FromQuery<Place>,
 ) -> Result<Json<Schedule>, Refusal> {
     let damping_ratio = place.damping_ratio.unwrap_or(DAMPING_RATIO);
     if !(damping_ratio > 0.0 && damping_ratio <= 10.0) {
@@ -222,7 +222,7 @@ pub struct Pair {
     responses((status = 200, body = Comparison), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn compare(
     State(shared): State<Arc<Shared>>,
-    Asked(Pair { a, b }): Asked<Pair>,
+    FromQuery(Pair { a, b }): FromQuery<Pair>,
 ) -> Result<Json<Comparison>, Refusal> {
     let comparison = blocking(shared, move |shared| {
         let running = shared.slot.campaign();

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use axum::http::StatusCode;
 
-use super::asked::{Asked, At, Upload};
+use super::extract::{At, FromQuery, Upload};
 use super::{blocking, download};
 #[cfg(feature = "openapi")]
 use crate::api::{ErrorBody, IdentifiedLog, InspectedLog, LogColumns};
@@ -25,7 +25,7 @@ use crate::shared::Shared;
     responses((status = 200, body = IdentifiedLog), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn identify(
     State(shared): State<Arc<Shared>>,
-    Asked(reading): Asked<LogReading>,
+    FromQuery(reading): FromQuery<LogReading>,
     Upload(log): Upload,
 ) -> Result<Response, Refusal> {
     answered(shared, move || identified(log.path(), reading)).await
@@ -37,7 +37,7 @@ pub async fn identify(
     responses((status = 200, body = InspectedLog), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn inspect(
     State(shared): State<Arc<Shared>>,
-    Asked(reading): Asked<LogReading>,
+    FromQuery(reading): FromQuery<LogReading>,
     Upload(log): Upload,
 ) -> Result<Response, Refusal> {
     answered(shared, move || inspected(log.path(), reading)).await
@@ -50,7 +50,7 @@ pub async fn inspect(
         (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn report_log(
     State(shared): State<Arc<Shared>>,
-    Asked(reading): Asked<LogReading>,
+    FromQuery(reading): FromQuery<LogReading>,
     Upload(log): Upload,
 ) -> Result<Response, Refusal> {
     let page = blocking(shared, move |_| logs::report(log.path(), reading)).await?;
@@ -77,7 +77,7 @@ pub enum Track {
 pub async fn track(
     State(shared): State<Arc<Shared>>,
     At(format): At<Track>,
-    Asked(reading): Asked<LogReading>,
+    FromQuery(reading): FromQuery<LogReading>,
     Upload(log): Upload,
 ) -> Result<Response, Refusal> {
     let format = match format {
@@ -95,7 +95,7 @@ pub async fn track(
     responses((status = 200, body = LogColumns), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn columns(
     State(shared): State<Arc<Shared>>,
-    Asked(reading): Asked<LogReading>,
+    FromQuery(reading): FromQuery<LogReading>,
     Upload(log): Upload,
 ) -> Result<Response, Refusal> {
     answered(shared, move || logs::columns(log.path(), &reading)).await
@@ -115,7 +115,7 @@ async fn answered<T: Serialize + 'static>(
     responses((status = 204, description = "Kept"), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn sensor_list(
     State(shared): State<Arc<Shared>>,
-    Asked(reading): Asked<LogReading>,
+    FromQuery(reading): FromQuery<LogReading>,
     Upload(list): Upload,
 ) -> Result<StatusCode, Refusal> {
     let kept = move |shared: &Arc<Shared>| keep_sensor_list(shared.uploads.path(), list, &reading);

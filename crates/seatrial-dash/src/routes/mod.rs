@@ -1,9 +1,9 @@
 //! The routes.
 
-mod asked;
 mod commission;
 mod control;
 mod damage;
+mod extract;
 mod history;
 mod logs;
 mod models;

@@ -12,7 +12,7 @@ use seatrial_app::gains_export::Format;
 use seatrial_app::model_request::{FileOfModels, ModelFile, ModelRequest};
 use serde::Deserialize;
 
-use super::asked::{Asked, At, Body};
+use super::extract::{At, Body, FromQuery};
 use super::{blocking, download};
 #[cfg(feature = "openapi")]
 use crate::api::ErrorBody;
@@ -67,7 +67,7 @@ pub async fn model_file(
 pub async fn campaign_limits(
     State(shared): State<Arc<Shared>>,
     At(id): At<i64>,
-    Asked(request): Asked<ModelRequest>,
+    FromQuery(request): FromQuery<ModelRequest>,
 ) -> Result<Response, Refusal> {
     blocking(shared, move |shared| {
         let models = models::of_campaign(&shared.reader()?, id)?;
@@ -84,7 +84,7 @@ pub async fn campaign_limits(
 pub async fn campaign_file(
     State(shared): State<Arc<Shared>>,
     At((id, file)): At<(i64, ModelFile)>,
-    Asked(request): Asked<ModelRequest>,
+    FromQuery(request): FromQuery<ModelRequest>,
 ) -> Result<Response, Refusal> {
     of_campaign(shared, id, file, BYTES, request).await
 }
@@ -151,7 +151,7 @@ pub struct Autopilot {
 pub async fn param(
     shared: State<Arc<Shared>>,
     At(id): At<i64>,
-    asked: Asked<Autopilot>,
+    asked: FromQuery<Autopilot>,
 ) -> Result<Response, Refusal> {
     gains(shared, At((id, Format::Ardupilot)), asked).await
 }
@@ -165,7 +165,7 @@ pub async fn param(
 pub async fn gains(
     State(shared): State<Arc<Shared>>,
     At((id, format)): At<(i64, Format)>,
-    Asked(asked): Asked<Autopilot>,
+    FromQuery(asked): FromQuery<Autopilot>,
 ) -> Result<Response, Refusal> {
     let request = ModelRequest {
         rehearsal: asked.rehearsal.unwrap_or(false),

@@ -76,7 +76,7 @@ pub struct IdentifiedVehicle {
     pub surge: SurgeLaw,
     /// What the compass and the sea added to the records; absent is that of the simulator `starfish`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub noise: Option<FoundNoise>,
+    pub noise: Option<NoiseEstimate>,
     /// The yaw model of each speed, slowest first.
     #[serde(rename = "speed")]
     pub speeds: Vec<IdentifiedSpeed>,
@@ -119,7 +119,7 @@ pub struct SurgeLaw {
 /// What the compass and the sea added to the records.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct FoundNoise {
+pub struct NoiseEstimate {
     /// Standard deviation of the heading, rad.
     pub heading_rad: f64,
     /// Standard deviation of the yaw acceleration that is not the rudder's, rad/s^2.

@@ -25,7 +25,7 @@ fn boat() -> IdentifiedVehicle {
             drag_length_m: Some(8.0),
             turning_drag_m: Some(0.5),
         },
-        noise: Some(FoundNoise {
+        noise: Some(NoiseEstimate {
             heading_rad: 0.01,
             disturbance_rad_s2: 0.004,
             disturbance_time_s: Some(2.0),

@@ -15,7 +15,7 @@ use seatrial_logs::{Fault, Held, ReadError};
 use tempfile::NamedTempFile;
 
 use super::Source;
-use super::log_file::{Found, is_log_name};
+use super::log_file::{LogFiles, is_log_name};
 
 /// How addresses begin.
 const SCHEMES: [&str; 4] = ["s3", "gs", "https", "http"];
@@ -75,7 +75,7 @@ fn address(path: &Path) -> Option<Address<'_>> {
 }
 
 /// The logs of an address: an object, a pattern, or everything below a prefix whose name ends like a log.
-pub(super) fn find(text: &str) -> Option<Result<Found, ObjectError>> {
+pub(super) fn find(text: &str) -> Option<Result<LogFiles, ObjectError>> {
     let address = Address::of(text)?;
     let fixed = address.key.find(['*', '?', '[']);
     Some(match fixed {
@@ -84,12 +84,12 @@ pub(super) fn find(text: &str) -> Option<Result<Found, ObjectError>> {
     })
 }
 
-fn below(address: Address) -> Result<Found, ObjectError> {
+fn below(address: Address) -> Result<LogFiles, ObjectError> {
     if !address.key.is_empty()
         && !address.key.ends_with('/')
         && let Some(source) = store::look(address)?
     {
-        return Ok(Found {
+        return Ok(LogFiles {
             sources: vec![source],
             passed_over: 0,
         });
@@ -99,13 +99,13 @@ fn below(address: Address) -> Result<Found, ObjectError> {
     let sources: Vec<Source> = (listed.into_iter())
         .filter(|source| is_log_name(&source.path))
         .collect();
-    Ok(Found {
+    Ok(LogFiles {
         passed_over: all - sources.len(),
         sources,
     })
 }
 
-fn fit(address: Address, fixed: usize) -> Result<Found, ObjectError> {
+fn fit(address: Address, fixed: usize) -> Result<LogFiles, ObjectError> {
     let pattern = Pattern::new(address.key).map_err(|error| {
         address.error(
             error,
@@ -122,7 +122,7 @@ fn fit(address: Address, fixed: usize) -> Result<Found, ObjectError> {
         let found = self::address(&source.path);
         found.is_some_and(|found| pattern.matches_with(found.key, options))
     });
-    Ok(Found {
+    Ok(LogFiles {
         sources,
         passed_over: 0,
     })

@@ -56,7 +56,7 @@ impl FromRequest<Arc<Shared>> for Upload {
 /// The query of an address.
 #[derive(FromRequestParts)]
 #[from_request(via(Query), rejection(Refusal))]
-pub struct Asked<T>(pub T);
+pub struct FromQuery<T>(pub T);
 
 /// What stands in an address.
 #[derive(FromRequestParts)]
