@@ -10,37 +10,27 @@ use crate::error::Fault;
 use crate::languages;
 use crate::matching::pair_of_columns;
 use crate::name::ColumnName;
-use crate::{Quantity, Unit, table::Cell, words::words};
+use crate::{
+    Quantity, Unit,
+    table::Cell,
+    words::{is_among, words},
+};
 
 /// Hours, minutes and seconds.
 const OF_DAY: usize = 3;
 /// Words of columns of the time of day.
-const HOURS: &[&str] = &["hour", "hours", "hh", "hr", "stunde"];
-const MINUTES: &[&str] = &["minute", "minutes", "min", "mi", "mn"];
-const SECONDS: &[&str] = &["second", "seconds", "sec", "secs", "ss", "sekunde"];
+const HOURS: &str = "hour hours hh hr stunde";
+const MINUTES: &str = "minute minutes min mi mn";
+const SECONDS: &str = "second seconds sec secs ss sekunde";
 /// Words of columns of a fraction of a second, and its counts in a second.
-const FRACTIONS: [(&[&str], f64); 4] = [
+const FRACTIONS: [(&str, f64); 4] = [
+    ("nsecs nsec nanosec nanosecs nanoseconds", 1e9),
+    ("usecs usec microsec microsecs microseconds", 1e6),
     (
-        &["nsecs", "nsec", "nanosec", "nanosecs", "nanoseconds"],
-        1e9,
-    ),
-    (
-        &["usecs", "usec", "microsec", "microsecs", "microseconds"],
-        1e6,
-    ),
-    (
-        &[
-            "ms",
-            "msec",
-            "msecs",
-            "millis",
-            "millisec",
-            "milliseconds",
-            "millisecond",
-        ],
+        "ms msec msecs millis millisec milliseconds millisecond",
         1e3,
     ),
-    (&["cs", "hundredths", "centiseconds"], 1e2),
+    ("cs hundredths centiseconds", 1e2),
 ];
 
 /// A sine and a cosine shorter than this together have no direction: both are 0 where nothing was measured.
@@ -72,10 +62,8 @@ enum Rule {
     SineAndCosine,
     /// x, y, z, w: from east, north, up to a heading, or from north, east, down.
     Quaternion { z_is_down: bool },
-    /// Metres north of the first position, from a latitude.
-    North { first: Option<f64> },
-    /// Metres east of the first position, from a latitude and a longitude.
-    East { first: Option<[f64; 2]> },
+    /// Metres north (0) or east (1) of the first position, from a latitude and a longitude.
+    Metres { way: usize, first: Option<[f64; 2]> },
 }
 
 /// The name of half the difference of two columns.
@@ -148,19 +136,17 @@ impl<'a> Names<'a> {
     }
 
     /// The column of this prefix whose last word is one of these.
-    fn column(&self, prefix: &[String], last: &[&str]) -> Option<usize> {
-        self.words.iter().position(|words| {
-            words
-                .split_last()
-                .is_some_and(|(word, before)| before == prefix && last.contains(&word.as_str()))
-        })
+    fn column(&self, prefix: &[String], last: &str) -> Option<usize> {
+        let is_it = |(word, before): (&String, &[String])| before == prefix && is_among(last, word);
+        let mut names = self.words.iter();
+        names.position(|words| words.split_last().is_some_and(is_it))
     }
 
     /// Columns of one prefix whose last words are each one of a group.
-    fn group<const N: usize>(&self, groups: [&[&str]; N]) -> Option<[usize; N]> {
+    fn group<const N: usize>(&self, groups: [&str; N]) -> Option<[usize; N]> {
         self.words.iter().find_map(|words| {
             let (word, prefix) = words.split_last()?;
-            groups[0].contains(&word.as_str()).then_some(())?;
+            is_among(groups[0], word).then_some(())?;
             let mut found = [0; N];
             for (column, group) in found.iter_mut().zip(groups) {
                 *column = self.column(prefix, group)?;
@@ -187,7 +173,7 @@ impl<'a> Names<'a> {
     }
 
     /// Columns of parts of a time, with one of fractions of a second where there is one.
-    fn parts<const N: usize>(&self, groups: [&[&str]; N]) -> Option<Computed> {
+    fn parts<const N: usize>(&self, groups: [&str; N]) -> Option<Computed> {
         let found = self.group(groups)?;
         let (_, prefix) = self.words[found[0]].split_last()?;
         let fraction = FRACTIONS.iter().find_map(|(names, per_second)| {
@@ -227,9 +213,9 @@ impl<'a> Names<'a> {
     /// Columns of year, month, day, hour, minute and second.
     fn calendar(&self) -> Option<Computed> {
         self.parts([
-            &["year", "yyyy", "yy", "yr", "jahr"],
-            &["month", "mon", "mo", "mm", "monat"],
-            &["day", "dd", "tag"],
+            "year yyyy yy yr jahr",
+            "month mon mo mm monat",
+            "day dd tag",
             HOURS,
             MINUTES,
             SECONDS,
@@ -238,27 +224,20 @@ impl<'a> Names<'a> {
 
     /// A column of the date and one of the time of day.
     fn date_and_time(&self) -> Option<Computed> {
-        let of = |wanted: &[&str]| {
-            let is_wanted = |words: &Vec<String>| {
-                let clocks = ["utc", "gmt", "local", "gps"];
-                let mut others = words.iter().filter(|word| !clocks.contains(&word.as_str()));
-                let is_of_a_clock = words.len() == 1 && wanted.contains(&words[0].as_str());
-                is_of_a_clock
-                    || others
-                        .next()
-                        .is_some_and(|word| wanted.contains(&word.as_str()))
-                        && others.next().is_none()
-            };
-            self.words.iter().position(is_wanted)
+        let of = |wanted: &str| {
+            let is_wanted = |word: &String| is_among(wanted, word);
+            self.words.iter().position(|words| {
+                let is_clock = |word: &&String| is_among("utc gmt local gps", word);
+                let others: Vec<&String> = words.iter().filter(|word| !is_clock(word)).collect();
+                matches!(&words[..], [word] if is_wanted(word))
+                    || matches!(&others[..], [word] if is_wanted(word))
+            })
         };
-        let sources = [
-            of(&[
-                "date", "datum", "fecha", "data", "dato", "дата", "日付", "日期",
-            ])?,
-            of(&["time", "clock", "utc", "gmt"])
-                .or_else(|| of(languages::names(Quantity::Time).clear))
-                .or_else(|| of(languages::names(Quantity::Time).vague))?,
-        ];
+        let [clear, vague] = languages::names(Quantity::Time).others();
+        let time = ["time clock utc gmt", clear, vague]
+            .into_iter()
+            .find_map(of);
+        let sources = [of("date datum fecha data dato дата 日付 日期")?, time?];
         let name = self.list(&sources);
         Some(self.of(Quantity::Time, name, &sources, Rule::DateAndTime))
     }
@@ -285,36 +264,27 @@ impl<'a> Names<'a> {
 
     /// `orientation.x` to `orientation.w`, or `qx` to `qw`.
     fn quaternion(&self) -> Option<Computed> {
-        const PREFIXES: [&str; 6] = [
-            "orientation",
-            "quaternion",
-            "quat",
-            "q",
-            "rotation",
-            "attitude",
-        ];
+        const PREFIXES: &str = "orientation quaternion quat q rotation attitude";
         let of_prefix = self.words.iter().find_map(|words| {
             let (word, prefix) = words.split_last()?;
-            let is_attitude = prefix
-                .last()
-                .is_some_and(|word| PREFIXES.contains(&word.as_str()));
+            let is_attitude = prefix.last().is_some_and(|word| is_among(PREFIXES, word));
             (word == "x" && is_attitude).then_some(())?;
             let mut sources = [0; 4];
             for (source, axis) in sources.iter_mut().zip(["x", "y", "z", "w"]) {
-                *source = self.column(prefix, &[axis])?;
+                *source = self.column(prefix, axis)?;
             }
             Some(sources)
         });
-        let by_letters = of_prefix.or_else(|| self.group([&["qx"], &["qy"], &["qz"], &["qw"]]));
+        let by_letters = of_prefix.or_else(|| self.group(["qx", "qy", "qz", "qw"]));
         // Autopilots number them from w on.
         let by_numbers = || {
-            let of_a_list = self.group([&["1"], &["2"], &["3"], &["0"]]);
+            let of_a_list = self.group(["1", "2", "3", "0"]);
             let is_attitude = |sources: &[usize; 4]| {
                 let words = &self.words[sources[0]];
                 let name = words.len().checked_sub(2).map(|at| words[at].as_str());
-                name.is_some_and(|name| PREFIXES.contains(&name))
+                name.is_some_and(|name| is_among(PREFIXES, name))
             };
-            self.group([&["q1"], &["q2"], &["q3"], &["q0"]])
+            self.group(["q1", "q2", "q3", "q0"])
                 .or_else(|| of_a_list.filter(is_attitude))
         };
         let z_is_down = by_letters.is_none();
@@ -326,42 +296,24 @@ impl<'a> Names<'a> {
 
     /// Metres north and east from latitude and longitude.
     fn positions(&self) -> Option<[Computed; 2]> {
-        let latitude = self
-            .words
-            .iter()
-            .position(|words| names_a_coordinate(words, &["latitude", "lat"]))?;
-        let longitude = self
-            .words
-            .iter()
-            .position(|words| names_a_coordinate(words, &["longitude", "lon", "lng", "long"]))?;
-        let sources = [latitude, longitude];
-        let name = |way: &str| format!("{way} by {}", self.list(&sources));
-        Some([
-            self.of(
-                Quantity::North,
-                name("north"),
-                &sources,
-                Rule::North { first: None },
-            ),
-            self.of(
-                Quantity::East,
-                name("east"),
-                &sources,
-                Rule::East { first: None },
-            ),
-        ])
+        let place = |of: &str| {
+            let mut names = self.words.iter();
+            names.position(|words| names_a_coordinate(words, of))
+        };
+        let sources = [place("latitude lat")?, place("longitude lon lng long")?];
+        let metres = |(quantity, way)| {
+            let name = format!("{quantity} by {}", self.list(&sources));
+            self.of(quantity, name, &sources, Rule::Metres { way, first: None })
+        };
+        Some([(Quantity::North, 0), (Quantity::East, 1)].map(metres))
     }
 }
 
 /// Is one of these words in the name, and no word of another kind behind it?
-fn names_a_coordinate(words: &[String], of: &[&str]) -> bool {
-    const HARMLESS: [&str; 7] = ["deg", "degrees", "value", "1", "0", "wgs84", "e7"];
-    let at = words.iter().position(|word| of.contains(&word.as_str()));
-    at.is_some_and(|at| {
-        words[at + 1..]
-            .iter()
-            .all(|word| HARMLESS.contains(&word.as_str()))
-    })
+fn names_a_coordinate(words: &[String], of: &str) -> bool {
+    let is_harmless = |word: &String| is_among("deg degrees value 1 0 wgs84 e7", word);
+    let at = words.iter().position(|word| is_among(of, word));
+    at.is_some_and(|at| words[at + 1..].iter().all(is_harmless))
 }
 
 impl Computed {
@@ -391,14 +343,14 @@ impl Computed {
             Rule::Parts { is_of_day, .. } if *is_of_day => None,
             Rule::Parts { .. } => Some(Unit::Second),
             Rule::Quaternion { .. } | Rule::SineAndCosine => Some(Unit::Radian),
-            Rule::North { .. } | Rule::East { .. } => Some(Unit::Metre),
+            Rule::Metres { .. } => Some(Unit::Metre),
         }
     }
 
     /// The latitude and longitude from which its metres are, deg, once a row was read.
     pub fn origin_deg(&self) -> Option<[f64; 2]> {
         match self.rule {
-            Rule::East { first } => first,
+            Rule::Metres { first, .. } => first,
             _ => None,
         }
     }
@@ -446,15 +398,9 @@ impl Computed {
                     false => Real::wrapped(std::f64::consts::FRAC_PI_2 - yaw),
                 })
             }
-            (Rule::North { first }, [latitude, _]) => {
-                let latitude = degrees(*latitude);
-                let first = *first.get_or_insert(latitude);
-                Some(metres([latitude, 0.0], [first, 0.0])[0])
-            }
-            (Rule::East { first }, [latitude, longitude]) => {
-                let (latitude, longitude) = (degrees(*latitude), degrees(*longitude));
-                let first = *first.get_or_insert([latitude, longitude]);
-                Some(metres([latitude, longitude], first)[1])
+            (Rule::Metres { way, first }, [latitude, longitude]) => {
+                let place = [*latitude, *longitude].map(degrees);
+                Some(metres(place, *first.get_or_insert(place))[*way])
             }
             _ => None,
         }

@@ -5,13 +5,14 @@
 
 use std::collections::BTreeMap;
 
+use crate::Quantity::*;
+use crate::Unit::*;
 use crate::bytes::{Bytes, text_of};
 use crate::error::{Fault, clipped};
 use crate::input::Input;
-use crate::joined::{Kind, Message, Messages};
-use crate::number::number;
-use crate::table::Known;
-use crate::{Quantity, Unit};
+use crate::joined::{Kind, Message, Messages, has, names};
+use crate::number::Primitive;
+use crate::table::{Known, KnownField};
 use seatrial_mavlink::ardupilot::{Parameters, Steering};
 
 /// The two bytes before every message.
@@ -27,6 +28,23 @@ const MOST_INSTANCES: usize = 16;
 const OUTPUTS: usize = 14;
 /// The field that [`DataFlash`] adds to RCOU.
 const STEERING: &str = "steering_fraction";
+
+/// Fields that feed a quantity, the preferred one first.
+const CHANNELS: [KnownField; 13] = [
+    (Heading, "ATT", "Yaw", Some(Degree)),
+    (Roll, "ATT", "Roll", Some(Degree)),
+    (Pitch, "ATT", "Pitch", Some(Degree)),
+    (YawRate, "RATE", "Y", Some(DegreePerSecond)),
+    (YawRate, "IMU", "GyrZ", Some(RadianPerSecond)),
+    (Speed, "GPS", "Spd", Some(MetrePerSecond)),
+    (Thrust, "THR", "ThrOut", Some(Percent)),
+    (Depth, "XKF1", "PD", Some(Metre)),
+    (North, "XKF1", "PN", Some(Metre)),
+    (East, "XKF1", "PE", Some(Metre)),
+    (Depth, "NKF1", "PD", Some(Metre)),
+    (North, "NKF1", "PN", Some(Metre)),
+    (East, "NKF1", "PE", Some(Metre)),
+];
 
 /// A DataFlash log.
 pub(crate) struct DataFlash {
@@ -144,43 +162,46 @@ impl Layout {
 impl Field {
     /// `None` of text.
     fn number(&self, message: &[u8]) -> Option<f64> {
-        let at = self.offset;
-        Some(match self.code {
-            b'b' => number::<i8>(message, at)?.into(),
-            b'B' | b'M' => number::<u8>(message, at)?.into(),
-            b'h' => number::<i16>(message, at)?.into(),
-            b'H' => number::<u16>(message, at)?.into(),
-            b'i' => number::<i32>(message, at)?.into(),
-            b'I' => number::<u32>(message, at)?.into(),
-            b'q' => number::<i64>(message, at)? as f64,
-            b'Q' => number::<u64>(message, at)? as f64,
-            b'f' => number::<f32>(message, at)?.into(),
-            b'd' => number(message, at)?,
-            b'c' => f64::from(number::<i16>(message, at)?) / 100.0,
-            b'C' => f64::from(number::<u16>(message, at)?) / 100.0,
-            b'e' => f64::from(number::<i32>(message, at)?) / 100.0,
-            b'E' => f64::from(number::<u32>(message, at)?) / 100.0,
-            b'L' => f64::from(number::<i32>(message, at)?) / 1e7,
-            _ => return None,
-        })
+        let (kind, counts) = primitive(self.code)?;
+        Some(kind.number(message, self.offset)? / counts)
     }
 
     fn is_number(&self) -> bool {
-        !matches!(self.code, b'a' | b'n' | b'N' | b'Z' | b'g')
+        primitive(self.code).is_some()
     }
+}
+
+/// The kind of number that a code stands for, and how many of its counts are one.
+fn primitive(code: u8) -> Option<(Primitive, f64)> {
+    Some(match code {
+        b'b' => (Primitive::I8, 1.0),
+        b'B' | b'M' => (Primitive::U8, 1.0),
+        b'h' => (Primitive::I16, 1.0),
+        b'H' => (Primitive::U16, 1.0),
+        b'i' => (Primitive::I32, 1.0),
+        b'I' => (Primitive::U32, 1.0),
+        b'q' => (Primitive::I64, 1.0),
+        b'Q' => (Primitive::U64, 1.0),
+        b'f' => (Primitive::F32, 1.0),
+        b'd' => (Primitive::F64, 1.0),
+        b'c' => (Primitive::I16, 100.0),
+        b'C' => (Primitive::U16, 100.0),
+        b'e' => (Primitive::I32, 100.0),
+        b'E' => (Primitive::U32, 100.0),
+        b'L' => (Primitive::I32, 1e7),
+        _ => return None,
+    })
 }
 
 /// Bytes of a field; `None` of a code that is unknown.
 pub(crate) fn width(code: u8) -> Option<usize> {
-    Some(match code {
-        b'b' | b'B' | b'M' => 1,
-        b'h' | b'H' | b'c' | b'C' | b'g' => 2,
-        b'i' | b'I' | b'f' | b'e' | b'E' | b'L' | b'n' => 4,
-        b'q' | b'Q' | b'd' => 8,
-        b'N' => 16,
-        b'a' | b'Z' => 64,
-        _ => return None,
-    })
+    match code {
+        b'g' => Some(2),
+        b'n' => Some(4),
+        b'N' => Some(16),
+        b'a' | b'Z' => Some(64),
+        code => primitive(code).map(|(kind, _)| kind.width()),
+    }
 }
 
 impl DataFlash {
@@ -323,12 +344,6 @@ impl DataFlash {
         self.bytes.skip(length);
         Ok(())
     }
-
-    fn has(&self, name: &str, field: &str) -> bool {
-        self.kinds
-            .iter()
-            .any(|kind| kind.name == name && kind.fields.iter().any(|f| f == field))
-    }
 }
 
 /// What a firmware flies, by how it calls itself.
@@ -369,50 +384,30 @@ impl Messages for DataFlash {
         let has_outputs = self.kinds.iter().any(|kind| kind.name == "RCOU");
         match self.steering.filter(|_| has_outputs) {
             Some(steering) => known.add(
-                Quantity::Rudder,
+                Rudder,
                 format!("RCOU.{STEERING}"),
-                Some(Unit::Fraction),
+                Some(Fraction),
                 &steering.text(),
             ),
-            None if self.has("RATE", "YOut") => known.add(
-                Quantity::Rudder,
+            None if has(&self.kinds, "RATE", "YOut") => known.add(
+                Rudder,
                 "RATE.YOut".into(),
-                Some(Unit::Fraction),
+                Some(Fraction),
                 "no output is a rudder, and this is what the yaw controller asks of all of them",
             ),
             None => known.lacks(
-                Quantity::Rudder,
+                Rudder,
                 format!(
                     "expected RCOU messages and one of the outputs 1 to 14 with SERVOn_FUNCTION 21 (rudder), 26 (ground steering) or 73 and 74 (throttle left and right), or RATE messages; found {}",
                     self.parameters.functions()
                 ),
             ),
         }
-        for (quantity, name, field, unit) in [
-            (Quantity::Heading, "ATT", "Yaw", Unit::Degree),
-            (Quantity::Roll, "ATT", "Roll", Unit::Degree),
-            (Quantity::Pitch, "ATT", "Pitch", Unit::Degree),
-            (Quantity::YawRate, "RATE", "Y", Unit::DegreePerSecond),
-            (Quantity::YawRate, "IMU", "GyrZ", Unit::RadianPerSecond),
-            (Quantity::Speed, "GPS", "Spd", Unit::MetrePerSecond),
-            (Quantity::Thrust, "THR", "ThrOut", Unit::Percent),
-            (Quantity::Depth, "XKF1", "PD", Unit::Metre),
-            (Quantity::North, "XKF1", "PN", Unit::Metre),
-            (Quantity::East, "XKF1", "PE", Unit::Metre),
-            (Quantity::Depth, "NKF1", "PD", Unit::Metre),
-            (Quantity::North, "NKF1", "PN", Unit::Metre),
-            (Quantity::East, "NKF1", "PE", Unit::Metre),
-        ] {
-            let is_in_air = quantity == Quantity::Depth && !self.is_submarine;
-            if self.has(name, field) && !is_in_air {
-                known.add(quantity, format!("{name}.{field}"), Some(unit), "");
-            }
-        }
-        let names: Vec<&str> = self.kinds.iter().map(|kind| kind.name.as_str()).collect();
-        known.lacks(
-            Quantity::Heading,
-            format!("expected ATT messages; found {}", names.join(", ")),
-        );
+        let is_in_air = |of: &KnownField| of.0 == Depth && !self.is_submarine;
+        let fields = CHANNELS.into_iter().filter(|of| !is_in_air(of));
+        known.add_fields(&self.kinds, fields);
+        let found = names(&self.kinds);
+        known.lacks(Heading, format!("expected ATT messages; found {found}"));
         known
     }
 

@@ -16,7 +16,7 @@ use std::collections::VecDeque;
 use crate::bytes::Bytes;
 use crate::description::Format;
 use crate::error::{Fault, Place};
-use crate::table::{Cell, Known, KnownChannel, Table};
+use crate::table::{Cell, Known, KnownField, Table};
 use crate::{Quantity, Unit};
 
 /// Rows that wait for the rudder; the rows of a log whose rudder is silent for longer are given as they are.
@@ -105,74 +105,74 @@ pub trait Messages: Send {
     }
 }
 
-impl Known {
-    /// Adds a column; the unit may be left to the values, the reason may be empty.
-    pub fn add(&mut self, quantity: Quantity, column: String, unit: Option<Unit>, because: &str) {
-        self.channels.push(KnownChannel {
-            quantity,
-            column,
-            unit,
-            because: Some(because.to_string()).filter(|text| !text.is_empty()),
-            doubt: None,
-        });
-    }
-
-    /// Says what was looked for and what is there instead of a quantity.
-    pub fn lacks(&mut self, quantity: Quantity, found: String) {
-        self.lacking.push((quantity, found));
+/// The name of the column of a field.
+fn column_name(kind: &str, field: &str) -> String {
+    match (kind, field) {
+        (kind, "") => kind.to_string(),
+        ("", field) => field.to_string(),
+        (kind, field) => format!("{kind}.{field}"),
     }
 }
 
-impl Messages for Box<dyn Messages> {
-    fn kinds(&self) -> &[Kind] {
-        (**self).kinds()
+/// The names of kinds, for messages.
+pub(crate) fn names(kinds: &[Kind]) -> String {
+    let names: Vec<&str> = kinds.iter().map(|kind| kind.name.as_str()).collect();
+    names.join(", ")
+}
+
+/// Is a field of this name in a kind of this name?
+pub(crate) fn has(kinds: &[Kind], name: &str, field: &str) -> bool {
+    let mut of_name = kinds.iter().filter(|kind| kind.name == name);
+    of_name.any(|kind| kind.fields.iter().any(|known| known == field))
+}
+
+/// The numbers that a field has had: how many, the last, and whether another came before.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FieldNumbers {
+    pub count: u64,
+    last: f64,
+    pub changes: bool,
+}
+
+impl FieldNumbers {
+    /// None yet, of each field of a kind.
+    pub fn of(kind: &Kind) -> Vec<Self> {
+        let none = Self {
+            count: 0,
+            last: f64::NAN,
+            changes: false,
+        };
+        vec![none; kind.fields.len()]
     }
 
-    fn known(&self) -> Known {
-        (**self).known()
+    pub fn take(&mut self, value: f64) {
+        if value.is_finite() {
+            self.count += 1;
+            self.changes |= self.last.is_finite() && self.last != value;
+            self.last = value;
+        }
     }
+}
 
-    fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault> {
-        (**self).next(wanted, message)
-    }
-
-    fn bytes(&self) -> &Bytes {
-        (**self).bytes()
-    }
-
-    fn bytes_mut(&mut self) -> &mut Bytes {
-        (**self).bytes_mut()
-    }
-
-    fn sha256(&mut self) -> Result<String, Fault> {
-        (**self).sha256()
-    }
-
-    fn position(&self) -> u64 {
-        (**self).position()
-    }
-
-    fn warnings(&self) -> Vec<String> {
-        (**self).warnings()
-    }
-
-    fn is_damaged(&self) -> bool {
-        (**self).is_damaged()
-    }
-
-    fn aircraft(&self) -> Option<&'static str> {
-        (**self).aircraft()
-    }
-
-    fn firmware(&self) -> Option<&str> {
-        (**self).firmware()
+impl Known {
+    /// Adds those of these fields that a log has.
+    pub(crate) fn add_fields(
+        &mut self,
+        kinds: &[Kind],
+        fields: impl IntoIterator<Item = KnownField>,
+    ) {
+        for (quantity, name, field, unit) in fields {
+            if has(kinds, name, field) {
+                self.add(quantity, column_name(name, field), unit, "");
+            }
+        }
     }
 }
 
 /// Messages as a table.
-pub(crate) struct Joined<M> {
+pub(crate) struct Joined {
     format: Format,
-    messages: M,
+    messages: Box<dyn Messages>,
     columns: Vec<String>,
     /// Kind and field of every column; none of the time.
     sources: Vec<Option<(usize, usize)>>,
@@ -226,8 +226,8 @@ struct Row {
     values: Vec<f64>,
 }
 
-impl<M: Messages> Joined<M> {
-    pub fn new(format: Format, messages: M) -> Self {
+impl Joined {
+    pub fn new(format: Format, messages: Box<dyn Messages>) -> Self {
         let mut columns = vec![TIME_COLUMN.to_string()];
         let mut sources = vec![None];
         for (kind, Kind { name, fields }) in messages.kinds().iter().enumerate() {
@@ -238,11 +238,7 @@ impl<M: Messages> Joined<M> {
                 .map_or(name.len(), |(at, _)| at);
             let name = &name[..end];
             for (field, field_name) in fields.iter().enumerate() {
-                columns.push(match (name, field_name.as_str()) {
-                    (name, "") => name.to_string(),
-                    ("", field_name) => field_name.to_string(),
-                    (name, field_name) => format!("{name}.{field_name}"),
-                });
+                columns.push(column_name(name, field_name));
                 sources.push(Some((kind, field)));
             }
         }
@@ -316,7 +312,7 @@ impl<M: Messages> Joined<M> {
     }
 }
 
-impl<M: Messages> Table for Joined<M> {
+impl Table for Joined {
     fn format(&self) -> Format {
         self.format.clone()
     }

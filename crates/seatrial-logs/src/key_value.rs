@@ -245,7 +245,11 @@ fn flatten(name: String, value: &Value, pairs: &mut BTreeMap<String, String>) {
 /// The table as text, cells parted by tabs.
 pub(crate) fn text(file: &Input) -> Result<impl Read + Send + 'static, Fault> {
     let mut lines = Lines::open(file)?;
-    Ok(Rows::new(move || lines.next_row()))
+    let mut names: Vec<(&String, &usize)> = lines.columns.iter().collect();
+    names.sort_by_key(|(_, place)| **place);
+    let names: Vec<&str> = names.into_iter().map(|(name, _)| name.as_str()).collect();
+    let names = names.join("\t") + "\n";
+    Ok(Rows::below(names, move || Ok(lines.next_row()?)))
 }
 
 /// Lines of keys and values, or objects.
@@ -254,7 +258,6 @@ struct Lines {
     /// Those that were read and not given; `None` where lines are not in JSON.
     objects: Option<Objects>,
     columns: BTreeMap<String, usize>,
-    names: Option<String>,
 }
 
 impl Lines {
@@ -266,7 +269,6 @@ impl Lines {
             bytes,
             objects: are_objects.then(Objects::default),
             columns: BTreeMap::new(),
-            names: None,
         };
         while let Some(pairs) = lines.next_pairs()? {
             for name in pairs.into_keys() {
@@ -278,10 +280,6 @@ impl Lines {
         }
         lines.bytes.begin_again()?;
         lines.objects = are_objects.then(Objects::default);
-        let mut names: Vec<(&String, &usize)> = lines.columns.iter().collect();
-        names.sort_by_key(|(_, place)| **place);
-        let names: Vec<&str> = names.into_iter().map(|(name, _)| name.as_str()).collect();
-        lines.names = Some(names.join("\t") + "\n");
         Ok(lines)
     }
 
@@ -305,11 +303,8 @@ impl Lines {
         }
     }
 
-    /// The names, then the row of the next line with keys; empty at the end.
+    /// The row of the next line with keys; empty at the end.
     fn next_row(&mut self) -> Result<String, Fault> {
-        if let Some(names) = self.names.take() {
-            return Ok(names);
-        }
         while let Some(pairs) = self.next_pairs()? {
             let mut cells = vec![String::new(); self.columns.len()];
             for (key, value) in pairs {

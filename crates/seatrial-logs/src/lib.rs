@@ -7,6 +7,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 #[cfg(all(test, feature = "mcap", feature = "rosbag2"))]
+#[path = "../tests/agreement/inside.rs"]
 mod agreement;
 #[cfg(feature = "containers")]
 mod as_text;

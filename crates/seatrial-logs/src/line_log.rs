@@ -4,7 +4,6 @@ use std::collections::{BTreeMap, VecDeque};
 
 use crate::bytes::Bytes;
 use crate::error::Fault;
-use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
 use crate::table::Known;
 
@@ -21,26 +20,23 @@ pub(crate) trait LineFormat: Send {
     fn read(&mut self, line: &str, is_cut: bool, channels: &mut Channels<Self::Key>) -> bool;
 
     /// What the format knows about channels by their names; where it says nothing these decide.
-    fn known(&self, _channels: &[Kind]) -> Known {
+    fn known(&self, _channels: &Channels<Self::Key>) -> Known {
         Known::default()
     }
 }
 
 /// The channels of a log, each a kind of message of one value, and values that wait to be taken.
 pub(crate) struct Channels<K> {
-    kinds: Vec<Kind>,
-    kind_of: BTreeMap<K, usize>,
+    pub kinds: Vec<Kind>,
+    pub kind_of: BTreeMap<K, usize>,
+    /// Values of each kind.
+    pub counts: Vec<u64>,
     ready: VecDeque<(usize, f64, f64)>,
     /// Is the file read for its channels?
     is_first_reading: bool,
 }
 
 impl<K: Ord> Channels<K> {
-    /// What tells the channels that have had values.
-    pub fn keys(&self) -> impl Iterator<Item = &K> {
-        self.kind_of.keys()
-    }
-
     /// Adds a value at a time, s. A channel is named by its first value, and left out where that gives it no name.
     pub fn add(
         &mut self,
@@ -49,12 +45,14 @@ impl<K: Ord> Channels<K> {
         name: impl FnOnce(&Self) -> Option<String>,
     ) {
         if let Some(kind) = self.kind_of.get(&key) {
+            self.counts[*kind] += u64::from(self.is_first_reading);
             self.ready.push_back((*kind, time_s, value));
         } else if self.is_first_reading
             && self.kinds.len() < MOST_CHANNELS
             && let Some(name) = name(self)
         {
             self.kind_of.insert(key, self.kinds.len());
+            self.counts.push(1);
             self.kinds.push(Kind {
                 name,
                 fields: vec![String::new()],
@@ -72,17 +70,19 @@ pub(crate) struct LineLog<F: LineFormat> {
 
 impl<F: LineFormat> LineLog<F> {
     /// Reads the file once for its channels.
-    pub fn open(file: Input, format: F) -> Result<Self, Fault> {
+    pub fn open(bytes: Bytes, format: F) -> Result<Self, Fault> {
         let mut log = Self {
-            bytes: Bytes::new(file)?,
+            bytes,
             format,
             channels: Channels {
                 kinds: Vec::new(),
                 kind_of: BTreeMap::new(),
+                counts: Vec::new(),
                 ready: VecDeque::new(),
                 is_first_reading: true,
             },
         };
+        log.bytes.begin_again()?;
         while log.next_line()? {
             log.channels.ready.clear();
         }
@@ -113,7 +113,7 @@ impl<F: LineFormat> Messages for LineLog<F> {
     }
 
     fn known(&self) -> Known {
-        self.format.known(&self.channels.kinds)
+        self.format.known(&self.channels)
     }
 
     fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault> {

@@ -15,7 +15,7 @@ use crate::look_ahead::Row;
 use crate::matching::Matches;
 use crate::name::{ColumnName, StatedUnit};
 use crate::table::{Cell, Table};
-use crate::words::words;
+use crate::words::{is_among, words};
 use crate::{Quantity, Unit};
 
 /// Values that are held: 48 MB.
@@ -27,26 +27,11 @@ const LOOK_AHEAD: usize = 20_000;
 /// Under this share of rows that hold what the others hold, columns are filled at different rates.
 const LEAST_FILLED: f64 = 0.75;
 /// Words of a column that names the channel of its row.
-const NAMES: [&str; 14] = [
-    "series",
-    "metric",
-    "field",
-    "measurement",
-    "name",
-    "path",
-    "topic",
-    "channel",
-    "key",
-    "signal",
-    "variable",
-    "parameter",
-    "sensor",
-    "entity",
-];
-/// Names of the column of the values.
-const VALUES: [&str; 5] = ["value", "val", "values", "reading", "state"];
-/// Names of the column of the unit of a value.
-const UNITS: [&str; 2] = ["unit", "units"];
+const NAMES: &str = "series metric field measurement name path topic channel key signal variable parameter sensor \
+    entity";
+/// Names of the column of the values, and of that of their units.
+const VALUES: &str = "value val values reading state";
+const UNITS: &str = "unit units";
 
 /// Values with their times and names.
 struct Loose {
@@ -135,16 +120,14 @@ impl Heap {
         self.values.sort_by(|one, two| one.0.total_cmp(&two.0));
         let format = table.format();
         let nothing = Input::of_memory(Vec::new());
-        Ok(Box::new(Joined::new(
-            format,
-            Loose {
-                kinds: self.kinds,
-                values: self.values.into_iter(),
-                table,
-                bytes: Bytes::new(nothing)?,
-                left_out: self.left_out,
-            },
-        )))
+        let loose = Loose {
+            kinds: self.kinds,
+            values: self.values.into_iter(),
+            table,
+            bytes: Bytes::new(nothing)?,
+            left_out: self.left_out,
+        };
+        Ok(Box::new(Joined::new(format, Box::new(loose))))
     }
 }
 
@@ -305,15 +288,15 @@ impl Long {
             return None;
         }
         let words: Vec<Vec<String>> = columns.iter().map(|name| words(name)).collect();
-        let is_one_of = |name: &String, of: &[&str]| {
-            // The unit behind the numbers stands in brackets.
-            let words = crate::words::words(name.split('[').next().unwrap_or_default());
-            matches!(&words[..], [word] if of.contains(&word.as_str()))
+        let position = |of: &str| {
+            columns.iter().position(|name| {
+                // The unit behind the numbers stands in brackets.
+                let words = crate::words::words(name.split('[').next().unwrap_or_default());
+                matches!(&words[..], [word] if is_among(of, word))
+            })
         };
-        let is_name =
-            |words: &&Vec<String>| words.iter().any(|word| NAMES.contains(&word.as_str()));
-        let value = columns.iter().position(|name| is_one_of(name, &VALUES))?;
-        let unit = columns.iter().position(|name| is_one_of(name, &UNITS));
+        let is_name = |words: &&Vec<String>| words.iter().any(|word| is_among(NAMES, word));
+        let (value, unit) = (position(VALUES)?, position(UNITS));
         let mut names: Vec<usize> = (0..columns.len())
             .filter(|at| is_name(&&words[*at]))
             .collect();

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::choice::{ChannelChoice, mirrored};
 use crate::error::Fault;
+use crate::languages::names as names_of;
 use crate::name::{ColumnName, StatedUnit};
 use crate::no_log::{LOG_INSTEAD, table_of_else};
 use crate::table::{Known, KnownChannel};
@@ -423,7 +424,7 @@ fn best(
 
 /// The fault of a quantity that no name fits, with the nearest of those that are no other quantity.
 fn missing(names: &[ColumnName], columns: &[String], quantity: Quantity) -> Fault {
-    let known: Vec<&str> = quantity.names().concat();
+    let known = names_of(quantity).in_english();
     // A column of another quantity would be a bad guess.
     let is_others = |name: &ColumnName| {
         let others = Quantity::ALL.into_iter().filter(|other| *other != quantity);
@@ -444,7 +445,7 @@ fn missing(names: &[ColumnName], columns: &[String], quantity: Quantity) -> Faul
 
 /// The only column whose name is one of the quantity's misspelt.
 fn misspelt(columns: &[String], quantity: Quantity) -> Option<usize> {
-    let known: Vec<&str> = quantity.names().concat();
+    let known = names_of(quantity).in_english();
     let plain: Vec<String> = columns
         .iter()
         .map(|column| ColumnName::new(column).without_unit(quantity).concat())

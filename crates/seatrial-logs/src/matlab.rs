@@ -14,6 +14,7 @@ use crate::as_text::Rows;
 use crate::bytes::Bytes;
 use crate::error::Fault;
 use crate::input::Input;
+use crate::number::Primitive;
 
 const HEADER: usize = 128;
 /// Numbers that are kept, and those for each byte of the file.
@@ -72,8 +73,20 @@ pub(crate) fn text(file: &mut Input) -> Result<impl Read + Send + 'static, Fault
         }
     }
     without_outer(&mut arrays.columns);
-    let mut columns = Columns::of(arrays.columns)?;
-    Ok(Rows::new(move || Ok(columns.next_row())))
+    let (names, columns) = of_one_length(arrays.columns)?;
+    let mut row = 0;
+    Ok(Rows::below(names, move || {
+        let cell = |column: &Vec<f64>| {
+            let number = column.get(row).filter(|number| number.is_finite());
+            number.map_or_else(String::new, f64::to_string)
+        };
+        if row >= columns[0].len() {
+            return Ok(String::new());
+        }
+        let cells: Vec<String> = columns.iter().map(cell).collect();
+        row += 1;
+        Ok(cells.join("\t") + "\n")
+    }))
 }
 
 /// Takes the name of the structure off that all columns are fields of.
@@ -191,78 +204,40 @@ impl Arrays {
     }
 
     fn numbers(&mut self, kind: u32, data: &[u8]) -> Option<Vec<f64>> {
-        macro_rules! of {
-            ($number:ty) => {{
-                let (numbers, _) = data.as_chunks();
-                self.left = self.left.checked_sub(numbers.len() as u64)?;
-                let number = |bytes: &[u8; size_of::<$number>()]| match self.is_big_endian {
-                    true => <$number>::from_be_bytes(*bytes) as f64,
-                    false => <$number>::from_le_bytes(*bytes) as f64,
-                };
-                Some(numbers.iter().map(number).collect())
-            }};
-        }
-        match kind {
-            1 => of!(i8),
-            2 => of!(u8),
-            3 => of!(i16),
-            4 => of!(u16),
-            5 => of!(i32),
-            6 => of!(u32),
-            7 => of!(f32),
-            9 => of!(f64),
-            12 => of!(i64),
-            13 => of!(u64),
-            _ => None,
-        }
-    }
-}
-
-/// Columns of one length as lines of text.
-struct Columns {
-    names: Option<String>,
-    columns: Vec<Vec<f64>>,
-    row: usize,
-}
-
-impl Columns {
-    fn of(columns: Vec<(String, Vec<f64>)>) -> Result<Self, Fault> {
-        let mut lengths = BTreeMap::<usize, usize>::new();
-        for (_, column) in columns.iter().filter(|(_, column)| column.len() > 1) {
-            *lengths.entry(column.len()).or_default() += 1;
-        }
-        let most = lengths
-            .iter()
-            .max_by_key(|(length, count)| (**count, **length));
-        let Some((&length, _)) = most else {
-            return Err(Fault::Empty);
+        let kind = match kind {
+            1 => Primitive::I8,
+            2 => Primitive::U8,
+            3 => Primitive::I16,
+            4 => Primitive::U16,
+            5 => Primitive::I32,
+            6 => Primitive::U32,
+            7 => Primitive::F32,
+            9 => Primitive::F64,
+            12 => Primitive::I64,
+            13 => Primitive::U64,
+            _ => return None,
         };
-        let columns = columns
-            .into_iter()
-            .filter(|(_, column)| column.len() == length);
-        let (names, columns): (Vec<String>, Vec<Vec<f64>>) = columns.unzip();
-        Ok(Self {
-            columns,
-            row: 0,
-            names: Some(names.join("\t") + "\n"),
-        })
+        let count = data.len() / kind.width();
+        self.left = self.left.checked_sub(count as u64)?;
+        let mut numbers = vec![0.0; count];
+        kind.read_all(data, !self.is_big_endian, &mut numbers);
+        Some(numbers)
     }
 }
 
-impl Columns {
-    fn next_row(&mut self) -> String {
-        if let Some(names) = self.names.take() {
-            return names;
-        }
-        let cell = |column: &Vec<f64>| {
-            let number = column.get(self.row).filter(|number| number.is_finite());
-            number.map_or_else(String::new, f64::to_string)
-        };
-        if self.row >= self.columns[0].len() {
-            return String::new();
-        }
-        let cells: Vec<String> = self.columns.iter().map(cell).collect();
-        self.row += 1;
-        cells.join("\t") + "\n"
+/// The line of names, and the numbers, of the columns of the length that most have.
+fn of_one_length(columns: Vec<(String, Vec<f64>)>) -> Result<(String, Vec<Vec<f64>>), Fault> {
+    let mut lengths = BTreeMap::<usize, usize>::new();
+    for (_, column) in columns.iter().filter(|(_, column)| column.len() > 1) {
+        *lengths.entry(column.len()).or_default() += 1;
     }
+    let most = lengths
+        .iter()
+        .max_by_key(|(length, count)| (**count, **length));
+    let (&length, _) = most.ok_or(Fault::Empty)?;
+    let columns = columns
+        .into_iter()
+        .filter(|(_, column)| column.len() == length);
+    let (names, columns): (Vec<String>, Vec<Vec<f64>>) = columns.unzip();
+    Ok((names.join("\t") + "\n", columns))
 }

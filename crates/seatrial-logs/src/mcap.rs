@@ -13,7 +13,7 @@ use crate::error::{Fault, clipped};
 use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
 use crate::number::number;
-use crate::ros2::Topics;
+use crate::ros2::{Topics, nothing_in};
 use crate::table::Known;
 use record::{Directory, Record};
 
@@ -72,18 +72,9 @@ impl Mcap {
         let (topics, others) = directory.topics();
         log.topics = topics;
         if log.topics.kinds.is_empty() {
-            let found = match (&log.what, others.is_empty()) {
-                (_, false) => others.join(", "),
-                (Some(what), _) => what.clone(),
-                (None, _) => "no messages".into(),
-            };
-            return Err(Fault::NothingToRead {
-                format: "MCAP",
-                what: format!(
-                    "expected topics with messages in CDR, found {}",
-                    clipped(&found)
-                ),
-            });
+            let expected = "topics with messages in CDR";
+            let nothing = log.what.as_deref().unwrap_or("no messages");
+            return Err(nothing_in("MCAP", expected, &others, nothing));
         }
         log.bytes.begin_again()?;
         log.unpacked = 0;

@@ -260,7 +260,7 @@ fn rank(words: &[String], quantity: Quantity) -> Option<usize> {
         return None;
     }
     let whole = words.concat();
-    let exact = groups(quantity).position(|group| group.contains(&whole.as_str()));
+    let exact = languages::names(quantity).group_of(&whole);
     let is_command = COMMANDS.iter().any(|part| whole.contains(part));
     // A heading by its own name is better than that of an attitude.
     let is_of_attitude = words.len() > 1 && words.iter().any(|word| word == "attitude");
@@ -268,39 +268,25 @@ fn rank(words: &[String], quantity: Quantity) -> Option<usize> {
     Some(found + usize::from(is_of_attitude) + if is_command { COMMANDED } else { 0 })
 }
 
-/// Names from the clearest to the vaguest: English, then other languages.
-fn groups(quantity: Quantity) -> impl Iterator<Item = &'static [&'static str]> {
-    let others = languages::names(quantity);
-    let english = quantity.names().iter().copied();
-    english.chain([others.clear, others.vague])
-}
-
 /// `ATT.Yaw`, `nav_heading_true`, `rudder1`: a clear name among words that do not change its meaning.
 fn contained_rank(words: &[String], quantity: Quantity) -> Option<usize> {
     let greek_or_short =
         |name: &str| name.len() < 3 || matches!(name, "psi" | "phi" | "theta" | "delta" | "rot");
-    for (group, names) in groups(quantity).enumerate() {
-        for from in 0..words.len() {
-            for to in from + 1..=words.len() {
-                let joined = words[from..to].concat();
-                let joined = joined.trim_end_matches(|c: char| c.is_ascii_digit());
-                let harmless = |word: &String| {
-                    SAME_QUANTITY.contains(&word.as_str())
-                        || word.chars().all(|c| c.is_ascii_digit())
-                };
-                if names.contains(&joined)
-                    && !greek_or_short(joined)
-                    && !words[..from]
-                        .iter()
-                        .any(|word| OTHER_QUANTITY.contains(&word.as_str()))
-                    && words[to..].iter().all(harmless)
-                {
-                    return Some(CONTAINED + group);
-                }
-            }
-        }
-    }
-    None
+    let harmless = |word: &String| {
+        SAME_QUANTITY.contains(&word.as_str()) || word.chars().all(|c| c.is_ascii_digit())
+    };
+    let is_other = |word: &String| OTHER_QUANTITY.contains(&word.as_str());
+    let names = languages::names(quantity);
+    let ends = |from: usize| (from + 1..=words.len()).map(move |to| (from, to));
+    let groups = (0..words.len()).flat_map(ends).filter_map(|(from, to)| {
+        let joined = words[from..to].concat();
+        let name = joined.trim_end_matches(|c: char| c.is_ascii_digit());
+        let is_clear = !greek_or_short(name)
+            && !words[..from].iter().any(is_other)
+            && words[to..].iter().all(harmless);
+        names.group_of(name).filter(|_| is_clear)
+    });
+    groups.min().map(|group| CONTAINED + group)
 }
 
 /// The first 40 characters, control characters escaped.

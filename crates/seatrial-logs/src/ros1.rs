@@ -17,7 +17,7 @@ use crate::error::{Fault, clipped};
 use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
 use crate::number::number;
-use crate::ros2::{Topics, Wire};
+use crate::ros2::{Topics, Wire, nothing_in};
 use crate::table::Known;
 
 /// What bags begin with.
@@ -115,16 +115,9 @@ impl Bag {
                 .add(u64::from(*number), topic, type_name, definition);
         }
         if bag.topics.kinds.is_empty() {
-            let unknown = bag.topics.unknown.join(", ");
-            let found = match (&bag.what, unknown.is_empty()) {
-                (_, false) => unknown,
-                (Some(what), _) => what.clone(),
-                (None, _) => "no messages".into(),
-            };
-            return Err(Fault::NothingToRead {
-                format: "bag of ROS 1",
-                what: format!("expected topics with messages, found {}", clipped(&found)),
-            });
+            let nothing = bag.what.as_deref().unwrap_or("no messages");
+            let (expected, unknown) = ("topics with messages", &bag.topics.unknown);
+            return Err(nothing_in("bag of ROS 1", expected, unknown, nothing));
         }
         bag.begin()?;
         Ok(bag)

@@ -59,7 +59,7 @@ fn take(delta: &Value, before_s: Option<f64>, channels: &mut Channels<Key>) {
         let mut add = |path: &str, number: f64| {
             let key = [path.to_owned(), source.clone()];
             channels.add(key, [time_s, number], |channels| {
-                let is_second = channels.keys().any(|[of, _]| of == path);
+                let is_second = channels.kind_of.keys().any(|[of, _]| of == path);
                 Some(match is_second {
                     true => format!("{source}: {path}"),
                     false => path.to_owned(),

@@ -7,12 +7,13 @@
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
+use crate::Quantity::*;
+use crate::Unit::*;
 use crate::bytes::{Bytes, text_of};
 use crate::error::Fault;
 use crate::input::{Held, Input};
 use crate::joined::{Kind, Message, Messages};
-use crate::table::Known;
-use crate::{Quantity, Unit};
+use crate::table::{Known, KnownField};
 
 const MOST_HEADER_LINES: usize = 100;
 const MOST_SENSORS: usize = 10_000;
@@ -24,6 +25,20 @@ const END: u8 = b'X';
 const KNOWN_LENGTH: usize = 16;
 /// The glider's clock and, where that is not logged, the science computer's.
 const CLOCKS: [&str; 2] = ["m_present_time", "sci_m_present_time"];
+
+/// Sensors that feed a quantity, the preferred one first.
+const CHANNELS: [KnownField; 10] = [
+    (Heading, "m_heading", "", Some(Radian)),
+    (Rudder, "m_fin", "", Some(Radian)),
+    (Rudder, "c_fin", "", Some(Radian)),
+    (Speed, "m_speed", "", Some(MetrePerSecond)),
+    (Depth, "m_depth", "", Some(Metre)),
+    (Altitude, "m_altitude", "", Some(Metre)),
+    (Roll, "m_roll", "", Some(Radian)),
+    (Pitch, "m_pitch", "", Some(Radian)),
+    (North, "m_y_lmc", "", Some(Metre)),
+    (East, "m_x_lmc", "", Some(Metre)),
+];
 
 /// A glider's log.
 pub(crate) struct Glider {
@@ -184,40 +199,38 @@ impl Sensor {
 #[cfg(feature = "containers")]
 pub(crate) fn of_ascii(file: &Input) -> Result<impl std::io::Read + Send + 'static, Fault> {
     let mut bytes = Bytes::new(file.another().map_err(Fault::read)?)?;
-    let mut is_below = false;
-    Ok(crate::as_text::Rows::new(move || {
-        let mut next_line = || {
-            let line = bytes.line()?;
-            Ok::<_, Fault>(line.map(|line| String::from_utf8_lossy(line).into_owned()))
-        };
-        if std::mem::replace(&mut is_below, true) {
-            // A number that was cut off looks whole.
-            let line = next_line()?.filter(|_| !bytes.is_line_cut());
-            return Ok(line.map_or_else(String::new, |line| line + "\n"));
-        }
-        let is_of_the_header = |line: &String| {
-            let word = line.split_whitespace().next();
-            word.is_some_and(|word| word.ends_with(':'))
-        };
-        let mut line = next_line()?;
-        while line.as_ref().is_some_and(is_of_the_header) {
-            line = next_line()?;
-        }
-        let units = next_line()?.unwrap_or_default();
-        let _widths = next_line()?;
-        let named = |(name, unit): (&str, &str)| match unit {
-            "timestamp" => format!("{name}[s]"),
-            unit if unit.parse::<Unit>().is_ok() => format!("{name}[{unit}]"),
-            _ => name.to_owned(),
-        };
-        let names = line.unwrap_or_default();
-        let names: Vec<String> = names
-            .split_whitespace()
-            .zip(units.split_whitespace())
-            .map(named)
-            .collect();
-        Ok(names.join(" ") + "\n")
+    let is_of_the_header = |line: &String| {
+        let word = line.split_whitespace().next();
+        word.is_some_and(|word| word.ends_with(':'))
+    };
+    let mut line = next_line(&mut bytes)?;
+    while line.as_ref().is_some_and(is_of_the_header) {
+        line = next_line(&mut bytes)?;
+    }
+    let units = next_line(&mut bytes)?.unwrap_or_default();
+    let _widths = next_line(&mut bytes)?;
+    let named = |(name, unit): (&str, &str)| match unit {
+        "timestamp" => format!("{name}[s]"),
+        unit if unit.parse::<crate::Unit>().is_ok() => format!("{name}[{unit}]"),
+        _ => name.to_owned(),
+    };
+    let names = line.unwrap_or_default();
+    let named = names
+        .split_whitespace()
+        .zip(units.split_whitespace())
+        .map(named);
+    let names = named.collect::<Vec<_>>().join(" ") + "\n";
+    Ok(crate::as_text::Rows::below(names, move || {
+        // A number that was cut off looks whole.
+        let line = next_line(&mut bytes)?.filter(|_| !bytes.is_line_cut());
+        Ok(line.map_or_else(String::new, |line| line + "\n"))
     }))
+}
+
+#[cfg(feature = "containers")]
+fn next_line(bytes: &mut Bytes) -> Result<Option<String>, Fault> {
+    let line = bytes.line()?;
+    Ok(line.map(|line| String::from_utf8_lossy(line).into_owned()))
 }
 
 impl Header {
@@ -319,31 +332,10 @@ impl Messages for Glider {
 
     fn known(&self) -> Known {
         let mut known = Known::default();
-        for (quantity, name, unit) in [
-            (Quantity::Heading, "m_heading", Unit::Radian),
-            (Quantity::Rudder, "m_fin", Unit::Radian),
-            (Quantity::Rudder, "c_fin", Unit::Radian),
-            (Quantity::Speed, "m_speed", Unit::MetrePerSecond),
-            (Quantity::Depth, "m_depth", Unit::Metre),
-            (Quantity::Altitude, "m_altitude", Unit::Metre),
-            (Quantity::Roll, "m_roll", Unit::Radian),
-            (Quantity::Pitch, "m_pitch", Unit::Radian),
-            (Quantity::North, "m_y_lmc", Unit::Metre),
-            (Quantity::East, "m_x_lmc", Unit::Metre),
-        ] {
-            if self.sensors.iter().any(|sensor| sensor.name == name) {
-                known.add(quantity, name.into(), Some(unit), "");
-            }
-        }
+        known.add_fields(&self.kinds, CHANNELS);
         let found = format!("{} other sensors", self.sensors.len());
-        known.lacks(
-            Quantity::Heading,
-            format!("expected m_heading; found {found}"),
-        );
-        known.lacks(
-            Quantity::Rudder,
-            format!("expected m_fin or c_fin; found {found}"),
-        );
+        known.lacks(Heading, format!("expected m_heading; found {found}"));
+        known.lacks(Rudder, format!("expected m_fin or c_fin; found {found}"));
         known
     }
 

@@ -108,7 +108,26 @@ pub struct KnownChannel {
     pub doubt: Option<String>,
 }
 
+/// A quantity, the kind and the field of the messages that feed it, and its unit where the values need not show it.
+pub(crate) type KnownField = (Quantity, &'static str, &'static str, Option<Unit>);
+
 impl Known {
+    /// Adds a column; the unit may be left to the values, the reason may be empty.
+    pub fn add(&mut self, quantity: Quantity, column: String, unit: Option<Unit>, because: &str) {
+        self.channels.push(KnownChannel {
+            quantity,
+            column,
+            unit,
+            because: Some(because.to_string()).filter(|text| !text.is_empty()),
+            doubt: None,
+        });
+    }
+
+    /// Says what was looked for and what is there instead of a quantity.
+    pub fn lacks(&mut self, quantity: Quantity, found: String) {
+        self.lacking.push((quantity, found));
+    }
+
     /// The preferred channel of a quantity.
     pub(crate) fn best(&self, quantity: Quantity) -> Option<&KnownChannel> {
         self.channels

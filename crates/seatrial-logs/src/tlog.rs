@@ -4,12 +4,13 @@
 //! ground station's time of arrival is the column `arrival_us` of every kind.
 use std::collections::BTreeMap;
 
+use crate::Quantity::*;
+use crate::Unit::*;
 use crate::bytes::{Bytes, text_of};
 use crate::error::Fault;
 use crate::input::Input;
-use crate::joined::{Kind, Message, Messages};
-use crate::table::{Known, KnownChannel};
-use crate::{Quantity, Unit};
+use crate::joined::{Kind, Message, Messages, names};
+use crate::table::{Known, KnownChannel, KnownField};
 use seatrial_mavlink::ardupilot::{Parameters, Pulse, Steering};
 use seatrial_mavlink::logged::{Frame, LONGEST_FRAME, Next, PAYLOAD, STAMP};
 use seatrial_mavlink::message::{
@@ -39,6 +40,19 @@ struct SteeringField {
 
 /// The field that [`Telemetry`] adds to the message that steers.
 const STEERING: &str = "steering_fraction";
+
+/// Fields that feed a quantity, the preferred one first.
+const CHANNELS: [KnownField; 9] = [
+    (Heading, "ATTITUDE", "yaw", Some(Radian)),
+    (Roll, "ATTITUDE", "roll", Some(Radian)),
+    (Pitch, "ATTITUDE", "pitch", Some(Radian)),
+    (YawRate, "ATTITUDE", "yawspeed", Some(RadianPerSecond)),
+    (Speed, "VFR_HUD", "groundspeed", Some(MetrePerSecond)),
+    (Thrust, "VFR_HUD", "throttle", Some(Percent)),
+    (Depth, "LOCAL_POSITION_NED", "z", Some(Metre)),
+    (North, "LOCAL_POSITION_NED", "x", Some(Metre)),
+    (East, "LOCAL_POSITION_NED", "y", Some(Metre)),
+];
 
 /// A telemetry log.
 pub(crate) struct Telemetry {
@@ -328,51 +342,28 @@ impl Messages for Telemetry {
         match self.steering {
             Some(steering) => {
                 known.channels.push(KnownChannel {
-                    quantity: Quantity::Rudder,
+                    quantity: Rudder,
                     column: format!("{}.{STEERING}", name_of(steering.message)),
-                    unit: Some(Unit::Fraction),
+                    unit: Some(Fraction),
                     because: Some(self.because.clone()),
                     doubt: self.doubt.clone(),
                 });
             }
             None => known.lacks(
-                Quantity::Rudder,
+                Rudder,
                 format!(
                     "expected SERVO_OUTPUT_RAW messages and one of the outputs 1 to 16 with SERVOn_FUNCTION 21 (rudder), 26 (ground steering) or 73 and 74 (throttle left and right); found {}",
                     self.because
                 ),
             ),
         }
-        for (quantity, name, field, unit) in [
-            (Quantity::Heading, "ATTITUDE", "yaw", Unit::Radian),
-            (Quantity::Roll, "ATTITUDE", "roll", Unit::Radian),
-            (Quantity::Pitch, "ATTITUDE", "pitch", Unit::Radian),
-            (
-                Quantity::YawRate,
-                "ATTITUDE",
-                "yawspeed",
-                Unit::RadianPerSecond,
-            ),
-            (
-                Quantity::Speed,
-                "VFR_HUD",
-                "groundspeed",
-                Unit::MetrePerSecond,
-            ),
-            (Quantity::Thrust, "VFR_HUD", "throttle", Unit::Percent),
-            (Quantity::Depth, "LOCAL_POSITION_NED", "z", Unit::Metre),
-            (Quantity::North, "LOCAL_POSITION_NED", "x", Unit::Metre),
-            (Quantity::East, "LOCAL_POSITION_NED", "y", Unit::Metre),
-        ] {
-            let is_afloat = quantity == Quantity::Depth && !self.is_submarine;
-            if self.kinds.iter().any(|kind| kind.name == name) && !is_afloat {
-                known.add(quantity, format!("{name}.{field}"), Some(unit), "");
-            }
-        }
-        let names: Vec<&str> = self.kinds.iter().map(|kind| kind.name.as_str()).collect();
+        let is_afloat = |of: &KnownField| of.0 == Depth && !self.is_submarine;
+        let fields = CHANNELS.into_iter().filter(|of| !is_afloat(of));
+        known.add_fields(&self.kinds, fields);
+        let found = names(&self.kinds);
         known.lacks(
-            Quantity::Heading,
-            format!("expected ATTITUDE messages; found {}", names.join(", ")),
+            Heading,
+            format!("expected ATTITUDE messages; found {found}"),
         );
         known
     }

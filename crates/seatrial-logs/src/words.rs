@@ -36,3 +36,8 @@ pub(crate) fn words(text: &str) -> Vec<String> {
     words.retain(|word| !word.is_empty());
     words
 }
+
+/// Is it one of the words of a text?
+pub(crate) fn is_among(text: &str, word: &str) -> bool {
+    text.split_ascii_whitespace().any(|known| known == word)
+}

@@ -2,25 +2,26 @@
 //!
 //! Every variable that is a number is a channel.
 
-use crate::joined::Kind;
+use crate::Quantity::*;
+use crate::Unit::*;
+use crate::joined::names;
 use crate::line_log::{Channels, LineFormat};
-use crate::table::Known;
-use crate::{Quantity, Unit};
+use crate::table::{Known, KnownField};
 
 /// Variables that feed a quantity, the preferred one first; units are MOOS's.
-const CHANNELS: [(Quantity, &str, Option<Unit>); 12] = [
-    (Quantity::Heading, "NAV_HEADING", Some(Unit::Degree)),
-    (Quantity::Heading, "NAV_HDG", Some(Unit::Degree)),
-    (Quantity::Rudder, "NAV_RUDDER", None),
-    (Quantity::Rudder, "RUDDER_ANGLE", None),
-    (Quantity::Rudder, "RUDDER", None),
-    (Quantity::Rudder, "DESIRED_RUDDER", None),
-    (Quantity::Speed, "NAV_SPEED", Some(Unit::MetrePerSecond)),
-    (Quantity::Depth, "NAV_DEPTH", Some(Unit::Metre)),
-    (Quantity::Altitude, "NAV_ALTITUDE", Some(Unit::Metre)),
-    (Quantity::Pitch, "NAV_PITCH", Some(Unit::Radian)),
-    (Quantity::North, "NAV_Y", Some(Unit::Metre)),
-    (Quantity::East, "NAV_X", Some(Unit::Metre)),
+const CHANNELS: [KnownField; 12] = [
+    (Heading, "NAV_HEADING", "", Some(Degree)),
+    (Heading, "NAV_HDG", "", Some(Degree)),
+    (Rudder, "NAV_RUDDER", "", None),
+    (Rudder, "RUDDER_ANGLE", "", None),
+    (Rudder, "RUDDER", "", None),
+    (Rudder, "DESIRED_RUDDER", "", None),
+    (Speed, "NAV_SPEED", "", Some(MetrePerSecond)),
+    (Depth, "NAV_DEPTH", "", Some(Metre)),
+    (Altitude, "NAV_ALTITUDE", "", Some(Metre)),
+    (Pitch, "NAV_PITCH", "", Some(Radian)),
+    (North, "NAV_Y", "", Some(Metre)),
+    (East, "NAV_X", "", Some(Metre)),
 ];
 
 /// Time, variable and value; the third cell is who wrote it.
@@ -51,21 +52,13 @@ impl LineFormat for Alog {
         true
     }
 
-    fn known(&self, channels: &[Kind]) -> Known {
-        let names: Vec<&str> = channels.iter().map(|kind| kind.name.as_str()).collect();
+    fn known(&self, channels: &Channels<String>) -> Known {
         let mut known = Known::default();
-        for (quantity, name, unit) in CHANNELS {
-            if names.contains(&name) {
-                known.add(quantity, name.into(), unit, "");
-            }
-        }
-        let found = crate::error::clipped(&names.join(", "));
+        known.add_fields(&channels.kinds, CHANNELS);
+        let found = crate::error::clipped(&names(&channels.kinds));
+        known.lacks(Heading, format!("expected NAV_HEADING; found {found}"));
         known.lacks(
-            Quantity::Heading,
-            format!("expected NAV_HEADING; found {found}"),
-        );
-        known.lacks(
-            Quantity::Rudder,
+            Rudder,
             format!("expected NAV_RUDDER, RUDDER or DESIRED_RUDDER; found {found}"),
         );
         known

@@ -7,7 +7,7 @@ use std::io::{self, Cursor, Read, Seek};
 use std::path::Path;
 
 #[cfg(feature = "containers")]
-use crate::as_text::AsText;
+use crate::as_text::{decoded, encoding};
 use crate::bytes::Bytes;
 use crate::csv::Text;
 use crate::description::Format;
@@ -43,39 +43,26 @@ macro_rules! built {
 
 /// What these first bytes are the start of; text where they are nothing else.
 fn format(start: &[u8]) -> Format {
-    if start.starts_with(b"PAR1") {
-        Format::Parquet
-    } else if is_dataflash(start) || crate::dataflash_text::is_start(start) {
-        Format::DataFlash
-    } else if is_telemetry(start) {
-        Format::Tlog
-    } else if start.starts_with(b"ULog\x01\x12\x35") {
-        Format::Ulog
-    } else if start.starts_with(b"\x89MCAP0\r\n") {
-        Format::Mcap
-    } else if start.starts_with(b"SQLite format 3\0") {
-        Format::Rosbag
-    } else if start.starts_with(b"dbd_label:") && !is_dbd_ascii(start) {
-        Format::Slocum
-    } else if crate::nmea2000::is_start(start) {
-        Format::Canboat
-    } else if is_nmea0183(start) {
-        Format::Nmea0183
-    } else if expedition::is_start(start) {
-        Format::Expedition
-    } else if crate::signal_k::is_start(start) {
-        Format::SignalK
-    } else if start.starts_with(b"%%%%") || start.starts_with(b"%% LOG") {
-        Format::Alog
-    } else if start.starts_with(ROS1) {
-        Format::Rosbag1
-    } else if start.starts_with(MATLAB) {
-        Format::Matlab
-    } else if is_workbook(start) {
-        Format::Workbook
-    } else {
-        Format::Csv
-    }
+    let starts = [
+        (start.starts_with(b"PAR1"), Format::Parquet),
+        (is_dataflash(start), Format::DataFlash),
+        (is_telemetry(start), Format::Tlog),
+        (start.starts_with(b"ULog\x01\x12\x35"), Format::Ulog),
+        (start.starts_with(b"\x89MCAP0\r\n"), Format::Mcap),
+        (start.starts_with(b"SQLite format 3\0"), Format::Rosbag),
+        (is_dbd(start), Format::Slocum),
+        (crate::nmea2000::is_start(start), Format::Canboat),
+        (is_nmea0183(start), Format::Nmea0183),
+        (expedition::is_start(start), Format::Expedition),
+        (crate::signal_k::is_start(start), Format::SignalK),
+        (start.starts_with(b"%%%%"), Format::Alog),
+        (start.starts_with(b"%% LOG"), Format::Alog),
+        (start.starts_with(ROS1), Format::Rosbag1),
+        (start.starts_with(MATLAB), Format::Matlab),
+        (is_workbook(start), Format::Workbook),
+    ];
+    let found = starts.into_iter().find(|(is_it, _)| *is_it);
+    found.map_or(Format::Csv, |(_, format)| format)
 }
 
 /// Is it the text that `dbd2asc` makes of a glider's log? The log itself has bytes or a list of sensors behind its header.
@@ -215,7 +202,7 @@ fn built_in(
             "mcap-reader",
             "mcap",
             "MCAP",
-            Joined::new(format, crate::mcap::Mcap::open(file)?)
+            Joined::new(format, Box::new(crate::mcap::Mcap::open(file)?))
         ),
         Format::Rosbag => built!(
             "rosbag2",
@@ -223,14 +210,14 @@ fn built_in(
             "rosbag2",
             Joined::new(format, {
                 let path = file.path(path);
-                crate::rosbag::Bag::open(file, path)?
+                Box::new(crate::rosbag::Bag::open(file, path)?)
             })
         ),
         Format::DataFlash => joined(format, crate::dataflash::DataFlash::open(file)),
         Format::Tlog => joined(format, crate::tlog::Telemetry::open(file)),
         Format::Ulog => joined(format, crate::ulog::ULog::open(file)),
         Format::Slocum => joined(format, crate::slocum::Glider::open(file, path, held)),
-        Format::Canboat => joined(format, crate::nmea2000::open(file)),
+        Format::Canboat => Ok(Box::new(Joined::new(format, crate::nmea2000::open(file)?))),
         Format::Nmea0183 => joined(format, crate::nmea0183::Sentences::open(file)),
         Format::Expedition => lines(format, file, expedition::Pairs::default()),
         Format::SignalK => lines(format, file, crate::signal_k::Deltas),
@@ -239,40 +226,41 @@ fn built_in(
             "containers",
             "containers",
             "a bag of ROS 1",
-            Joined::new(format, crate::ros1::Bag::open(file)?)
+            Joined::new(format, Box::new(crate::ros1::Bag::open(file)?))
         ),
         Format::Workbook => built!("containers", "containers", "a workbook", {
             let mut file = file;
             let (text, warnings) = crate::workbook::text(&mut file)?;
-            AsText::new(format, file, Cursor::new(text), warnings)?
+            Text::made_of(file, format, Cursor::new(text), warnings)?
         }),
         Format::Matlab => built!("containers", "containers", "a MATLAB file", {
             let mut file = file;
             let rows = crate::matlab::text(&mut file)?;
-            AsText::new(format, file, rows, Vec::new())?
+            Text::made_of(file, format, rows, Vec::new())?
         }),
         Format::Csv | Format::Other(_) => text(file),
     }
 }
 
-/// Is it text of keys and values, which this build reads?
-/// Delimited text, in whatever encoding.
+/// Delimited text, in whatever encoding, or lines that are made into it.
 #[cfg(feature = "containers")]
 fn text(mut file: Input) -> Result<Box<dyn Table>, Fault> {
     let first = start(&mut file)?;
     file.rewind().map_err(Fault::read)?;
-    if let Some(encoding) = crate::as_text::encoding(&first) {
-        return Ok(Box::new(AsText::encoded(file, encoding)?));
-    }
-    if has_keys(&first) {
+    let table = if let Some(encoding) = encoding(&first) {
+        let remark = format!("the text is read as {}", encoding.name());
+        let text = decoded(&file, encoding)?;
+        Text::made_of(file, Format::Csv, text, vec![remark])?
+    } else if has_keys(&first) {
         let lines = crate::key_value::text(&file)?;
-        return Ok(Box::new(AsText::new(Format::Csv, file, lines, Vec::new())?));
-    }
-    if is_dbd_ascii(&first) {
+        Text::made_of(file, Format::Csv, lines, Vec::new())?
+    } else if is_dbd_ascii(&first) {
         let table = crate::slocum::of_ascii(&file)?;
-        return Ok(Box::new(AsText::new(Format::Csv, file, table, Vec::new())?));
-    }
-    Ok(Box::new(Text::open(file)?))
+        Text::made_of(file, Format::Csv, table, Vec::new())?
+    } else {
+        Text::open(file)?
+    };
+    Ok(Box::new(table))
 }
 
 /// Delimited text.
@@ -286,7 +274,7 @@ fn joined(
     format: Format,
     messages: Result<impl Messages + 'static, Fault>,
 ) -> Result<Box<dyn Table>, Fault> {
-    Ok(Box::new(Joined::new(format, messages?)))
+    Ok(Box::new(Joined::new(format, Box::new(messages?))))
 }
 
 fn lines(
@@ -294,12 +282,16 @@ fn lines(
     file: Input,
     lines: impl LineFormat + 'static,
 ) -> Result<Box<dyn Table>, Fault> {
-    joined(format, LineLog::open(file, lines))
+    joined(format, LineLog::open(Bytes::new(file)?, lines))
 }
 
 /// The first message describes messages.
 fn is_dataflash(start: &[u8]) -> bool {
-    start.starts_with(&[0xa3, 0x95, 0x80])
+    start.starts_with(&[0xa3, 0x95, 0x80]) || crate::dataflash_text::is_start(start)
+}
+
+fn is_dbd(start: &[u8]) -> bool {
+    start.starts_with(b"dbd_label:") && !is_dbd_ascii(start)
 }
 
 /// A time of arrival, us since 1970, of the years 1990 to 2100 (ground stations have a clock), then a frame.

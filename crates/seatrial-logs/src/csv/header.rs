@@ -13,6 +13,9 @@ const MOST_TITLES: usize = 200;
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 /// Bytes of names of columns that may go over several lines.
 const LONGEST_NAMES: usize = 4096;
+/// Bytes of a first line that may be garbage, and lines of text behind them.
+const MOST_GARBAGE: usize = 256;
+const LEAST_LINES: usize = 3;
 /// Names of columns of rows without names that hold one value each.
 const TOPIC: [&str; 3] = ["time", "topic", "value"];
 /// So many rows show that they are of this kind.
@@ -139,6 +142,28 @@ impl Header {
         let below = self.units.iter().flatten().map(String::as_str);
         let behind = self.units_behind.iter().map(|unit| unit.unwrap_or(""));
         with_units(&with_units(&names, below), behind)
+    }
+}
+
+pub(super) fn is_control(byte: &u8) -> bool {
+    *byte < b'\t' || (0x0e..0x20).contains(byte) || *byte == 0x7f
+}
+
+/// Blanks the bytes that a logger wrote before its first line, where the lines behind them are text.
+pub(super) fn blank_garbage(start: &mut [u8]) {
+    let Some(end) = start.iter().position(|&byte| byte == b'\n') else {
+        return;
+    };
+    if !start[..end].iter().any(is_control) {
+        return;
+    }
+    let (first, rest) = start.split_at_mut(end);
+    let is_text = |byte: &u8| matches!(*byte, b'\t' | b'\n' | b'\r' | b' '..=b'~');
+    let lines = rest.iter().filter(|byte| **byte == b'\n').count();
+    if first.len() <= MOST_GARBAGE && lines > LEAST_LINES && rest.iter().all(is_text) {
+        for byte in first.iter_mut().filter(|byte| !is_text(byte)) {
+            *byte = b' ';
+        }
     }
 }
 

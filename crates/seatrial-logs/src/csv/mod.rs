@@ -14,8 +14,9 @@ use crate::Quantity;
 use crate::clock::{instant, time_of_day};
 use crate::description::Format;
 use crate::error::{Fault, Place, clipped};
+use crate::input::Input;
 use crate::table::{Cell, Table, hexadecimal};
-use header::{Dialect, Header, join_quoted_names};
+use header::{Dialect, Header, blank_garbage, is_control, join_quoted_names};
 use number::is_no_value;
 pub(crate) use number::number;
 
@@ -24,23 +25,7 @@ const BUFFER: usize = 1 << 16;
 /// The longest record.
 const LONGEST_LINE: usize = 1 << 20;
 /// Cells without a value, in capitals or not.
-const NO_VALUES: [&[u8]; 12] = [
-    b"NA",
-    b"N/A",
-    b"#N/A",
-    b"null",
-    b"none",
-    b"-",
-    b"--",
-    b"---",
-    b"#NV",
-    b"#DIV/0!",
-    b"k.A.",
-    "欠測".as_bytes(),
-];
-/// Bytes of a first line that may be garbage, and lines of text behind them.
-const MOST_GARBAGE: usize = 256;
-const LEAST_LINES: usize = 3;
+const NO_VALUES: &str = "NA N/A #N/A null none - -- --- #NV #DIV/0! k.A. 欠測";
 /// The most columns.
 const MOST_COLUMNS: usize = 4096;
 
@@ -49,8 +34,12 @@ const MOST_COLUMNS: usize = 4096;
 pub const DAMAGE_MARK: &str = "# damaged: ";
 
 /// A text log, read record by record.
-pub(crate) struct Text<R> {
-    input: R,
+pub(crate) struct Text {
+    input: Box<dyn Read + Send>,
+    format: Format,
+    /// What the text was made of, and what should be known of that.
+    made_of: Option<Input>,
+    remarks: Vec<String>,
     buffer: Vec<u8>,
     unread: std::ops::Range<usize>,
     bytes_read: u64,
@@ -113,11 +102,14 @@ impl Record {
     }
 }
 
-impl<R: Read> Text<R> {
+impl Text {
     /// Reads the header.
-    pub fn open(input: R) -> Result<Self, Fault> {
+    pub fn open(input: impl Read + Send + 'static) -> Result<Self, Fault> {
         let mut text = Self {
-            input,
+            input: Box::new(input),
+            format: Format::Csv,
+            made_of: None,
+            remarks: Vec::new(),
             buffer: vec![0; BUFFER],
             unread: 0..0,
             bytes_read: 0,
@@ -162,6 +154,22 @@ impl<R: Read> Text<R> {
             None => text.columns = text.read_names(&header)?,
         }
         Ok(text)
+    }
+
+    /// [`open`](Self::open) of a text that was made of a file, with remarks on how.
+    #[cfg(feature = "containers")]
+    pub fn made_of(
+        file: Input,
+        format: Format,
+        text: impl Read + Send + 'static,
+        remarks: Vec<String>,
+    ) -> Result<Self, Fault> {
+        Ok(Self {
+            format,
+            made_of: Some(file),
+            remarks,
+            ..Self::open(text)?
+        })
     }
 
     /// Reads as far as the row of names, and the rows below it that are no samples.
@@ -290,15 +298,15 @@ impl<R: Read> Text<R> {
         if bytes.is_empty() {
             return Cell::Missing;
         }
-        let is_none = |word: &&[u8]| word.eq_ignore_ascii_case(bytes);
         let text: &str = &decoded(bytes);
+        let is_none = |word: &str| word.eq_ignore_ascii_case(text);
         match number(text, self.dialect.decimal_comma) {
             Some(number) if is_no_value(number) && !is_near(number, last) => {
                 self.no_values.set(self.no_values.get() + 1);
                 Cell::Missing
             }
             Some(number) => Cell::Number(number),
-            None if NO_VALUES.iter().any(is_none) => Cell::Missing,
+            None if NO_VALUES.split(' ').any(is_none) => Cell::Missing,
             None => match (instant(text), time_of_day(text)) {
                 (Some(instant), _) => Cell::Instant(instant),
                 (None, Some(seconds)) => Cell::OfDay(seconds),
@@ -308,9 +316,9 @@ impl<R: Read> Text<R> {
     }
 }
 
-impl<R: Read + Send> Table for Text<R> {
+impl Table for Text {
     fn format(&self) -> Format {
-        Format::Csv
+        self.format.clone()
     }
 
     fn columns(&self) -> &[String] {
@@ -371,6 +379,9 @@ impl<R: Read + Send> Table for Text<R> {
     }
 
     fn sha256(&mut self) -> Result<String, Fault> {
+        if let Some(file) = &mut self.made_of {
+            return file.sha256().map_err(Fault::read);
+        }
         while !self.at_end {
             self.unread = 0..0;
             self.fill()?;
@@ -391,8 +402,12 @@ impl<R: Read + Send> Table for Text<R> {
             .then(|| format!("{repeated} rows repeat the names of the columns and are left out"));
         let damage = self.damage.as_ref();
         let damage = damage.map(|damage| format!("it was exported from what is damaged: {damage}"));
-        let damage = damage.into_iter().chain(cut_off);
-        damage.chain(none).chain(repeated).collect()
+        let own = damage
+            .into_iter()
+            .chain(cut_off)
+            .chain(none)
+            .chain(repeated);
+        self.remarks.iter().cloned().chain(own).collect()
     }
 
     fn is_damaged(&self) -> bool {
@@ -408,7 +423,7 @@ fn stated_damage(start: &[u8]) -> Option<String> {
     Some(clipped(decoded(damage.trim_ascii()).as_ref()))
 }
 
-impl<R: Read> Text<R> {
+impl Text {
     fn is_last_and_unterminated(&mut self) -> Result<bool, Fault> {
         if self.unread.is_empty() && !self.at_end {
             self.fill()?;
@@ -428,28 +443,6 @@ fn decoded(bytes: &[u8]) -> Cow<'_, str> {
     match std::str::from_utf8(bytes) {
         Ok(text) => text.into(),
         Err(_) => bytes.iter().map(|&byte| char::from(byte)).collect(),
-    }
-}
-
-fn is_control(byte: &u8) -> bool {
-    *byte < b'\t' || (0x0e..0x20).contains(byte) || *byte == 0x7f
-}
-
-/// Blanks the bytes that a logger wrote before its first line, where the lines behind them are text.
-fn blank_garbage(start: &mut [u8]) {
-    let Some(end) = start.iter().position(|&byte| byte == b'\n') else {
-        return;
-    };
-    if !start[..end].iter().any(is_control) {
-        return;
-    }
-    let (first, rest) = start.split_at_mut(end);
-    let is_text = |byte: &u8| matches!(*byte, b'\t' | b'\n' | b'\r' | b' '..=b'~');
-    let lines = rest.iter().filter(|byte| **byte == b'\n').count();
-    if first.len() <= MOST_GARBAGE && lines > LEAST_LINES && rest.iter().all(is_text) {
-        for byte in first.iter_mut().filter(|byte| !is_text(byte)) {
-            *byte = b' ';
-        }
     }
 }
 

@@ -13,9 +13,9 @@ use crate::bytes::Bytes;
 use crate::clock::{instant, stamp_s, time_of_day};
 use crate::error::Fault;
 use crate::input::Input;
-use crate::joined::{Kind, Message, Messages};
+use crate::joined::{FieldNumbers, Kind, Message, Messages, names};
 use crate::table::Known;
-use sentences::{CHANNELS, MOST_FIELDS, SENTENCES};
+use sentences::{CHANNELS, SENTENCES};
 use times::{Clock, Stamps};
 
 /// Instruments that are told apart; more send as the last of them.
@@ -41,10 +41,8 @@ pub(crate) struct Sentences {
     /// Of every kind.
     instruments: Vec<Instrument>,
     kinds: Vec<Kind>,
-    /// Numbers that are there, of every field of every kind.
-    valid: Vec<[u64; MOST_FIELDS]>,
-    /// The last number of every field of every kind, and whether another came before.
-    last: Vec<[(f64, bool); MOST_FIELDS]>,
+    /// Of every field of every kind.
+    numbers: Vec<Vec<FieldNumbers>>,
     clock: Clock,
     /// Sentences since the clock's last time.
     held: Vec<(usize, Vec<f64>)>,
@@ -143,8 +141,7 @@ impl Sentences {
             bytes: Bytes::new(file)?,
             instruments: Vec::new(),
             kinds: Vec::new(),
-            valid: Vec::new(),
-            last: Vec::new(),
+            numbers: Vec::new(),
             clock: Clock::default(),
             held: Vec::new(),
             interval_s: None,
@@ -155,14 +152,9 @@ impl Sentences {
         };
         let mut message = Message::default();
         while log.next_sentence(None, &mut message)? {
-            let valid = &mut log.valid[message.kind];
-            for (count, value) in valid.iter_mut().zip(&message.values) {
-                *count += u64::from(value.is_finite());
-            }
-            let last = log.last[message.kind].iter_mut().zip(&message.values);
-            for ((last, changes), value) in last.filter(|(_, value)| value.is_finite()) {
-                *changes |= last.is_finite() && *last != *value;
-                *last = *value;
+            let numbers = log.numbers[message.kind].iter_mut();
+            for (numbers, value) in numbers.zip(&message.values) {
+                numbers.take(*value);
             }
         }
         if log.kinds.is_empty() && log.untimed > 0 {
@@ -216,16 +208,13 @@ impl Sentences {
             let same = |known: &Instrument| known.sentence == instrument.sentence;
             return self.instruments.iter().rposition(same);
         }
-        self.kinds.push(Kind {
+        let (_, fields) = SENTENCES[instrument.sentence];
+        let kind = Kind {
             name: String::new(),
-            fields: SENTENCES[instrument.sentence]
-                .1
-                .iter()
-                .map(|f| f.name.into())
-                .collect(),
-        });
-        self.valid.push([0; MOST_FIELDS]);
-        self.last.push([(f64::NAN, false); MOST_FIELDS]);
+            fields: fields.iter().map(|field| field.name.into()).collect(),
+        };
+        self.numbers.push(FieldNumbers::of(&kind));
+        self.kinds.push(kind);
         self.instruments.push(instrument);
         Some(self.kinds.len() - 1)
     }
@@ -354,9 +343,8 @@ impl Sentences {
         let count = |kind: usize| {
             let (name, fields) = SENTENCES[self.instruments[kind].sentence];
             let at = fields.iter().position(|known| known.name == field)?;
-            let count = self.valid[kind][at];
-            let changes = self.last[kind][at].1;
-            (name == sentence && count > 0).then_some((changes, count))
+            let numbers = self.numbers[kind][at];
+            (name == sentence && numbers.count > 0).then_some((numbers.changes, numbers.count))
         };
         let mut kinds: Vec<((bool, u64), usize)> = (0..self.kinds.len())
             .filter_map(|kind| Some((count(kind)?, kind)))
@@ -433,7 +421,7 @@ impl Messages for Sentences {
                 let field = column.strip_prefix(&of.name)?.strip_prefix('.')?;
                 let (_, fields) = SENTENCES[self.instruments[kind].sentence];
                 let at = fields.iter().position(|known| known.name == field)?;
-                Some(!self.last[kind][at].1)
+                Some(!self.numbers[kind][at].changes)
             };
             self.kinds.iter().enumerate().find_map(of) == Some(true)
         };
@@ -441,10 +429,9 @@ impl Messages for Sentences {
             .channels
             .sort_by_key(|channel| is_constant(&channel.column));
         self.tell_rivals(&mut known);
-        let names: Vec<&str> = self.kinds.iter().map(|kind| kind.name.as_str()).collect();
-        let found = match names.is_empty() {
+        let found = match self.kinds.is_empty() {
             true => "no sentence whose check sum is right".to_owned(),
-            false => names.join(", "),
+            false => names(&self.kinds),
         };
         known.lacks(
             Quantity::Heading,

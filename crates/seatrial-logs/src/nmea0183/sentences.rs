@@ -1,6 +1,7 @@
 //! Sentences that are read, and their numbers.
 
-use crate::{Quantity, Unit};
+use crate::Quantity::{self, *};
+use crate::Unit::{self, *};
 
 /// The cell of a number that is found by its name.
 const NAMED: usize = 0;
@@ -128,29 +129,22 @@ pub(super) const SENTENCES: [(&str, &[Field]); 17] = [
     ("DPT", &[field("depth_m", 1)]),
     ("DBT", &[field("depth_m", 3)]),
 ];
-/// The most fields of a sentence.
-pub(super) const MOST_FIELDS: usize = 3;
 
 pub(super) const CHANNELS: [(Quantity, &str, &str, Unit); 16] = [
-    (Quantity::Heading, "HDT", "heading_deg", Unit::Degree),
-    (Quantity::Heading, "THS", "heading_deg", Unit::Degree),
-    (Quantity::Heading, "SHR", "heading_deg", Unit::Degree),
-    (Quantity::Heading, "HDG", "heading_deg", Unit::Degree),
-    (Quantity::Heading, "HDM", "heading_deg", Unit::Degree),
-    (Quantity::Heading, "VHW", "heading_deg", Unit::Degree),
-    (Quantity::Rudder, "RSA", "rudder_deg", Unit::Degree),
-    (Quantity::Rudder, "RSA", "port_deg", Unit::Degree),
-    (Quantity::Rudder, "XDR", "rudder_deg", Unit::Degree),
-    (Quantity::Rudder, "HTD", "rudder_order_deg", Unit::Degree),
-    (Quantity::Rudder, "HTC", "rudder_order_deg", Unit::Degree),
-    (
-        Quantity::YawRate,
-        "ROT",
-        "rate_deg_min",
-        Unit::DegreePerMinute,
-    ),
-    (Quantity::Speed, "VHW", "speed_kn", Unit::Knot),
-    (Quantity::Speed, "VTG", "speed_kn", Unit::Knot),
-    (Quantity::Speed, "RMC", "speed_kn", Unit::Knot),
-    (Quantity::Altitude, "DPT", "depth_m", Unit::Metre),
+    (Heading, "HDT", "heading_deg", Degree),
+    (Heading, "THS", "heading_deg", Degree),
+    (Heading, "SHR", "heading_deg", Degree),
+    (Heading, "HDG", "heading_deg", Degree),
+    (Heading, "HDM", "heading_deg", Degree),
+    (Heading, "VHW", "heading_deg", Degree),
+    (Rudder, "RSA", "rudder_deg", Degree),
+    (Rudder, "RSA", "port_deg", Degree),
+    (Rudder, "XDR", "rudder_deg", Degree),
+    (Rudder, "HTD", "rudder_order_deg", Degree),
+    (Rudder, "HTC", "rudder_order_deg", Degree),
+    (YawRate, "ROT", "rate_deg_min", DegreePerMinute),
+    (Speed, "VHW", "speed_kn", Knot),
+    (Speed, "VTG", "speed_kn", Knot),
+    (Speed, "RMC", "speed_kn", Knot),
+    (Altitude, "DPT", "depth_m", Metre),
 ];

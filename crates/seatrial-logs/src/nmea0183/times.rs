@@ -1,7 +1,6 @@
 //! Times of sentences: those before them, and those of sentences that say one.
 
-use jiff::civil::DateTime;
-use jiff::tz::TimeZone;
+use crate::clock::unix_s;
 
 const DAY_S: f64 = 86_400.0;
 
@@ -40,29 +39,15 @@ impl Clock {
     /// Takes the time of a sentence that has one.
     pub fn take(&mut self, name: &str, cells: &[&str]) {
         let cell = |index: usize| cells.get(index).copied().unwrap_or_default();
+        let rmc = cell(9);
         let date = match name {
-            "RMC" => {
-                let text = cell(9);
-                (text.len() == 6 && text.is_ascii()).then(|| {
-                    (
-                        cell(1),
-                        format!("20{}", &text[4..]),
-                        &text[2..4],
-                        &text[..2],
-                    )
-                })
-            }
-            "ZDA" => Some((cell(1), cell(4).into(), cell(3), cell(2))),
+            "RMC" if rmc.len() == 6 && rmc.is_ascii() => Some([&rmc[4..], &rmc[2..4], &rmc[..2]]),
+            "ZDA" => Some([cell(4), cell(3), cell(2)]),
             _ => None,
         };
-        if let Some((_, year, month, day)) = &date {
-            let midnight = format!("{year}-{month:0>2}-{day:0>2}T00:00:00").parse::<DateTime>();
-            if let Some(zoned) = midnight
-                .ok()
-                .and_then(|day| day.to_zoned(TimeZone::UTC).ok())
-            {
-                self.day_s = zoned.timestamp().as_second() as f64;
-            }
+        if let Some(date) = date {
+            let [year, month, day] = date.map(|part| part.parse().unwrap_or(f64::NAN));
+            self.day_s = unix_s(year, month, day, 0.0).unwrap_or(self.day_s);
         }
         let time = match name {
             "RMC" | "ZDA" | "GGA" | "SHR" => cell(1),

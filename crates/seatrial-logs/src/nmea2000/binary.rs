@@ -19,8 +19,8 @@ const SERVICE: u32 = u32::MAX;
 /// Records by which a file of Yacht Devices is told.
 const LEAST_RECORDS: usize = 8;
 
-/// Numbers of fast packets, of which Yacht Devices writes a length.
-const FAST: [u32; 54] = [
+/// Numbers of messages of several frames, of which Yacht Devices writes a length.
+pub(super) const FAST: [u32; 54] = [
     65_240, 126_208, 126_464, 126_720, 126_983, 126_988, 126_996, 126_998, 127_233, 127_237,
     127_489, 127_496, 127_498, 127_503, 127_504, 127_506, 127_507, 127_509, 128_275, 128_520,
     129_029, 129_038, 129_039, 129_040, 129_041, 129_044, 129_045, 129_284, 129_285, 129_301,
@@ -181,13 +181,11 @@ fn sent_message(message: &[u8]) -> Option<Frame> {
         return None;
     };
     let length = usize::from(*body.get(5)?);
-    Some(Frame {
-        time_s: f64::NAN,
-        number: number::<u32>(body, 1)? & 0xff_ffff,
-        source: 0,
-        data: body.get(6..6 + length)?.to_vec(),
-        is_of_bus: false,
-    })
+    let (number, data) = (
+        number::<u32>(body, 1)? & 0xff_ffff,
+        body.get(6..6 + length)?,
+    );
+    Some(Frame::of_message(f64::NAN, number, 0, data.to_vec()))
 }
 
 /// Kind 0x93: length, priority, number (3), destination, source, ms (4), length, data.
@@ -195,15 +193,18 @@ pub(super) fn long_message(message: &[u8]) -> Option<Frame> {
     let (0x93, body) = (*message.first()?, message.get(2..)?) else {
         return None;
     };
-    let parameter_group = number::<u32>(body, 1)? & 0xff_ffff;
     let length = usize::from(*body.get(10)?);
-    Some(Frame {
-        time_s: f64::from(number::<u32>(body, 6)?) / 1e3,
-        number: parameter_group,
-        source: *body.get(5)?,
-        data: body.get(11..11 + length)?.to_vec(),
-        is_of_bus: false,
-    })
+    let (time_s, data) = (
+        f64::from(number::<u32>(body, 6)?) / 1e3,
+        body.get(11..11 + length)?,
+    );
+    let group = number::<u32>(body, 1)? & 0xff_ffff;
+    Some(Frame::of_message(
+        time_s,
+        group,
+        *body.get(5)?,
+        data.to_vec(),
+    ))
 }
 
 /// Kind 0x95: length, ms (2), source, number without its page (2), page and priority, data of one frame.

@@ -1,13 +1,12 @@
 //! Messages that canboat's analyzer wrote, one a line, as JSON or as text:
 //! `2026-06-08-01:51:24.127 2 15 255 127250 Vessel Heading:  SID = 0; Heading = 78.4 deg; ...`
 
+use std::cmp::Reverse;
+
 use serde_json::{Map, Value, json};
 
-use super::MOST_KINDS;
 use super::text::date_s;
-use crate::bytes::Bytes;
-use crate::error::Fault;
-use crate::joined::{Kind, Message, Messages};
+use crate::line_log::{Channels, LineFormat};
 use crate::table::Known;
 use crate::{Quantity, Unit};
 
@@ -37,15 +36,14 @@ const FIELDS: [(u64, &str, Option<Quantity>); 18] = [
 /// A heading beyond a turn in radians is in degrees, and with it every angle of the file.
 const LARGEST_RAD: f64 = 6.3;
 
-/// A file of objects.
-pub(super) struct Objects {
-    bytes: Bytes,
-    kinds: Vec<Kind>,
-    /// Place in [`FIELDS`], source and instance of every kind, and how many values it has.
-    sources: Vec<((usize, u64, u64), u64)>,
-    ready: Vec<(usize, f64, f64)>,
+/// Messages of the analyzer.
+#[derive(Default)]
+pub(super) struct Analyzed {
     largest_heading: f64,
 }
+
+/// Place in [`FIELDS`], source and instance.
+type Key = (usize, u64, u64);
 
 /// Does a file begin with such messages?
 pub(super) fn is_start(start: &[u8]) -> bool {
@@ -101,143 +99,61 @@ fn as_number(value: &Value) -> Option<f64> {
     value.as_f64().or_else(|| value.get("value")?.as_f64())
 }
 
-impl Objects {
-    /// Reads the file once for its sources.
-    pub fn open(bytes: Bytes) -> Result<Self, Fault> {
-        let mut log = Self {
-            bytes,
-            kinds: Vec::new(),
-            sources: Vec::new(),
-            ready: Vec::new(),
-            largest_heading: 0.0,
-        };
-        log.bytes.begin_again()?;
-        let mut message = Message::default();
-        while log.next_value(None, &mut message)? {
-            let ((place, ..), count) = &mut log.sources[message.kind];
-            *count += 1;
-            if FIELDS[*place].2 == Some(Quantity::Heading) {
-                log.largest_heading = log.largest_heading.max(message.values[0]);
-            }
-        }
-        log.bytes.begin_again()?;
-        Ok(log)
-    }
-
-    fn next_value(
-        &mut self,
-        wanted: Option<&[bool]>,
-        message: &mut Message,
-    ) -> Result<bool, Fault> {
-        loop {
-            if let Some((kind, time_s, value)) = self.ready.pop() {
-                if wanted.is_some_and(|wanted| !wanted[kind]) {
-                    continue;
-                }
-                message.kind = kind;
-                message.time_s = time_s;
-                message.values = vec![value];
-                return Ok(true);
-            }
-            let position = self.bytes.position();
-            let Some(line) = self.bytes.line()? else {
-                return Ok(false);
-            };
-            if line.is_empty() {
-                continue;
-            }
-            let length = line.len();
-            let object = match line.starts_with(b"{") {
-                true => serde_json::from_slice::<Value>(line).ok(),
-                false => of_text(&String::from_utf8_lossy(line)),
-            };
-            match object {
-                Some(object) => self.take(&object, wanted.is_none()),
-                None => self.bytes.not_a_line(position, length),
-            }
-        }
-    }
-
-    fn take(&mut self, object: &Value, is_new: bool) {
-        let text = |name: &str| object.get(name).and_then(Value::as_str);
-        let count = |name: &str| object.get(name).and_then(Value::as_u64);
-        let time_s = text("timestamp").and_then(date_s);
-        let (Some(time_s), Some(number)) = (time_s, count("pgn")) else {
-            return;
-        };
-        let source = count("src").unwrap_or(0);
-        let Some(fields) = object.get("fields") else {
-            return;
-        };
+impl Analyzed {
+    /// Gives the values of a message to their channels; nothing of one without a time, a number or fields.
+    fn take(&mut self, object: &Value, channels: &mut Channels<Key>) -> Option<()> {
+        let count = |name: &str| object.get(name)?.as_u64();
+        let time_s = date_s(object.get("timestamp")?.as_str()?)?;
+        let (number, source) = (count("pgn")?, count("src").unwrap_or(0));
+        let fields = object.get("fields")?;
         let instance = field(fields, "Instance").and_then(as_number).unwrap_or(0.0) as u64;
-        let of_message = FIELDS
-            .iter()
-            .enumerate()
-            .filter(|(_, (of, ..))| *of == number);
-        for (place, (_, name, _)) in of_message {
-            let Some(value) = field(fields, name).and_then(as_number) else {
-                continue;
-            };
-            let key = (place, source, instance);
-            let known = self.sources.iter().position(|(known, _)| *known == key);
-            if let Some(kind) = known {
-                self.ready.push((kind, time_s, value));
-            } else if is_new && self.kinds.len() < MOST_KINDS {
-                self.kinds.push(Kind {
-                    name: format!("{number}.{source}.{instance}"),
-                    fields: vec![name.to_string()],
+        let known = FIELDS.iter().enumerate();
+        for (place, (_, name, quantity)) in known.filter(|(_, (of, ..))| *of == number) {
+            if let Some(value) = field(fields, name).and_then(as_number) {
+                if *quantity == Some(Quantity::Heading) {
+                    self.largest_heading = self.largest_heading.max(value);
+                }
+                channels.add((place, source, instance), [time_s, value], |_| {
+                    Some(format!("{number}.{source}.{instance}.{name}"))
                 });
-                self.sources.push((key, 0));
-                self.ready.push((self.kinds.len() - 1, time_s, value));
             }
         }
+        Some(())
     }
 }
 
-impl Messages for Objects {
-    fn kinds(&self) -> &[Kind] {
-        &self.kinds
+impl LineFormat for Analyzed {
+    type Key = Key;
+
+    fn read(&mut self, line: &str, _is_cut: bool, channels: &mut Channels<Key>) -> bool {
+        let object = match line.starts_with('{') {
+            true => serde_json::from_str::<Value>(line).ok(),
+            false => of_text(line),
+        };
+        if let Some(object) = &object {
+            self.take(object, channels);
+        }
+        object.is_some()
     }
 
-    fn known(&self) -> Known {
+    fn known(&self, channels: &Channels<Key>) -> Known {
         let mut known = Known::default();
-        for (place, (_, name, quantity)) in FIELDS.iter().enumerate() {
-            let of_place = self
-                .sources
-                .iter()
-                .enumerate()
-                .filter(|(_, ((of, ..), _))| *of == place);
-            let best = of_place.max_by_key(|(kind, (_, count))| (*count, std::cmp::Reverse(*kind)));
-            if let (Some((kind, _)), Some(quantity)) = (best, quantity) {
-                let in_degrees = self.largest_heading > LARGEST_RAD;
+        let in_degrees = self.largest_heading > LARGEST_RAD;
+        for (place, (.., quantity)) in FIELDS.iter().enumerate() {
+            let of_place = channels.kind_of.iter().filter(|((of, ..), _)| *of == place);
+            let best = of_place.max_by_key(|(_, kind)| (channels.counts[**kind], Reverse(**kind)));
+            if let (Some((_, kind)), Some(quantity)) = (best, quantity) {
                 let unit = match quantity {
                     Quantity::Speed => Some(Unit::MetrePerSecond),
                     Quantity::YawRate => in_degrees.then_some(Unit::DegreePerSecond),
                     _ => in_degrees.then_some(Unit::Degree),
                 };
-                known.add(
-                    *quantity,
-                    format!("{}.{name}", self.kinds[kind].name),
-                    unit,
-                    "",
-                );
+                known.add(*quantity, channels.kinds[*kind].name.clone(), unit, "");
             }
         }
         for quantity in [Quantity::Heading, Quantity::Rudder] {
             known.lacks(quantity, "no PGN 127250 or 127245 with a value".into());
         }
         known
-    }
-
-    fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault> {
-        self.next_value(Some(wanted), message)
-    }
-
-    fn bytes(&self) -> &Bytes {
-        &self.bytes
-    }
-
-    fn bytes_mut(&mut self) -> &mut Bytes {
-        &mut self.bytes
     }
 }

@@ -15,7 +15,8 @@ use crate::Quantity;
 use crate::bytes::Bytes;
 use crate::error::Fault;
 use crate::input::Input;
-use crate::joined::{Kind, Message, Messages};
+use crate::joined::{FieldNumbers, Kind, Message, Messages, names};
+use crate::line_log::LineLog;
 use crate::table::Known;
 use fast_packet::FastPackets;
 use groups::{CHANNELS, GROUPS};
@@ -27,7 +28,6 @@ const MANY_MESSAGES: u64 = 1000;
 /// A bus is never silent for so long while a log of a manoeuvre is made, s.
 const LONGEST_PAUSE_S: f64 = 60.0;
 const MOST_KINDS: usize = 1024;
-const MOST_FIELDS: usize = 3;
 /// The most bytes of a message.
 const MOST_BYTES: usize = 223;
 
@@ -61,6 +61,17 @@ impl Frame {
         }
     }
 
+    /// A whole message.
+    fn of_message(time_s: f64, number: u32, source: u8, data: Vec<u8>) -> Self {
+        Self {
+            time_s,
+            number,
+            source,
+            data,
+            is_of_bus: false,
+        }
+    }
+
     fn group(&self) -> Option<usize> {
         GROUPS.iter().position(|known| known.number == self.number)
     }
@@ -79,7 +90,7 @@ impl Frame {
             .fields
             .iter()
             .map(|(_, at, kind, resolution)| {
-                kind.number(&self.data, *at)
+                kind.below_none(&self.data, *at)
                     .map_or(f64::NAN, |number| number * resolution)
             })
     }
@@ -136,7 +147,7 @@ pub(crate) fn open(file: Input) -> Result<Box<dyn Messages>, Fault> {
     let mut bytes = Bytes::new(file)?;
     let start = bytes.peek(START)?;
     if json::is_start(start) {
-        return Ok(Box::new(json::Objects::open(bytes)?));
+        return Ok(Box::new(LineLog::open(bytes, json::Analyzed::default())?));
     }
     match container(start) {
         Some(container) => Ok(Box::new(Capture::open(bytes, container)?)),
@@ -161,10 +172,8 @@ struct Capture {
     kinds: Vec<Kind>,
     /// Kind by group, source and instance.
     kind_of: BTreeMap<(usize, u8, u8), usize>,
-    /// Values that are there, of every field of every kind.
-    valid: Vec<[u64; MOST_FIELDS]>,
-    /// The last value of every field of every kind, and whether it is another than the one before ever was.
-    last: Vec<[(f64, bool); MOST_FIELDS]>,
+    /// Of every field of every kind.
+    numbers: Vec<Vec<FieldNumbers>>,
     /// Added to times of a clock that begins again.
     added_s: f64,
     last_s: f64,
@@ -186,8 +195,7 @@ impl Capture {
             packets: FastPackets::default(),
             kinds: Vec::new(),
             kind_of: BTreeMap::new(),
-            valid: Vec::new(),
-            last: Vec::new(),
+            numbers: Vec::new(),
             added_s: 0.0,
             last_s: f64::NEG_INFINITY,
             frames: 0,
@@ -266,7 +274,7 @@ impl Capture {
                 false => frame.time_s,
             };
             frame.time_s = self.going_on(frame.time_s);
-            let is_fast = frame.group().is_some_and(|group| GROUPS[group].is_fast);
+            let is_fast = frame.group().is_some() && binary::FAST.contains(&frame.number);
             if !(is_fast && frame.is_of_bus) {
                 return Ok(Some(frame));
             }
@@ -340,9 +348,7 @@ impl Capture {
             }
             let known = &GROUPS[group];
             self.kind_of.insert(key, self.kinds.len());
-            self.valid.push([0; MOST_FIELDS]);
-            self.last.push([(f64::NAN, false); MOST_FIELDS]);
-            self.kinds.push(Kind {
+            let kind = Kind {
                 name: match known.has_instance {
                     true => format!("{}.{source}.{instance}", known.name),
                     false => format!("{}.{source}", known.name),
@@ -352,16 +358,13 @@ impl Capture {
                     .iter()
                     .map(|(name, ..)| (*name).into())
                     .collect(),
-            });
+            };
+            self.numbers.push(FieldNumbers::of(&kind));
+            self.kinds.push(kind);
         }
-        let kind = self.kind_of[&key];
-        let fields = self.valid[kind].iter_mut().zip(&mut self.last[kind]);
-        for ((count, (last, changes)), value) in fields.zip(frame.values(group)) {
-            if value.is_finite() {
-                *count += 1;
-                *changes |= last.is_finite() && *last != value;
-                *last = value;
-            }
+        let numbers = self.numbers[self.kind_of[&key]].iter_mut();
+        for (numbers, value) in numbers.zip(frame.values(group)) {
+            numbers.take(value);
         }
     }
 }
@@ -382,8 +385,8 @@ impl Messages for Capture {
                 .filter_map(|((of, ..), kind)| {
                     let fields = GROUPS[*of].fields;
                     let index = fields.iter().position(|(name, ..)| *name == field)?;
-                    let changes = self.last[*kind][index].1;
-                    Some(((changes, self.valid[*kind][index]), *kind))
+                    let numbers = self.numbers[*kind][index];
+                    Some(((numbers.changes, numbers.count), *kind))
                 })
                 .max_by_key(|(says, kind)| (*says, std::cmp::Reverse(*kind)));
             if let Some(((_, 1..), kind)) = best {
@@ -391,10 +394,9 @@ impl Messages for Capture {
                 known.add(quantity, column, Some(unit), "");
             }
         }
-        let names: Vec<&str> = self.kinds.iter().map(|kind| kind.name.as_str()).collect();
-        let found = match names.is_empty() {
+        let found = match self.kinds.is_empty() {
             true => "no message that is read".into(),
-            false => names.join(", "),
+            false => names(&self.kinds),
         };
         known.lacks(
             Quantity::Heading,

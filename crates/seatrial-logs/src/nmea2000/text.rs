@@ -86,6 +86,11 @@ pub(super) fn are_untimed(start: &[u8]) -> bool {
     frames > 0 && 2 * frames >= lines.len()
 }
 
+/// A number of hexadecimal digits.
+fn base16(digits: &str) -> Option<u32> {
+    u32::from_str_radix(digits, 16).ok()
+}
+
 /// The bytes of hexadecimal digits.
 fn hexadecimal(digits: &str) -> Option<Vec<u8>> {
     let is_sound = digits.len().is_multiple_of(2)
@@ -112,7 +117,7 @@ fn bytes<'a>(cells: impl Iterator<Item = &'a str>) -> Option<Vec<u8>> {
 fn identifier(text: &str) -> Option<u32> {
     let text = text.trim_start_matches("0x");
     let is_long = text.len() == 8 && text.bytes().all(|byte| byte.is_ascii_hexdigit());
-    let number = u32::from_str_radix(text, 16).ok().filter(|_| is_long)?;
+    let number = base16(text).filter(|_| is_long)?;
     // Some programs set the flag of a long identifier.
     Some(number & 0x1fff_ffff)
 }
@@ -181,13 +186,7 @@ fn ikonvert(line: &str) -> Option<Frame> {
     let _destination: u8 = cells.next()?.parse().ok()?;
     let time_s = finite(cells.next()?)?;
     let data = base64(cells.next()?)?;
-    Some(Frame {
-        time_s,
-        number,
-        source,
-        data,
-        is_of_bus: false,
-    })
+    Some(Frame::of_message(time_s, number, source, data))
 }
 
 /// The bytes of base 64.
@@ -234,8 +233,13 @@ fn candump(line: &str) -> Option<Frame> {
     (data.len() == length).then(|| Frame::of_bus(time_s, identifier, data))
 }
 
+/// The cells of a line between blanks.
+fn cells(line: &str) -> Vec<&str> {
+    line.split_whitespace().take(MOST_CELLS).collect()
+}
+
 fn pcan(line: &str) -> Option<Frame> {
-    let cells: Vec<&str> = line.split_whitespace().take(MOST_CELLS).collect();
+    let cells = cells(line);
     let _place: u64 = cells.first()?.trim_end_matches(')').parse().ok()?;
     adapter(finite(cells.get(1)?)? / 1e3, cells.get(2..)?)
 }
@@ -253,7 +257,7 @@ fn python_can(line: &str) -> Option<Frame> {
 
 /// A message as python-can prints it.
 fn printed(line: &str) -> Option<Frame> {
-    let cells: Vec<&str> = line.split_whitespace().take(MOST_CELLS).collect();
+    let cells = cells(line);
     let behind = |label: &str| {
         let at = cells.iter().position(|cell| *cell == label)?;
         cells.get(at + 1..)
@@ -267,7 +271,7 @@ fn printed(line: &str) -> Option<Frame> {
 }
 
 fn busmaster(line: &str) -> Option<Frame> {
-    let cells: Vec<&str> = line.split_whitespace().take(MOST_CELLS).collect();
+    let cells = cells(line);
     let (of_day, fraction) = cells.first()?.rsplit_once(':')?;
     let time_s = time_of_day(&format!("{of_day}.{fraction}"))?;
     adapter(time_s, cells.get(1..)?)
@@ -278,7 +282,7 @@ fn finite(text: &str) -> Option<f64> {
 }
 
 fn vector(line: &str) -> Option<Frame> {
-    let cells: Vec<&str> = line.split_whitespace().take(MOST_CELLS).collect();
+    let cells = cells(line);
     // An identifier of 29 bits ends with x, and has no zeros before it.
     let at = cells.iter().position(|cell| cell.ends_with('x'))?;
     let long = format!("{:0>8}", cells[at].trim_end_matches('x'));
@@ -329,13 +333,12 @@ fn garmin(line: &str) -> Option<Frame> {
     };
     // Source, destination, priority, single frame, size and data come last.
     let source = cells.get(cells.len().checked_sub(6)?)?.parse().ok()?;
-    Some(Frame {
+    Some(Frame::of_message(
         time_s,
         number,
         source,
-        data: hexadecimal(digits)?,
-        is_of_bus: false,
-    })
+        hexadecimal(digits)?,
+    ))
 }
 
 /// `month_day_year_hours_minutes_seconds_milliseconds`.
@@ -354,13 +357,14 @@ fn sea_smart(line: &str) -> Option<Frame> {
         return None;
     };
     (name == "PCDIN").then_some(())?;
-    Some(Frame {
-        time_s: f64::from(u32::from_str_radix(time, 16).ok()?) / 1e3,
-        number: u32::from_str_radix(number, 16).ok()?,
-        source: u8::from_str_radix(source, 16).ok()?,
-        data: hexadecimal(data)?,
-        is_of_bus: false,
-    })
+    let time_s = f64::from(base16(time)?) / 1e3;
+    let (number, source) = (base16(number)?, u8::try_from(base16(source)?).ok()?);
+    Some(Frame::of_message(
+        time_s,
+        number,
+        source,
+        hexadecimal(data)?,
+    ))
 }
 
 fn actisense(line: &str) -> Option<Frame> {
@@ -370,14 +374,14 @@ fn actisense(line: &str) -> Option<Frame> {
     let (minutes, seconds) = rest.split_at_checked(2)?;
     let time_s = time_of_day(&format!("{hours}:{minutes}:{seconds}"))?;
     let addresses = cells.next().filter(|cell| cell.len() == 5)?;
-    let number = u32::from_str_radix(cells.next()?, 16).ok()?;
-    Some(Frame {
+    let number = base16(cells.next()?)?;
+    let source = base16(addresses.get(..2)?)? as u8;
+    Some(Frame::of_message(
         time_s,
         number,
-        source: u8::from_str_radix(addresses.get(..2)?, 16).ok()?,
-        data: hexadecimal(cells.next()?)?,
-        is_of_bus: false,
-    })
+        source,
+        hexadecimal(cells.next()?)?,
+    ))
 }
 
 fn open_cpn(line: &str) -> Option<Frame> {
@@ -397,8 +401,8 @@ fn miniplex(line: &str) -> Option<Frame> {
     data.reverse();
     Some(Frame {
         time_s: nmea0183::time_before(before)?,
-        number: u32::from_str_radix(number, 16).ok()?,
-        source: u16::from_str_radix(attributes, 16).ok()? as u8,
+        number: base16(number)?,
+        source: u16::try_from(base16(attributes)?).ok()? as u8,
         data,
         is_of_bus: true,
     })

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 pub(crate) use schema::{Schema, Wire, plain};
 
-use crate::error::clipped;
+use crate::error::{Fault, clipped};
 use crate::joined::{Kind, Message};
 use crate::name::{ColumnName, Fit, StatedUnit};
 use crate::table::{Known, KnownChannel};
@@ -136,6 +136,23 @@ const CHANNELS: [(Quantity, &str, &str, Unit); 21] = {
 
 /// A header's time that is further from the recorder's is of another clock, s.
 const MOST_LATENCY_S: f64 = 1.0;
+
+/// Why a file without a topic that is read is refused, with the topics that it has, or else with what there is.
+pub(crate) fn nothing_in(
+    format: &'static str,
+    expected: &str,
+    others: &[String],
+    nothing: &str,
+) -> Fault {
+    let found = match others {
+        [] => nothing.to_owned(),
+        others => others.join(", "),
+    };
+    Fault::NothingToRead {
+        format,
+        what: format!("expected {expected}, found {}", clipped(&found)),
+    }
+}
 
 /// Types of one number, whose meaning is in the topic's name.
 const PLAIN_NUMBERS: [&str; 2] = ["std_msgs/Float64", "std_msgs/Float32"];

@@ -6,6 +6,8 @@ use seatrial_core::Real;
 
 use seatrial_core::attitude::euler_rad;
 
+use crate::number::Primitive;
+
 /// Types within types.
 const DEEPEST: usize = 10;
 /// Parts of one message type.
@@ -32,44 +34,11 @@ pub(crate) enum Wire {
     Ros1,
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum Primitive {
-    U8,
-    I8,
-    U16,
-    I16,
-    U32,
-    I32,
-    U64,
-    I64,
-    F32,
-    F64,
-}
-
-impl Primitive {
-    fn named(name: &str) -> Option<Self> {
-        Some(match name {
-            "bool" | "byte" | "char" | "uint8" => Self::U8,
-            "int8" => Self::I8,
-            "uint16" => Self::U16,
-            "int16" => Self::I16,
-            "uint32" => Self::U32,
-            "int32" => Self::I32,
-            "uint64" => Self::U64,
-            "int64" => Self::I64,
-            "float32" => Self::F32,
-            "float64" => Self::F64,
-            _ => return None,
-        })
-    }
-
-    fn width(self) -> usize {
-        match self {
-            Self::U8 | Self::I8 => 1,
-            Self::U16 | Self::I16 => 2,
-            Self::U32 | Self::I32 | Self::F32 => 4,
-            Self::U64 | Self::I64 | Self::F64 => 8,
-        }
+/// The kind of number of a type of ROS.
+fn primitive(type_name: &str) -> Option<Primitive> {
+    match type_name {
+        "bool" | "byte" | "char" => Some(Primitive::U8),
+        name => Primitive::named(name),
     }
 }
 
@@ -198,7 +167,7 @@ impl Schema {
                 Some((element, count)) => (element, Count::of(count.trim_end_matches(']'))),
                 None => (*type_text, Count::One),
             };
-            let node = match Primitive::named(element) {
+            let node = match primitive(element) {
                 Some(kind) => self.numbers(kind, count, &path, is_field),
                 None => {
                     let is_field = is_field && matches!(count, Count::One);
@@ -456,20 +425,7 @@ impl Cdr<'_> {
         let Some(first) = first else { return Some(()) };
         let numbers = &self.body[from..self.at];
         let kept = &mut values[first..first + count];
-        let is_little_endian = self.is_little_endian;
-        macro_rules! keep {
-            ($($kind:ident $number:ident),*) => {
-                match kind { $(Primitive::$kind => {
-                    for (value, bytes) in kept.iter_mut().zip(numbers.as_chunks().0) {
-                        *value = match is_little_endian {
-                            true => $number::from_le_bytes(*bytes),
-                            false => $number::from_be_bytes(*bytes),
-                        } as f64;
-                    }
-                })* }
-            };
-        }
-        keep!(U8 u8, I8 i8, U16 u16, I16 i16, U32 u32, I32 i32, U64 u64, I64 i64, F32 f32, F64 f64);
+        kind.read_all(numbers, self.is_little_endian, kept);
         Some(())
     }
 }

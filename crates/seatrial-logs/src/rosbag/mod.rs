@@ -11,7 +11,7 @@ use crate::bytes::{Bytes, ZSTD};
 use crate::error::{Fault, clipped};
 use crate::input::Input;
 use crate::joined::{Kind, Message, Messages};
-use crate::ros2::{Topics, plain};
+use crate::ros2::{Topics, nothing_in, plain};
 use crate::table::Known;
 use definitions::DEFINITIONS;
 use sqlite::Tables;
@@ -63,16 +63,11 @@ impl Bag {
             None => damaged(&error),
         })?;
         if bag.topics.kinds.is_empty() {
-            let unknown = bag.topics.unknown.join(", ");
-            let found = if unknown.is_empty() {
-                "no topics"
-            } else {
-                &clipped(&unknown)
-            };
-            return Err(Fault::NothingToRead {
-                format: "rosbag2",
-                what: format!("expected topics in CDR whose definitions it holds, found {found}"),
-            });
+            let (expected, unknown) = (
+                "topics in CDR whose definitions it holds",
+                &bag.topics.unknown,
+            );
+            return Err(nothing_in("rosbag2", expected, unknown, "no topics"));
         }
         Ok(bag)
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::number::number;
+use crate::number::{Primitive, number};
 use seatrial_core::attitude::{EULER, euler_rad};
 
 /// Formats within formats.
@@ -12,7 +12,7 @@ const MOST_FIELDS: usize = 1024;
 
 /// Where the numbers of a topic stand in its messages.
 pub(super) struct Layout {
-    pub fields: Vec<(String, Type, usize)>,
+    pub fields: Vec<(String, Primitive, usize)>,
     /// Bytes of the time stamp, us since boot.
     timestamp: usize,
     pub length: usize,
@@ -22,62 +22,13 @@ pub(super) struct Layout {
     velocity: Option<[usize; 2]>,
 }
 
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Type {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    I64,
-    U64,
-    F32,
-    F64,
-    Char,
-}
-
-impl Type {
-    fn named(name: &str) -> Option<Self> {
-        Some(match name {
-            "int8_t" => Self::I8,
-            "uint8_t" | "bool" => Self::U8,
-            "int16_t" => Self::I16,
-            "uint16_t" => Self::U16,
-            "int32_t" => Self::I32,
-            "uint32_t" => Self::U32,
-            "int64_t" => Self::I64,
-            "uint64_t" => Self::U64,
-            "float" => Self::F32,
-            "double" => Self::F64,
-            "char" => Self::Char,
-            _ => return None,
-        })
-    }
-
-    fn width(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 | Self::Char => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::I64 | Self::U64 | Self::F64 => 8,
-        }
-    }
-
-    fn number(self, message: &[u8], at: usize) -> Option<f64> {
-        Some(match self {
-            Self::I8 => number::<i8>(message, at)?.into(),
-            Self::U8 => number::<u8>(message, at)?.into(),
-            Self::I16 => number::<i16>(message, at)?.into(),
-            Self::U16 => number::<u16>(message, at)?.into(),
-            Self::I32 => number::<i32>(message, at)?.into(),
-            Self::U32 => number::<u32>(message, at)?.into(),
-            Self::I64 => number::<i64>(message, at)? as f64,
-            Self::U64 => number::<u64>(message, at)? as f64,
-            Self::F32 => number::<f32>(message, at)?.into(),
-            Self::F64 => number(message, at)?,
-            Self::Char => return None,
-        })
+/// The kind of number of a type of C.
+fn primitive(type_name: &str) -> Option<Primitive> {
+    match type_name {
+        "bool" => Some(Primitive::U8),
+        "float" => Some(Primitive::F32),
+        "double" => Some(Primitive::F64),
+        _ => Primitive::named(type_name.strip_suffix("_t")?),
     }
 }
 
@@ -105,7 +56,7 @@ impl Layout {
         layout.expand("", topic, formats, 0)?;
         let position = |name: &str| layout.fields.iter().position(|(field, ..)| field == name);
         let timestamp = position("timestamp")?;
-        let (_, Type::U64, at) = layout.fields[timestamp] else {
+        let (_, Primitive::U64, at) = layout.fields[timestamp] else {
             return None;
         };
         let quaternion = position("q[0]").filter(|_| position("q[3]").is_some());
@@ -132,9 +83,9 @@ impl Layout {
                     Some(_) => format!("{prefix}{name}[{index}]"),
                     None => format!("{prefix}{name}"),
                 };
-                match Type::named(type_name) {
+                match primitive(type_name) {
                     Some(kind) => {
-                        let is_number = kind != Type::Char && !name.contains("_padding");
+                        let is_number = !name.contains("_padding");
                         if is_number && self.fields.len() == MOST_FIELDS {
                             return None;
                         }
@@ -143,6 +94,7 @@ impl Layout {
                         }
                         self.length += kind.width();
                     }
+                    None if type_name == "char" => self.length += 1,
                     None => self.expand(&format!("{name}."), type_name, formats, depth + 1)?,
                 }
                 if self.length > usize::from(u16::MAX) {

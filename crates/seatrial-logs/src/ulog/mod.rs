@@ -11,14 +11,15 @@ use std::sync::Arc;
 
 use seatrial_mavlink::aircraft;
 
+use crate::Quantity::*;
+use crate::Unit::*;
 use crate::bytes::{Bytes, text_of};
 use crate::error::Fault;
 use crate::input::Input;
-use crate::joined::{Kind, Message, Messages};
+use crate::joined::{Kind, Message, Messages, has, names};
 use crate::number::number;
-use crate::table::Known;
+use crate::table::{Known, KnownField};
 use crate::ulog::layout::Layout;
-use crate::{Quantity, Unit};
 
 /// Magic, version and time of the start.
 const FILE_HEADER: usize = 16;
@@ -264,12 +265,6 @@ impl ULog {
         of.kind = Some(kind);
     }
 
-    fn has(&self, name: &str, field: &str) -> bool {
-        self.kinds
-            .iter()
-            .any(|kind| kind.name == name && kind.fields.iter().any(|f| f == field))
-    }
-
     /// Column, and why, of the surface that the control allocation calls a rudder.
     fn rudder_surface(&self) -> Option<(String, String)> {
         (0..8).find_map(|surface| {
@@ -279,7 +274,7 @@ impl ULog {
                 .iter()
                 .find(|(number, _)| number == kind)?;
             let field = format!("control[{surface}]");
-            self.has("actuator_servos", &field).then(|| {
+            has(&self.kinds, "actuator_servos", &field).then(|| {
                 (
                     format!("actuator_servos.{field}"),
                     format!("{parameter} {kind}, {name}"),
@@ -338,33 +333,19 @@ const YAW_COMMANDS: [(&str, &str, &str); 4] = [
 const YAW_TORQUE: &str = "no surface is a rudder, and this is the yaw torque asked of all of them";
 
 const ATTITUDE: &str = "vehicle_attitude";
+const ANGULAR_RATE: &str = "vehicle_angular_velocity";
 const POSITION: &str = "vehicle_local_position";
 
 /// Which field of which topic is which quantity, the preferred one first.
-const CHANNELS: [(Quantity, &str, &str, Unit); 8] = [
-    (Quantity::Heading, ATTITUDE, "yaw", Unit::Radian),
-    (Quantity::Roll, ATTITUDE, "roll", Unit::Radian),
-    (Quantity::Pitch, ATTITUDE, "pitch", Unit::Radian),
-    (
-        Quantity::YawRate,
-        ATTITUDE,
-        "yawspeed",
-        Unit::RadianPerSecond,
-    ),
-    (
-        Quantity::YawRate,
-        "vehicle_angular_velocity",
-        "xyz[2]",
-        Unit::RadianPerSecond,
-    ),
-    (
-        Quantity::Speed,
-        POSITION,
-        "ground_speed",
-        Unit::MetrePerSecond,
-    ),
-    (Quantity::North, POSITION, "x", Unit::Metre),
-    (Quantity::East, POSITION, "y", Unit::Metre),
+const CHANNELS: [KnownField; 8] = [
+    (Heading, ATTITUDE, "yaw", Some(Radian)),
+    (Roll, ATTITUDE, "roll", Some(Radian)),
+    (Pitch, ATTITUDE, "pitch", Some(Radian)),
+    (YawRate, ATTITUDE, "yawspeed", Some(RadianPerSecond)),
+    (YawRate, ANGULAR_RATE, "xyz[2]", Some(RadianPerSecond)),
+    (Speed, POSITION, "ground_speed", Some(MetrePerSecond)),
+    (North, POSITION, "x", Some(Metre)),
+    (East, POSITION, "y", Some(Metre)),
 ];
 
 impl Messages for ULog {
@@ -380,32 +361,26 @@ impl Messages for ULog {
     fn known(&self) -> Known {
         let mut known = Known::default();
         if let Some((column, because)) = self.rudder_surface() {
-            known.add(Quantity::Rudder, column, Some(Unit::Fraction), &because);
+            known.add(Rudder, column, Some(Fraction), &because);
         }
         for (topic, field, because) in YAW_COMMANDS {
-            if self.has(topic, field) {
+            if has(&self.kinds, topic, field) {
                 let column = format!("{topic}.{field}");
-                known.add(Quantity::Rudder, column, Some(Unit::Fraction), because);
+                known.add(Rudder, column, Some(Fraction), because);
             }
         }
-        for (quantity, topic, field, unit) in CHANNELS {
-            if self.has(topic, field) {
-                known.add(quantity, format!("{topic}.{field}"), Some(unit), "");
-            }
-        }
+        known.add_fields(&self.kinds, CHANNELS);
         // The local position of an aircraft has no depth.
-        if self.parameters.get("MAV_TYPE") == Some(&SUBMARINE) && self.has(POSITION, "z") {
-            let column = format!("{POSITION}.z");
-            known.add(Quantity::Depth, column, Some(Unit::Metre), "");
+        if self.parameters.get("MAV_TYPE") == Some(&SUBMARINE) {
+            known.add_fields(&self.kinds, [(Depth, POSITION, "z", Some(Metre))]);
         }
-        let names: Vec<&str> = self.kinds.iter().map(|kind| kind.name.as_str()).collect();
-        let found = names.join(", ");
+        let found = names(&self.kinds);
         known.lacks(
-            Quantity::Heading,
+            Heading,
             format!("expected the topic vehicle_attitude; found {found}"),
         );
         known.lacks(
-            Quantity::Rudder,
+            Rudder,
             format!("expected actuator_servos with a surface whose CA_SV_CSn_TYPE is 4 (rudder), vehicle_torque_setpoint or actuator_controls_0; found {found}"),
         );
         known

@@ -1,6 +1,6 @@
 //! Every number of every message of every native log, against what other libraries read; every log as a stream, against the file.
 
-#[path = "../tests/seeds/mod.rs"]
+#[path = "../seeds/mod.rs"]
 mod seeds;
 
 use std::collections::BTreeMap;
@@ -19,7 +19,7 @@ use crate::table::{Table, hexadecimal};
 use crate::{ChannelChoice, LogReader};
 
 /// Made by `expect.py` beside it: log, kind, messages, hash of all numbers.
-const EXPECTED: &str = include_str!("../tests/agreement/expected.txt");
+const EXPECTED: &str = include_str!("expected.txt");
 
 /// Messages and hash of every kind.
 type Kinds = BTreeMap<String, (usize, String)>;
@@ -37,7 +37,7 @@ fn computed(kind: &Kind) -> usize {
 }
 
 /// Messages and hash of every kind, as `expect.py` makes them.
-fn kinds(mut log: impl Messages) -> Kinds {
+fn kinds(log: &mut dyn Messages) -> Kinds {
     let wanted = vec![true; log.kinds().len()];
     let mut hashes = vec![(0, Sha256::new()); wanted.len()];
     let mut message = Message::default();
@@ -65,14 +65,16 @@ fn kinds(mut log: impl Messages) -> Kinds {
 fn found(path: &Path) -> Kinds {
     let file = Held::default().open(path).unwrap();
     match path.extension().and_then(|suffix| suffix.to_str()) {
-        Some("BIN") => kinds(crate::dataflash::DataFlash::open(file).unwrap()),
-        Some("tlog") => kinds(crate::tlog::Telemetry::open(file).unwrap()),
-        Some("ulg") => kinds(crate::ulog::ULog::open(file).unwrap()),
-        Some("mcap") => kinds(crate::mcap::Mcap::open(file).unwrap()),
-        Some("dbd") => kinds(crate::slocum::Glider::open(file, path, &Held::default()).unwrap()),
-        Some("raw" | "all") => kinds(crate::nmea2000::open(file).unwrap()),
-        Some("nmea") => kinds(crate::nmea0183::Sentences::open(file).unwrap()),
-        _ => kinds(crate::rosbag::Bag::open(file, path).unwrap()),
+        Some("BIN") => kinds(&mut crate::dataflash::DataFlash::open(file).unwrap()),
+        Some("tlog") => kinds(&mut crate::tlog::Telemetry::open(file).unwrap()),
+        Some("ulg") => kinds(&mut crate::ulog::ULog::open(file).unwrap()),
+        Some("mcap") => kinds(&mut crate::mcap::Mcap::open(file).unwrap()),
+        Some("dbd") => {
+            kinds(&mut crate::slocum::Glider::open(file, path, &Held::default()).unwrap())
+        }
+        Some("raw" | "all") => kinds(&mut *crate::nmea2000::open(file).unwrap()),
+        Some("nmea") => kinds(&mut crate::nmea0183::Sentences::open(file).unwrap()),
+        _ => kinds(&mut crate::rosbag::Bag::open(file, path).unwrap()),
     }
 }
 
