@@ -68,12 +68,14 @@ enum Next {
     Cut,
 }
 
-struct Head {
-    header: usize,
+/// What stands before a payload.
+pub(crate) struct Head {
+    /// Bytes of it, and of the payload.
+    pub header: usize,
     payload: usize,
-    sender: Sender,
+    pub sender: Sender,
     sequence: u8,
-    id: u32,
+    pub id: u32,
     is_signed: bool,
 }
 
@@ -117,8 +119,7 @@ impl Decoder {
                         continue;
                     }
                     let mut payload = [0; 255];
-                    payload[..head.payload]
-                        .copy_from_slice(&whole[head.header..head.header + head.payload]);
+                    payload[..head.payload].copy_from_slice(&whole[head.header..head.checked()]);
                     break Some(Frame {
                         sender: head.sender,
                         sequence: head.sequence,
@@ -139,47 +140,42 @@ impl Decoder {
 }
 
 impl Head {
-    /// `None` where the header is not complete.
-    fn of_version_1(seen: &[u8]) -> Option<Self> {
-        let &[_, length, sequence, system, component, id, ..] = seen else {
-            return None;
+    /// Of a frame of either version; `None` where it is not complete.
+    pub fn of(frame: &[u8]) -> Option<Self> {
+        let is_version_2 = *frame.first()? == VERSION_2;
+        let (header, sender) = if is_version_2 { (10, 5) } else { (6, 3) };
+        let head = frame.get(..header)?;
+        let id = match is_version_2 {
+            true => u32::from_le_bytes([head[7], head[8], head[9], 0]),
+            false => head[5].into(),
         };
         Some(Self {
-            header: 6,
-            payload: length.into(),
-            sender: Sender { system, component },
-            sequence,
-            id: id.into(),
-            is_signed: false,
+            header,
+            payload: head[1].into(),
+            sender: Sender {
+                system: head[sender],
+                component: head[sender + 1],
+            },
+            sequence: head[sender - 1],
+            id,
+            is_signed: is_version_2 && head[2] & IS_SIGNED != 0,
         })
     }
 
-    /// `None` where the header is not complete.
-    fn of_version_2(seen: &[u8]) -> Option<Self> {
-        let &[
-            _,
-            length,
-            incompatible,
-            _,
-            sequence,
-            system,
-            component,
-            low,
-            middle,
-            high,
-            ..,
-        ] = seen
-        else {
-            return None;
-        };
-        Some(Self {
-            header: 10,
-            payload: length.into(),
-            sender: Sender { system, component },
-            sequence,
-            id: u32::from_le_bytes([low, middle, high, 0]),
-            is_signed: incompatible & IS_SIGNED != 0,
-        })
+    /// Bytes before the checksum.
+    pub fn checked(&self) -> usize {
+        self.header + self.payload
+    }
+
+    /// Bytes of the whole frame.
+    pub fn length(&self) -> usize {
+        self.checked() + 2 + if self.is_signed { SIGNATURE } else { 0 }
+    }
+
+    /// Is the checksum of a whole frame that of its bytes and of this seed?
+    pub fn is_sound(&self, whole: &[u8], seed: u8) -> bool {
+        let sum = checksum(&whole[1..self.checked()], seed);
+        whole[self.checked()..self.checked() + 2] == sum.to_le_bytes()
     }
 }
 
@@ -190,11 +186,7 @@ fn next(seen: &[u8]) -> Next {
     };
     let head = match seen.first() {
         None => return Next::Cut,
-        Some(&VERSION_1) => Head::of_version_1(seen),
-        Some(&VERSION_2) => match Head::of_version_2(seen) {
-            Some(_) if seen[2] & !IS_SIGNED != 0 => return garbage(1),
-            head => head,
-        },
+        Some(&(VERSION_1 | VERSION_2)) => Head::of(seen),
         Some(_) => {
             let is_mark = |byte: &u8| [VERSION_1, VERSION_2].contains(byte);
             return garbage(seen.iter().position(is_mark).unwrap_or(seen.len()));
@@ -203,8 +195,10 @@ fn next(seen: &[u8]) -> Next {
     let Some(head) = head else {
         return Next::Cut;
     };
-    let checked = head.header + head.payload;
-    let length = checked + 2 + if head.is_signed { SIGNATURE } else { 0 };
+    if seen[0] == VERSION_2 && seen[2] & !IS_SIGNED != 0 {
+        return garbage(1);
+    }
+    let length = head.length();
     let Some(seed) = seed(head.id) else {
         // Without its seed the checksum says nothing; another frame must follow.
         return match seen.get(length) {
@@ -218,11 +212,10 @@ fn next(seen: &[u8]) -> Next {
     let Some(whole) = seen.get(..length) else {
         return Next::Cut;
     };
-    let sum = checksum(&whole[1..checked], seed);
-    if whole[checked..checked + 2] != sum.to_le_bytes() {
-        return garbage(1);
+    match head.is_sound(whole, seed) {
+        true => Next::Frame { head, length },
+        false => garbage(1),
     }
-    Next::Frame { head, length }
 }
 
 /// Messages in, bytes of MAVLink 2 out.

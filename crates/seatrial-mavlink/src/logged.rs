@@ -4,7 +4,7 @@
 
 use std::ops::Range;
 
-use crate::checksum::checksum;
+use crate::frame::Head;
 use crate::message::LOGGED;
 use crate::sender::Sender;
 
@@ -60,49 +60,31 @@ impl Frame {
         let (Some(stamp), Some(frame)) = (seen.first_chunk::<STAMP>(), seen.get(STAMP..)) else {
             return Next::Cut;
         };
-        // Version 1: FE length sequence system component id; 2: FD length flags flags sequence system
-        // component id id id, and a signature behind the checksum where the first flag says so.
-        let (header, sender_at) = match frame.first() {
-            Some(0xfd) => (10, 5),
-            Some(0xfe) => (6, 3),
+        match frame.first() {
+            Some(0xfd | 0xfe) => {}
             Some(_) => return Next::NoFrame,
             None => return Next::Cut,
-        };
-        let Some(head) = frame.get(..header) else {
+        }
+        let Some((head, whole)) =
+            Head::of(frame).and_then(|head| frame.get(..head.length()).map(|whole| (head, whole)))
+        else {
             return Next::Cut;
         };
-        let is_signed = header == 10 && head[2] & 1 == 1;
-        let id = match header {
-            10 => u32::from(head[7]) | u32::from(head[8]) << 8 | u32::from(head[9]) << 16,
-            _ => u32::from(head[5]),
-        };
-        let payload_length = usize::from(head[1]);
-        let checked = header + payload_length;
-        let length = checked + 2 + if is_signed { 13 } else { 0 };
-        let Some(whole) = frame.get(..length) else {
-            return Next::Cut;
-        };
-        let message = index_of(id);
+        let message = index_of(head.id);
         let is_sound = match message {
-            Some(message) => {
-                let sum = checksum(&whole[1..checked], LOGGED[message].crc_extra);
-                whole[checked..checked + 2] == sum.to_le_bytes()
-            }
+            Some(message) => head.is_sound(whole, LOGGED[message].crc_extra),
             // Without its seed the checksum says nothing; what follows must be a frame too.
-            None => matches!(frame.get(length + STAMP), Some(0xfd | 0xfe) | None),
+            None => matches!(frame.get(whole.len() + STAMP), Some(0xfd | 0xfe) | None),
         };
         if !is_sound {
             return Next::NoFrame;
         }
         Next::Frame(Self {
             message,
-            sender: Sender {
-                system: head[sender_at],
-                component: head[sender_at + 1],
-            },
-            length: STAMP + length,
+            sender: head.sender,
+            length: STAMP + whole.len(),
             arrival_us: u64::from_be_bytes(*stamp) as f64,
-            payload: STAMP + header..STAMP + checked,
+            payload: STAMP + head.header..STAMP + head.checked(),
         })
     }
 
