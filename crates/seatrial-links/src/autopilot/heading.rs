@@ -198,7 +198,7 @@ impl<W: Wire> Autopilot<W> {
     fn heading_control(&mut self) -> Result<HeadingControl, &'static str> {
         let profile = self.profile();
         let needed: Vec<&str> = cascade::needed_names(profile).collect();
-        self.read_all(&needed, PARAMETERS_S);
+        self.read_named(&needed, PARAMETERS_S);
         let more: &[&str] = match profile {
             Profile::Sub => &SUB_LIMITS,
             _ => &[
@@ -212,7 +212,7 @@ impl<W: Wire> Autopilot<W> {
         let all: Vec<&str> = cascade::names(profile)
             .chain(more.iter().copied())
             .collect();
-        self.read_all(&all, OPTIONAL_S);
+        self.read_named(&all, OPTIONAL_S);
         let parameters = &self.parameters;
         let settings = cascade::settings(profile, |name| parameters.get(name))?;
         let positive = |name: &str| parameters.get(name).filter(|value| *value > 0.0);
@@ -246,17 +246,13 @@ impl<W: Wire> Autopilot<W> {
         let mut names = vec!["RC_OVERRIDE_TIME"];
         names.extend((!self.heard.has_sticks()).then_some("FS_PILOT_TIMEOUT"));
         for name in names {
-            let Some(from) = self.parameters.get(name) else {
+            let why = "without us the thrust ahead ends after this long";
+            let Some(change) = self.change(name, STICK_S, why) else {
                 continue;
             };
             found.changes.retain(|change| change.name != name);
-            if !(from > 0.0 && from <= STICK_S) {
-                found.changes.push(Change {
-                    name: name.into(),
-                    from,
-                    to: STICK_S,
-                    why: "without us the thrust ahead ends after this long".into(),
-                });
+            if !(change.from > 0.0 && change.from <= STICK_S) {
+                found.changes.push(change);
             }
         }
         let other = SUB_LIMITS.iter().find_map(|name| {
@@ -272,40 +268,12 @@ impl<W: Wire> Autopilot<W> {
         found.check("heading mode", other.is_none(), other.unwrap_or(text));
     }
 
-    /// Asks for parameters that have not been read until they have, or for this long.
-    fn read_all(&mut self, names: &[&str], longest_s: f64) {
-        let missing = |autopilot: &Self| -> Vec<String> {
-            let is_missing = |name: &&&str| autopilot.parameters.get(name).is_none();
-            names
-                .iter()
-                .filter(is_missing)
-                .map(|n| n.to_string())
-                .collect()
-        };
-        self.insist(
-            longest_s,
-            |autopilot| {
-                let missing = missing(autopilot);
-                missing
-                    .iter()
-                    .for_each(|name| autopilot.ask_parameter(name));
-            },
-            |autopilot| missing(autopilot).is_empty(),
-        );
-    }
-
     fn check_timeout(&mut self, found: &mut Preflight) {
         let mut change = |name: &str, to: f64, is_so: fn(f64, f64) -> bool, why: &'static str| {
-            let from = self.parameters.get(name)?;
+            let change = self.change(name, to, why)?;
             let is_changed = found.changes.iter().any(|change| change.name == name);
-            if !is_changed && !is_so(from, to) {
-                let name = name.into();
-                found.changes.push(Change {
-                    name,
-                    from,
-                    to,
-                    why: why.into(),
-                });
+            if !is_changed && !is_so(change.from, to) {
+                found.changes.push(change);
             }
             Some(())
         };
@@ -337,30 +305,14 @@ impl<W: Wire> Autopilot<W> {
         let mut found = Preflight::default();
         let changed = changes.iter().map(|change| change.name.clone());
         let gains = cascade::names(self.profile()).map(String::from);
-        let backup = Backup {
-            system: self.system(),
-            mode: self.heard.mode(),
-            parameters: changed
-                .chain(gains)
-                .filter_map(|name| {
-                    let stored = self.stored(&name)?;
-                    Some((name, stored))
-                })
-                .collect(),
-        };
-        if let Err(error) = keep(&backup) {
-            found.check("backup", false, error.to_string());
+        let names = changed.chain(gains);
+        if !self.back_up(self.heard.mode(), names, keep, &mut found) {
             return found.checks;
         }
-        self.backup = Some(backup);
         self.heard.is_guided = true;
         self.beats_quickly = true;
-        for change in changes {
-            if !self.write_parameter(&change.name, change.to) {
-                let text = format!("{} could not be set to {}", change.name, change.to);
-                found.check("parameters", false, text);
-                return found.checks;
-            }
+        if !self.make_changes(changes, &mut found) {
+            return found.checks;
         }
         self.enter_guided(&mut found);
         found.checks

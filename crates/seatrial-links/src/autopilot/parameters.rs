@@ -32,21 +32,21 @@ impl<W: Wire> Autopilot<W> {
             self.read_named(&more, PARAMETERS_S);
             names.extend(more);
             if profile == Profile::Sub {
-                let optional = ["JS_GAIN_DEFAULT", "FS_PILOT_TIMEOUT"].map(String::from);
-                self.read_named(&optional, OPTIONAL_S);
+                self.read_named(&["JS_GAIN_DEFAULT", "FS_PILOT_TIMEOUT"], OPTIONAL_S);
             }
             self.read_station();
         }
         self.missing(&names)
     }
 
-    fn missing(&self, names: &[String]) -> Vec<String> {
-        let is_missing = |name: &&String| self.parameters.get(name).is_none();
-        names.iter().filter(is_missing).cloned().collect()
+    fn missing(&self, names: &[impl AsRef<str>]) -> Vec<String> {
+        let names = names.iter().map(AsRef::as_ref);
+        let missing = names.filter(|name| self.parameters.get(name).is_none());
+        missing.map(String::from).collect()
     }
 
     /// Asks for these parameters, some at a time, until all have come or the time is over.
-    fn read_named(&mut self, names: &[String], longest_s: f64) {
+    pub(super) fn read_named(&mut self, names: &[impl AsRef<str>], longest_s: f64) {
         let mut round = 0;
         self.insist(
             longest_s,
@@ -85,19 +85,9 @@ impl<W: Wire> Autopilot<W> {
     /// Whom the autopilot takes for its ground station: one of two names, by the age of the firmware.
     fn read_station(&mut self) {
         let station = ["MAV_GCS_SYSID", "SYSID_MYGCS"];
-        self.insist(
-            PARAMETERS_S,
-            |autopilot| {
-                station
-                    .iter()
-                    .for_each(|name| autopilot.ask_parameter(name))
-            },
-            |autopilot| {
-                station
-                    .iter()
-                    .any(|name| autopilot.parameters.get(name).is_some())
-            },
-        );
+        let asks = |autopilot: &mut Self| station.iter().for_each(|n| autopilot.ask_parameter(n));
+        let is_known = |autopilot: &mut Self| autopilot.missing(&station).len() < station.len();
+        self.insist(PARAMETERS_S, asks, is_known);
     }
 
     pub(super) fn check_failsafes(&mut self, found: &mut Preflight) {
@@ -113,7 +103,7 @@ impl<W: Wire> Autopilot<W> {
         }
     }
 
-    fn change(&self, name: &str, to: f64, why: &'static str) -> Option<Change> {
+    pub(super) fn change(&self, name: &str, to: f64, why: &'static str) -> Option<Change> {
         let from = self.parameters.get(name)?;
         Some(Change {
             name: name.into(),

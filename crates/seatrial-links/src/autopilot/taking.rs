@@ -4,7 +4,7 @@ use std::io;
 
 use super::parameters::LONGEST_OVERRIDE_S;
 use super::profile::Demand;
-use super::{Autopilot, Backup, Stop, Stored};
+use super::{Autopilot, Backup, Stop};
 use crate::handover::{
     Change, Check, Controls, LostProcess, Preflight, Wiggle, prove_rudder, prove_that_it_lets_go,
 };
@@ -25,37 +25,13 @@ impl<W: Wire> Autopilot<W> {
         keep: &mut dyn FnMut(&Backup) -> io::Result<()>,
     ) -> Vec<Check> {
         let mut found = Preflight::default();
-        let backup = Backup {
-            system: self.system(),
-            mode: self
-                .heard
-                .mode()
-                .filter(|_| self.profile().steering_mode().is_some()),
-            parameters: changes
-                .iter()
-                .filter_map(|change| Some((change.name.clone(), self.stored(&change.name)?)))
-                .collect(),
-        };
-        if let Err(error) = keep(&backup) {
-            found.check("backup", false, error.to_string());
-            return found.checks;
-        }
-        let before = backup.parameters.clone();
-        self.backup = Some(backup);
-        for change in changes {
-            let stored = before.get(&change.name).map(|stored| Stored {
-                number: change.to,
-                ..*stored
-            });
-            let is_set =
-                stored.is_some_and(|stored| self.set_parameter(&change.name, stored, CHANGE_S));
-            if !is_set {
-                let text = format!("{} could not be set to {}", change.name, change.to);
-                found.check("parameters", false, text);
-                return found.checks;
-            }
-        }
-        if !self.enter_mode(&mut found) {
+        let mode = self.heard.mode();
+        let mode = mode.filter(|_| self.profile().steering_mode().is_some());
+        let names = changes.iter().map(|change| change.name.clone());
+        let is_taken = self.back_up(mode, names, keep, &mut found)
+            && self.make_changes(changes, &mut found)
+            && self.enter_mode(&mut found);
+        if !is_taken {
             return found.checks;
         }
         self.wiggle(&mut found);
@@ -67,6 +43,40 @@ impl<W: Wire> Autopilot<W> {
         }
         self.sampler.skip();
         found.checks
+    }
+
+    /// Keeps the mode and these parameters as they are, to be put back. `false`: they could not be kept.
+    pub(super) fn back_up(
+        &mut self,
+        mode: Option<u32>,
+        names: impl Iterator<Item = String>,
+        keep: &mut dyn FnMut(&Backup) -> io::Result<()>,
+        found: &mut Preflight,
+    ) -> bool {
+        let stored = names.filter_map(|name| self.stored(&name).map(|stored| (name, stored)));
+        let backup = Backup {
+            system: self.system(),
+            mode,
+            parameters: stored.collect(),
+        };
+        if let Err(error) = keep(&backup) {
+            found.check("backup", false, error.to_string());
+            return false;
+        }
+        self.backup = Some(backup);
+        true
+    }
+
+    /// Changes parameters of the backup. `false`: one could not be changed.
+    pub(super) fn make_changes(&mut self, changes: &[Change], found: &mut Preflight) -> bool {
+        changes.iter().all(|change| {
+            let is_set = self.write_parameter(&change.name, change.to);
+            if !is_set {
+                let text = format!("{} could not be set to {}", change.name, change.to);
+                found.check("parameters", false, text);
+            }
+            is_set
+        })
     }
 
     fn enter_mode(&mut self, found: &mut Preflight) -> bool {

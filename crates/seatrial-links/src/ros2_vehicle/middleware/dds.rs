@@ -16,14 +16,15 @@ use ros2_client::node_options::NodeOptions;
 use ros2_client::qos::{History, QosProfile, WhenFull};
 use ros2_client::{Message, MessageTypeName, Name, NodeName, ServiceTypeName};
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use super::wire::{
     self, Answer, CommandMessage, Float64MultiArray, Kind, Request, SetBoolRequest, TriggerRequest,
 };
-use super::{DIAGNOSTICS_TOPIC, next_heard};
+use super::{DIAGNOSTICS_TOPIC, Listener, Source, failed, next_heard};
 use crate::ros2_vehicle::{
     ABORT_SERVICE, Demand, Description, Diagnosis, ENABLE_SERVICE, ESTIMATE_TOPIC, EstimateTopic,
-    FeedbackType, Graph, Heard, Matched, Middleware, MiddlewareError,
+    Graph, Heard, Matched, Middleware, MiddlewareError,
 };
 
 /// Messages of one topic that may wait to be read.
@@ -45,20 +46,27 @@ pub struct Dds {
     maker: Maker,
 }
 
-/// What is listened to.
-struct Ears {
-    imu: Option<Subscription<wire::Imu>>,
-    odometry: Option<Subscription<wire::Odometry>>,
-    joints: Option<(Subscription<wire::JointState>, String)>,
-    float64: Option<Subscription<wire::Float64>>,
-    float32: Option<Subscription<wire::Float32>>,
-    abort: Server<TriggerRequest, Answer>,
-    enable: Server<SetBoolRequest, Answer>,
+/// Gives what comes of one topic or service.
+trait Ear: Send {
+    fn stream(&self) -> LocalBoxStream<'_, Option<Heard>>;
 }
 
-/// Says what could not be made.
-fn failed<E: std::fmt::Display>(what: &str) -> impl FnOnce(E) -> MiddlewareError + '_ {
-    move |error| format!("{what}: {error}").into()
+/// A topic, and what its messages are for us.
+struct Heeded<M: 'static, F> {
+    subscription: Subscription<M>,
+    heard: F,
+}
+
+impl<M, F> Ear for Heeded<M, F>
+where
+    M: DeserializeOwned + Send + 'static,
+    F: Fn(M) -> Option<Heard> + Send,
+{
+    fn stream(&self) -> LocalBoxStream<'_, Option<Heard>> {
+        let messages = self.subscription.async_stream();
+        let heard = messages.map(|read| read.ok().and_then(|(message, _)| (self.heard)(message)));
+        heard.boxed_local()
+    }
 }
 
 fn qos(is_reliable: bool) -> QosProfile {
@@ -79,6 +87,7 @@ fn newest() -> QosProfile {
 struct Maker {
     node: Node,
     mapping: ServiceMapping,
+    ears: Vec<Box<dyn Ear>>,
 }
 
 impl Maker {
@@ -119,18 +128,6 @@ impl Maker {
         publisher.map_err(failed(name))
     }
 
-    fn subscription<M: 'static>(
-        &mut self,
-        name: &str,
-        kind: Kind,
-        is_reliable: bool,
-    ) -> Result<Subscription<M>, MiddlewareError> {
-        let qos = qos(is_reliable);
-        let topic = self.topic(name, kind, &qos)?;
-        let subscription = self.node.create_subscription(&topic, Some(qos));
-        subscription.map_err(failed(name))
-    }
-
     fn server<R: Message + Clone + 'static>(
         &mut self,
         name: &str,
@@ -143,41 +140,22 @@ impl Maker {
             .create_server(self.mapping, &parsed, &kind, qos(true), qos(true));
         server.map_err(failed(name))
     }
+}
 
-    fn ears(&mut self, description: &Description) -> Result<Ears, MiddlewareError> {
-        let mut ears = Ears {
-            imu: None,
-            odometry: None,
-            joints: None,
-            float64: None,
-            float32: None,
-            abort: self.server(&description.named(ABORT_SERVICE), wire::TRIGGER)?,
-            enable: self.server(&description.named(ENABLE_SERVICE), wire::SET_BOOL)?,
-        };
-        if let Some(imu) = &description.imu {
-            ears.imu = Some(self.subscription(&imu.topic, wire::IMU, imu.reliable)?);
-        }
-        if let Some(odometry) = &description.odometry {
-            let (topic, is_reliable) = (&odometry.topic, odometry.reliable);
-            ears.odometry = Some(self.subscription(topic, wire::ODOMETRY, is_reliable)?);
-        }
-        if let Some(feedback) = &description.feedback {
-            let (topic, is_reliable) = (&feedback.topic, feedback.reliable);
-            let kind = wire::kind_of_feedback(feedback.kind);
-            match feedback.kind {
-                FeedbackType::JointState => {
-                    let joint = feedback.joint.clone().unwrap_or_default();
-                    ears.joints = Some((self.subscription(topic, kind, is_reliable)?, joint));
-                }
-                FeedbackType::Float64 => {
-                    ears.float64 = Some(self.subscription(topic, kind, is_reliable)?);
-                }
-                FeedbackType::Float32 => {
-                    ears.float32 = Some(self.subscription(topic, kind, is_reliable)?);
-                }
-            }
-        }
-        Ok(ears)
+impl Listener for Maker {
+    fn hear<M: DeserializeOwned + Send + 'static>(
+        &mut self,
+        (name, kind, is_reliable): Source,
+        heard: impl Fn(M) -> Option<Heard> + Send + Sync + 'static,
+    ) -> Result<(), MiddlewareError> {
+        let qos = qos(is_reliable);
+        let topic = self.topic(name, kind, &qos)?;
+        let subscription = self.node.create_subscription(&topic, Some(qos));
+        self.ears.push(Box::new(Heeded {
+            subscription: subscription.map_err(failed(name))?,
+            heard,
+        }));
+        Ok(())
     }
 }
 
@@ -218,6 +196,7 @@ impl Dds {
                 Middleware::FastRtps => ServiceMapping::Enhanced,
                 Middleware::CycloneDds => ServiceMapping::Cyclone,
             },
+            ears: Vec::new(),
         };
         let mut publishers = Vec::new();
         for (topic, kind) in description.command_topics() {
@@ -229,7 +208,13 @@ impl Dds {
         let client = (description.enable.as_ref())
             .map(|enable| maker.enable_client(&enable.service))
             .transpose()?;
-        let ears = maker.ears(&description)?;
+        maker.hear_all(&description)?;
+        let abort =
+            maker.server::<TriggerRequest>(&description.named(ABORT_SERVICE), wire::TRIGGER)?;
+        let enable =
+            maker.server::<SetBoolRequest>(&description.named(ENABLE_SERVICE), wire::SET_BOOL)?;
+        let mut ears = std::mem::take(&mut maker.ears);
+        ears.extend([Box::new(abort) as Box<dyn Ear>, Box::new(enable)]);
         let (sender, heard) = mpsc::channel();
         let (hang_up, until) = oneshot::channel();
         let listening = std::thread::Builder::new()
@@ -277,65 +262,26 @@ impl Dds {
 }
 
 /// Calls of one of our services, which are answered.
-fn calls<R: Request + Message + Clone + 'static>(
-    server: &Server<R, Answer>,
-) -> LocalBoxStream<'_, Option<Heard>> {
-    let calls = server.receive_request_stream().map(|read| {
-        let (id, request) = read.ok()?;
-        let (heard, answer) = request.obeyed();
-        // One that cannot be answered is obeyed all the same.
-        let _ = server.send_response(id, answer);
-        Some(heard)
-    });
-    calls.boxed_local()
+impl<R: Request + Message + Clone + Send + 'static> Ear for Server<R, Answer> {
+    fn stream(&self) -> LocalBoxStream<'_, Option<Heard>> {
+        let calls = self.receive_request_stream().map(|read| {
+            let (id, request) = read.ok()?;
+            let (heard, answer) = request.obeyed();
+            // One that cannot be answered is obeyed all the same.
+            let _ = self.send_response(id, answer);
+            Some(heard)
+        });
+        calls.boxed_local()
+    }
 }
 
 /// Passes on what comes until the other end hangs up.
-fn listen(ears: &Ears, sender: &mpsc::Sender<(Instant, Heard)>, until: oneshot::Receiver<()>) {
-    let mut streams: Vec<LocalBoxStream<'_, Option<Heard>>> = Vec::new();
-    if let Some(imu) = &ears.imu {
-        let stream = imu.async_stream();
-        streams.push(
-            stream
-                .map(|read| read.ok().map(|(imu, _)| Heard::Imu(imu.motion())))
-                .boxed_local(),
-        );
-    }
-    if let Some(odometry) = &ears.odometry {
-        let stream = odometry.async_stream();
-        streams.push(
-            stream
-                .map(|read| read.ok().map(|(odom, _)| Heard::Odometry(odom.motion())))
-                .boxed_local(),
-        );
-    }
-    if let Some((joints, joint)) = &ears.joints {
-        let stream = joints.async_stream();
-        streams.push(
-            stream
-                .map(move |read| read.ok().and_then(|(state, _)| state.rudder(joint)))
-                .boxed_local(),
-        );
-    }
-    if let Some(float64) = &ears.float64 {
-        let stream = float64.async_stream();
-        streams.push(
-            stream
-                .map(|read| read.ok().map(|(number, _)| number.rudder()))
-                .boxed_local(),
-        );
-    }
-    if let Some(float32) = &ears.float32 {
-        let stream = float32.async_stream();
-        streams.push(
-            stream
-                .map(|read| read.ok().map(|(number, _)| number.rudder()))
-                .boxed_local(),
-        );
-    }
-    streams.push(calls(&ears.abort));
-    streams.push(calls(&ears.enable));
-    let heard = select_all(streams).for_each(|heard| {
+fn listen(
+    ears: &[Box<dyn Ear>],
+    sender: &mpsc::Sender<(Instant, Heard)>,
+    until: oneshot::Receiver<()>,
+) {
+    let heard = select_all(ears.iter().map(|ear| ear.stream())).for_each(|heard| {
         if let Some(heard) = heard {
             // Nobody takes it once the trial is over.
             let _ = sender.send((Instant::now(), heard));

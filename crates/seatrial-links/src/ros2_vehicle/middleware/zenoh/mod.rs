@@ -24,10 +24,10 @@ use super::wire::{
     self, Answer, CommandMessage, DiagnosticArray, Float64MultiArray, Request, SetBoolRequest,
     TriggerRequest,
 };
-use super::{DIAGNOSTICS_TOPIC, next_heard};
+use super::{DIAGNOSTICS_TOPIC, Listener, Source, failed, next_heard};
 use crate::ros2_vehicle::{
     ABORT_SERVICE, Demand, Description, Diagnosis, ENABLE_SERVICE, ESTIMATE_TOPIC, EstimateTopic,
-    FeedbackType, Graph, Heard, Matched, MiddlewareError, Zenoh, ZenohMode,
+    Graph, Heard, Matched, MiddlewareError, Zenoh, ZenohMode,
 };
 use names::{Announced, Entity, Role};
 
@@ -54,11 +54,6 @@ pub struct OverZenoh {
     present: Arc<Mutex<BTreeSet<String>>>,
     _presence: Subscriber<()>,
     maker: Maker,
-}
-
-/// Says what could not be done.
-fn failed<E: std::fmt::Display>(what: &str) -> impl FnOnce(E) -> MiddlewareError + '_ {
-    move |error| format!("{what}: {error}").into()
 }
 
 fn encoded(message: &impl Serialize) -> Result<Vec<u8>, MiddlewareError> {
@@ -202,29 +197,6 @@ impl Maker {
         Entity::topic(name, kind, self.has_hashes)
     }
 
-    fn hear<M: DeserializeOwned>(
-        &mut self,
-        (name, kind, is_reliable): (&str, wire::Kind, bool),
-        heard: impl Fn(M) -> Option<Heard> + Send + Sync + 'static,
-    ) -> Result<(), MiddlewareError> {
-        let entity = self.topic(name, kind);
-        let sender = self.sender.clone();
-        let subscriber = self
-            .session
-            .declare_subscriber(entity.key(self.domain))
-            .callback(move |sample| {
-                let message = decoded(&sample.payload().to_bytes());
-                if let Some(heard) = message.and_then(&heard) {
-                    // Nobody takes it once the trial is over.
-                    let _ = sender.send((Instant::now(), heard));
-                }
-            });
-        let subscriber = subscriber.wait().map_err(failed(name))?;
-        let origin = self.announced(Role::Subscriber, &entity, is_reliable, WAITING)?;
-        self.subscribers.push((subscriber, origin));
-        Ok(())
-    }
-
     fn serve<R: Request + DeserializeOwned>(
         &mut self,
         name: &str,
@@ -246,34 +218,29 @@ impl Maker {
         self.servers.push((queryable, origin));
         Ok(())
     }
+}
 
-    fn hear_all(&mut self, description: &Description) -> Result<(), MiddlewareError> {
-        if let Some(imu) = &description.imu {
-            let source = (imu.topic.as_str(), wire::IMU, imu.reliable);
-            self.hear(source, |imu: wire::Imu| Some(Heard::Imu(imu.motion())))?;
-        }
-        if let Some(odometry) = &description.odometry {
-            let source = (odometry.topic.as_str(), wire::ODOMETRY, odometry.reliable);
-            self.hear(source, |odometry: wire::Odometry| {
-                Some(Heard::Odometry(odometry.motion()))
-            })?;
-        }
-        if let Some(feedback) = &description.feedback {
-            let kind = wire::kind_of_feedback(feedback.kind);
-            let source = (feedback.topic.as_str(), kind, feedback.reliable);
-            match feedback.kind {
-                FeedbackType::JointState => {
-                    let joint = feedback.joint.clone().unwrap_or_default();
-                    self.hear(source, move |state: wire::JointState| state.rudder(&joint))?;
+impl Listener for Maker {
+    fn hear<M: DeserializeOwned + Send + 'static>(
+        &mut self,
+        (name, kind, is_reliable): Source,
+        heard: impl Fn(M) -> Option<Heard> + Send + Sync + 'static,
+    ) -> Result<(), MiddlewareError> {
+        let entity = self.topic(name, kind);
+        let sender = self.sender.clone();
+        let subscriber = self
+            .session
+            .declare_subscriber(entity.key(self.domain))
+            .callback(move |sample| {
+                let message = decoded(&sample.payload().to_bytes());
+                if let Some(heard) = message.and_then(&heard) {
+                    // Nobody takes it once the trial is over.
+                    let _ = sender.send((Instant::now(), heard));
                 }
-                FeedbackType::Float64 => {
-                    self.hear(source, |number: wire::Float64| Some(number.rudder()))?;
-                }
-                FeedbackType::Float32 => {
-                    self.hear(source, |number: wire::Float32| Some(number.rudder()))?;
-                }
-            }
-        }
+            });
+        let subscriber = subscriber.wait().map_err(failed(name))?;
+        let origin = self.announced(Role::Subscriber, &entity, is_reliable, WAITING)?;
+        self.subscribers.push((subscriber, origin));
         Ok(())
     }
 }
