@@ -422,13 +422,9 @@ impl Messages for DataFlash {
             self.last_time_s = time_s;
             let kind = layout.kinds.get(layout.instance(bytes)).copied().flatten();
             if let Some(kind) = kind.filter(|kind| wanted[*kind]) {
-                message.kind = kind;
-                message.time_s = time_s;
-                message.values.clear();
                 let numbers = layout.fields.iter().filter(|field| field.is_number());
-                message
-                    .values
-                    .extend(numbers.map(|field| field.number(bytes).unwrap_or(f64::NAN)));
+                let numbers = numbers.map(|field| field.number(bytes).unwrap_or(f64::NAN));
+                message.set(kind, time_s, numbers);
                 if let Some(steering) = self.steering.filter(|_| layout.name == "RCOU") {
                     let pulse_us = |output: usize| match self.outputs.get(output - 1) {
                         Some(Some(index)) => message.values[*index],
@@ -445,11 +441,7 @@ impl Messages for DataFlash {
         Ok(false)
     }
 
-    fn bytes(&self) -> &Bytes {
-        &self.bytes
-    }
-
-    fn bytes_mut(&mut self) -> &mut Bytes {
+    fn bytes(&mut self) -> &mut Bytes {
         &mut self.bytes
     }
 }

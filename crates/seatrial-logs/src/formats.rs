@@ -55,11 +55,7 @@
 //!         Ok(false)
 //!     }
 //!
-//!     fn bytes(&self) -> &Bytes {
-//!         &self.bytes
-//!     }
-//!
-//!     fn bytes_mut(&mut self) -> &mut Bytes {
+//!     fn bytes(&mut self) -> &mut Bytes {
 //!         &mut self.bytes
 //!     }
 //! }

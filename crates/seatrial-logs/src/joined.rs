@@ -13,7 +13,7 @@
 
 use std::collections::VecDeque;
 
-use crate::bytes::Bytes;
+use crate::bytes::{Bytes, Damage};
 use crate::description::Format;
 use crate::error::{Fault, Place};
 use crate::table::{Cell, Known, KnownField, Table};
@@ -49,6 +49,15 @@ pub struct Message {
     pub values: Vec<f64>,
 }
 
+impl Message {
+    /// Becomes another message.
+    pub(crate) fn set(&mut self, kind: usize, time_s: f64, values: impl IntoIterator<Item = f64>) {
+        (self.kind, self.time_s) = (kind, time_s);
+        self.values.clear();
+        self.values.extend(values);
+    }
+}
+
 /// A log as messages. Opening it reads the file once to learn which kinds there are.
 pub trait Messages: Send {
     /// The kinds that occur.
@@ -65,28 +74,25 @@ pub trait Messages: Send {
     /// A file that cannot be read further. What is damaged and has sound messages behind it is passed over and told in `warnings`.
     fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault>;
 
-    /// The bytes of the file.
-    fn bytes(&self) -> &Bytes;
-
-    /// The bytes of the file, to read them.
-    fn bytes_mut(&mut self) -> &mut Bytes;
+    /// The bytes of the file, which tell how far it is read and what of it is damaged.
+    fn bytes(&mut self) -> &mut Bytes;
 
     /// SHA-256 of the whole file in hexadecimal, after the last message.
     ///
     /// # Errors
     /// The operating system refuses.
     fn sha256(&mut self) -> Result<String, Fault> {
-        self.bytes_mut().sha256()
+        self.bytes().sha256()
     }
 
     /// Bytes consumed.
-    fn position(&self) -> u64 {
+    fn position(&mut self) -> u64 {
         self.bytes().position()
     }
 
-    /// What was left out, after the last message.
+    /// What was left out beside damaged bytes, after the last message.
     fn warnings(&self) -> Vec<String> {
-        self.bytes().damage.warnings()
+        Vec::new()
     }
 
     /// Was a part left out because it is damaged: by its checksum, or because it does not unpack? Asked after the last message.
@@ -186,6 +192,9 @@ pub(crate) struct Joined {
     waiting: VecDeque<Row>,
     is_at_end: bool,
     rows: u64,
+    /// Bytes consumed, and those that are damaged.
+    position: u64,
+    damage: Damage,
 }
 
 /// A column of the rows to come.
@@ -227,7 +236,7 @@ struct Row {
 }
 
 impl Joined {
-    pub fn new(format: Format, messages: Box<dyn Messages>) -> Self {
+    pub fn new(format: Format, mut messages: Box<dyn Messages>) -> Self {
         let mut columns = vec![TIME_COLUMN.to_string()];
         let mut sources = vec![None];
         for (kind, Kind { name, fields }) in messages.kinds().iter().enumerate() {
@@ -245,6 +254,8 @@ impl Joined {
         Self {
             format,
             wanted: vec![false; messages.kinds().len()],
+            position: messages.position(),
+            damage: messages.bytes().damage,
             messages,
             columns,
             sources,
@@ -391,7 +402,10 @@ impl Table for Joined {
                 None if self.is_at_end => return Ok(None),
                 None => {}
             }
-            match self.messages.next(&self.wanted, &mut self.message)? {
+            let next = self.messages.next(&self.wanted, &mut self.message);
+            self.position = self.messages.position();
+            self.damage = self.messages.bytes().damage;
+            match next? {
                 true => self.take(),
                 false => self.is_at_end = true,
             }
@@ -412,7 +426,7 @@ impl Table for Joined {
     }
 
     fn bytes_read(&self) -> u64 {
-        self.messages.position()
+        self.position
     }
 
     fn sha256(&mut self) -> Result<String, Fault> {
@@ -420,7 +434,7 @@ impl Table for Joined {
     }
 
     fn warnings(&self) -> Vec<String> {
-        self.messages.warnings()
+        [self.damage.warnings(), self.messages.warnings()].concat()
     }
 
     fn is_damaged(&self) -> bool {

@@ -120,9 +120,7 @@ impl<F: LineFormat> Messages for LineLog<F> {
         loop {
             while let Some((kind, time_s, value)) = self.channels.ready.pop_front() {
                 if wanted[kind] {
-                    (message.kind, message.time_s) = (kind, time_s);
-                    message.values.clear();
-                    message.values.push(value);
+                    message.set(kind, time_s, [value]);
                     return Ok(true);
                 }
             }
@@ -132,11 +130,7 @@ impl<F: LineFormat> Messages for LineLog<F> {
         }
     }
 
-    fn bytes(&self) -> &Bytes {
-        &self.bytes
-    }
-
-    fn bytes_mut(&mut self) -> &mut Bytes {
+    fn bytes(&mut self) -> &mut Bytes {
         &mut self.bytes
     }
 }

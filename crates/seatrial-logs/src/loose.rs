@@ -413,18 +413,11 @@ impl Messages for Loose {
         let Some((time_s, kind, value)) = self.values.find(|(_, kind, _)| wanted[*kind]) else {
             return Ok(false);
         };
-        message.kind = kind;
-        message.time_s = time_s;
-        message.values.clear();
-        message.values.push(value);
+        message.set(kind, time_s, [value]);
         Ok(true)
     }
 
-    fn bytes(&self) -> &Bytes {
-        &self.bytes
-    }
-
-    fn bytes_mut(&mut self) -> &mut Bytes {
+    fn bytes(&mut self) -> &mut Bytes {
         &mut self.bytes
     }
 
@@ -432,7 +425,7 @@ impl Messages for Loose {
         self.table.sha256()
     }
 
-    fn position(&self) -> u64 {
+    fn position(&mut self) -> u64 {
         self.table.bytes_read()
     }
 

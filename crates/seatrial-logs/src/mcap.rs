@@ -364,26 +364,17 @@ impl Messages for Mcap {
         found
     }
 
-    fn bytes(&self) -> &Bytes {
-        &self.bytes
-    }
-
-    fn bytes_mut(&mut self) -> &mut Bytes {
+    fn bytes(&mut self) -> &mut Bytes {
         &mut self.bytes
     }
 
     fn warnings(&self) -> Vec<String> {
-        let mut warnings = self.bytes.damage.warnings();
-        warnings.extend(
-            self.what
-                .iter()
-                .map(|what| format!("MCAP: {}", clipped(what))),
-        );
-        if self.is_summary_damaged {
-            warnings.push("MCAP: the checksum of its summary is wrong".into());
-        }
-        warnings.extend(self.topics.warnings());
-        warnings
+        let what = self.what.as_ref();
+        let what = what.map(|what| format!("MCAP: {}", clipped(what)));
+        let summary = (self.is_summary_damaged)
+            .then(|| "MCAP: the checksum of its summary is wrong".to_owned());
+        let own = what.into_iter().chain(summary);
+        own.chain(self.topics.warnings()).collect()
     }
 
     fn is_damaged(&self) -> bool {

@@ -297,24 +297,18 @@ impl Messages for Bag {
         Ok(false)
     }
 
-    fn bytes(&self) -> &Bytes {
-        &self.bytes
-    }
-
-    fn bytes_mut(&mut self) -> &mut Bytes {
+    fn bytes(&mut self) -> &mut Bytes {
         &mut self.bytes
     }
 
     fn warnings(&self) -> Vec<String> {
-        let mut warnings = self.bytes.damage.warnings();
-        warnings.extend(self.what.iter().map(|what| {
+        let damage = self.what.iter().map(|what| {
             format!(
                 "the bag is damaged ({}); everything before that is read",
                 clipped(what)
             )
-        }));
-        warnings.extend(self.topics.warnings());
-        warnings
+        });
+        damage.chain(self.topics.warnings()).collect()
     }
 
     fn is_damaged(&self) -> bool {

@@ -342,10 +342,7 @@ impl Messages for Glider {
     fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault> {
         loop {
             if let Some((kind, value)) = self.cycle.pop_front() {
-                message.kind = kind;
-                message.time_s = self.time_s;
-                message.values.clear();
-                message.values.push(value);
+                message.set(kind, self.time_s, [value]);
                 return Ok(true);
             }
             if !self.next_cycle(wanted)? {
@@ -354,11 +351,7 @@ impl Messages for Glider {
         }
     }
 
-    fn bytes(&self) -> &Bytes {
-        &self.bytes
-    }
-
-    fn bytes_mut(&mut self) -> &mut Bytes {
+    fn bytes(&mut self) -> &mut Bytes {
         &mut self.bytes
     }
 }

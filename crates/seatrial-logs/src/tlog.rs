@@ -385,11 +385,8 @@ impl Messages for Telemetry {
             if has_ports && definition.field(payload, "port") != Some(0.0) {
                 continue;
             }
-            message.kind = kind;
-            message.time_s = time_s;
-            message.values.clear();
-            message.values.extend(definition.numbers(payload));
-            message.values.push(frame.arrival_us);
+            let arrival_us = std::iter::once(frame.arrival_us);
+            message.set(kind, time_s, definition.numbers(payload).chain(arrival_us));
             if let Some(field) = self.steering.filter(|s| s.message == definition.id) {
                 let pulse_us = |number: usize| match self.pulses.get(number - 1) {
                     Some(index) => message.values[*index],
@@ -403,11 +400,7 @@ impl Messages for Telemetry {
         Ok(false)
     }
 
-    fn bytes(&self) -> &Bytes {
-        &self.bytes
-    }
-
-    fn bytes_mut(&mut self) -> &mut Bytes {
+    fn bytes(&mut self) -> &mut Bytes {
         &mut self.bytes
     }
 

@@ -128,11 +128,7 @@ impl Messages for HelmLog {
         }
     }
 
-    fn bytes(&self) -> &Bytes {
-        &self.bytes
-    }
-
-    fn bytes_mut(&mut self) -> &mut Bytes {
+    fn bytes(&mut self) -> &mut Bytes {
         &mut self.bytes
     }
 }

@@ -256,9 +256,7 @@ impl Sentences {
     ) -> Result<bool, Fault> {
         loop {
             if let Some((kind, time_s, values)) = self.ready.pop_front() {
-                message.kind = kind;
-                message.time_s = time_s;
-                message.values = values;
+                message.set(kind, time_s, values);
                 return Ok(true);
             }
             let position = self.bytes.position();
@@ -448,16 +446,12 @@ impl Messages for Sentences {
         self.next_sentence(Some(wanted), message)
     }
 
-    fn bytes(&self) -> &Bytes {
-        &self.bytes
-    }
-
-    fn bytes_mut(&mut self) -> &mut Bytes {
+    fn bytes(&mut self) -> &mut Bytes {
         &mut self.bytes
     }
 
     fn warnings(&self) -> Vec<String> {
-        let mut warnings = self.bytes.damage.warnings();
+        let mut warnings = Vec::new();
         if self.stamps.count == 0 {
             warnings.push(
                 "no sentence has a time before it: sentences are spread evenly between the times of RMC, ZDA, GGA or GLL sentences".into(),

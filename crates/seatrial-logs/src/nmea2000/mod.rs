@@ -418,20 +418,13 @@ impl Messages for Capture {
             else {
                 continue;
             };
-            message.kind = kind;
-            message.time_s = frame.time_s;
-            message.values.clear();
-            message.values.extend(frame.values(group));
+            message.set(kind, frame.time_s, frame.values(group));
             return Ok(true);
         }
         Ok(false)
     }
 
-    fn bytes(&self) -> &Bytes {
-        &self.bytes
-    }
-
-    fn bytes_mut(&mut self) -> &mut Bytes {
+    fn bytes(&mut self) -> &mut Bytes {
         &mut self.bytes
     }
 }

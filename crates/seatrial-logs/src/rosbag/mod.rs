@@ -189,15 +189,11 @@ impl Messages for Bag {
         }
     }
 
-    fn bytes(&self) -> &Bytes {
-        &self.bytes
-    }
-
-    fn bytes_mut(&mut self) -> &mut Bytes {
+    fn bytes(&mut self) -> &mut Bytes {
         &mut self.bytes
     }
 
-    fn position(&self) -> u64 {
+    fn position(&mut self) -> u64 {
         (self.length as f64 * self.read as f64 / self.rows.max(1) as f64) as u64
     }
 

@@ -414,11 +414,7 @@ impl Messages for ULog {
         Ok(false)
     }
 
-    fn bytes(&self) -> &Bytes {
-        &self.bytes
-    }
-
-    fn bytes_mut(&mut self) -> &mut Bytes {
+    fn bytes(&mut self) -> &mut Bytes {
         &mut self.bytes
     }
 
@@ -430,11 +426,6 @@ impl Messages for ULog {
                 self.dropped_ms as f64 / 1e3
             )
         });
-        self.bytes
-            .damage
-            .warnings()
-            .into_iter()
-            .chain(dropouts)
-            .collect()
+        dropouts.into_iter().collect()
     }
 }
