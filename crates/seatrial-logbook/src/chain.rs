@@ -4,7 +4,7 @@ use rusqlite::types::ValueRef;
 use rusqlite::{Connection, Error};
 use sha2::{Digest, Sha256};
 
-use super::row::{Exact, stage_name, to_json};
+use super::row::{number, optional, stage_name, to_json};
 use super::stored::{CampaignEntry, StoredRun, collect, unfinished_runs};
 use seatrial::Step;
 
@@ -205,14 +205,9 @@ pub(super) fn pitch_link(connection: &Connection, trial: i64) -> Result<String, 
         "SELECT time_s, pitch_rad, elevator_rad, depth_m, surge_speed_m_s FROM pitch_sample WHERE trial = ? ORDER BY number",
         trial,
         |row| {
-            let known = |column| row.get::<_, Exact>(column).map(|Exact(value)| value);
-            let optional = |column| {
-                let value: Result<Option<Exact>, Error> = row.get(column);
-                value.map(|value| value.map(|Exact(value)| value))
-            };
             Ok((
-                [known(0)?, known(1)?, known(2)?],
-                [optional(3)?, optional(4)?],
+                [number(row, 0)?, number(row, 1)?, number(row, 2)?],
+                [optional(row, 3)?, optional(row, 4)?],
             ))
         },
     )?;

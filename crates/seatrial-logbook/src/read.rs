@@ -1,7 +1,7 @@
 //! What comes out of a logbook.
 
 use super::damage::Damage;
-use super::row::Exact;
+use super::row::number;
 use super::stored::{
     CampaignEntry, State, StoredRun, campaign_entries, collect, steps, stored_run,
 };
@@ -177,7 +177,7 @@ impl Logbook {
                 Ok(RunEntry {
                     id: RunId(row.get(0)?),
                     number: row.get(1)?,
-                    thrust: row.get::<_, Exact>(2)?.0,
+                    thrust: number(row, 2)?,
                     attempt: row.get(3)?,
                     finished: row.get(4)?,
                     samples: row.get::<_, u32>(5)? as usize,

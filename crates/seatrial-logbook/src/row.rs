@@ -9,11 +9,8 @@ use serde::de::DeserializeOwned;
 
 /// The step of a row that begins with [`Step::COLUMNS`], stage and outcome.
 pub(super) fn step_of(row: &Row) -> Result<Step, Error> {
-    let number = |column| row.get(column).map(|Exact(value)| value);
-    let optional = |column| {
-        row.get(column)
-            .map(|value: Option<Exact>| value.map(|Exact(value)| value))
-    };
+    let number = |column| number(row, column);
+    let optional = |column| optional(row, column);
     let steering = match (optional(11)?, optional(12)?) {
         (Some(angle), None) => Steering::Rudder(angle),
         (None, Some(angle)) => Steering::HoldHeading(angle),
@@ -82,6 +79,17 @@ impl FromSql for Exact {
             _ => Err(FromSqlError::InvalidType),
         }
     }
+}
+
+/// The number of a column.
+pub(super) fn number(row: &Row, column: usize) -> Result<f64, Error> {
+    row.get(column).map(|Exact(value)| value)
+}
+
+/// The number of a column that may be NULL.
+pub(super) fn optional(row: &Row, column: usize) -> Result<Option<f64>, Error> {
+    let value: Option<Exact> = row.get(column)?;
+    Ok(value.map(|Exact(value)| value))
 }
 
 /// The name of a stage in the logbook.

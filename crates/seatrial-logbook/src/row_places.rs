@@ -16,32 +16,16 @@ const NUMBERS: &str =
     "they are not numbered one after the other: one was taken out, put in or moved";
 const UNFINISHED: &str = "parts of a result are there, and no result";
 
-const CHECKS: [Check; 17] = [
-    Check {
-        sql: "SELECT 'the list of reviews' FROM review
-              GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
-        found: NUMBERS,
-    },
-    Check {
-        sql: "SELECT 'the list of commands' FROM command
-              GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
-        found: NUMBERS,
-    },
-    Check {
-        sql: "SELECT 'the list of runs' FROM run
-              GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
-        found: NUMBERS,
-    },
-    Check {
-        sql: "SELECT 'the list of configurations' FROM configuration
-              GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
-        found: NUMBERS,
-    },
-    Check {
-        sql: "SELECT 'the list of pitch trials' FROM pitch_trial
-              GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)",
-        found: NUMBERS,
-    },
+/// Tables whose rows are numbered from 1 on, and what they are.
+const LISTS: [(&str, &str); 5] = [
+    ("review", "reviews"),
+    ("command", "commands"),
+    ("run", "runs"),
+    ("configuration", "configurations"),
+    ("pitch_trial", "pitch trials"),
+];
+
+const CHECKS: [Check; 12] = [
     Check {
         sql: "SELECT 'configuration ' || name FROM configuration
               WHERE id NOT IN (SELECT configuration FROM campaign)",
@@ -110,9 +94,14 @@ const CHECKS: [Check; 17] = [
 /// Every place where a row is not as it was written, and what is wrong there.
 pub(super) fn misplaced(connection: &Connection) -> Vec<(String, String)> {
     let mut found = Vec::new();
-    for check in &CHECKS {
-        match column(connection, check.sql) {
-            Ok(places) => found.extend(places.into_iter().map(|place| (place, check.found.into()))),
+    let lists = LISTS.map(|(table, rows)| {
+        let sql = format!("SELECT 'the list of {rows}' FROM {table} GROUP BY 1 HAVING min(id) <> 1 OR max(id) <> count(*)");
+        (sql, NUMBERS)
+    });
+    let checks = CHECKS.iter().map(|check| (check.sql.into(), check.found));
+    for (sql, wrong) in lists.into_iter().chain(checks) {
+        match column(connection, &sql) {
+            Ok(places) => found.extend(places.into_iter().map(|place| (place, wrong.into()))),
             Err(error) => found.push(("the file".into(), unreadable(&error))),
         }
     }

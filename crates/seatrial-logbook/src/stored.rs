@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::CampaignId;
 use super::damage::Damage;
-use super::row::{Exact, from_json, json_column, stage, step_of};
+use super::row::{from_json, json_column, number, optional, stage, step_of};
 use seatrial::campaign::{FullRudder, Run, StageSpan};
 use seatrial::identification::{Identification, Reason, ReasonCode, TracePoint, Verdict};
 use seatrial::{Step, Window};
@@ -154,8 +154,8 @@ pub(super) fn stored_run(connection: &Connection, run: i64) -> Result<StoredRun,
             Ok(StageSpan {
                 stage: stage(0, &row.get::<_, String>(0)?)?,
                 window: Window {
-                    from_s: row.get::<_, Exact>(1)?.0,
-                    to_s: row.get::<_, Exact>(2)?.0,
+                    from_s: number(row, 1)?,
+                    to_s: number(row, 2)?,
                 },
             })
         },
@@ -166,7 +166,7 @@ pub(super) fn stored_run(connection: &Connection, run: i64) -> Result<StoredRun,
          FROM trace WHERE run = ? ORDER BY number",
         run,
         |row| {
-            let number = |column| row.get::<_, Exact>(column).map(|Exact(value)| value);
+            let number = |column| number(row, column);
             Ok(TracePoint {
                 time_s: number(0)?,
                 theta: [number(1)?, number(2)?, number(3)?],
@@ -181,9 +181,9 @@ pub(super) fn stored_run(connection: &Connection, run: i64) -> Result<StoredRun,
         |row| {
             Ok(StoredRun {
                 number: row.get(0)?,
-                thrust: row.get::<_, Exact>(1)?.0,
+                thrust: number(row, 1)?,
                 attempt: row.get(2)?,
-                surge_speed_m_s: row.get::<_, Option<Exact>>(3)?.map(|Exact(value)| value),
+                surge_speed_m_s: optional(row, 3)?,
                 verdict: row.get(4)?,
                 identification,
                 stages,
@@ -220,7 +220,6 @@ pub(super) fn campaign_entries(
                 (None, false) => State::Unfinished,
                 (None, true) => State::Interrupted,
             };
-            let angle: Option<Exact> = row.get(17)?;
             let is_assumed: Option<bool> = row.get(18)?;
             Ok(CampaignEntry {
                 id: CampaignId(row.get(0)?),
@@ -230,8 +229,8 @@ pub(super) fn campaign_entries(
                 software_version: row.get(4)?,
                 vehicle: row.get(5)?,
                 seed: row.get::<_, Option<i64>>(6)?.map(i64::cast_unsigned),
-                rudder_limit_rad: row.get::<_, Exact>(7)?.0,
-                full_rudder: angle.map(|Exact(angle_rad)| FullRudder {
+                rudder_limit_rad: number(row, 7)?,
+                full_rudder: optional(row, 17)?.map(|angle_rad| FullRudder {
                     angle_rad,
                     is_assumed: is_assumed.unwrap_or(true),
                 }),
@@ -268,7 +267,7 @@ pub(super) fn unfinished_runs(
         connection,
         "SELECT number, attempt, thrust FROM run WHERE campaign = ? AND sha256 IS NULL ORDER BY number",
         campaign,
-        |row| Ok((row.get(0)?, row.get(1)?, row.get::<_, Exact>(2)?.0)),
+        |row| Ok((row.get(0)?, row.get(1)?, number(row, 2)?)),
     )
 }
 
