@@ -13,8 +13,9 @@ use super::seeds::seed;
 use super::sender::Sender;
 use super::signing::{Refused, SIGNATURE, Signing};
 use crate::checksum::checksum;
-use crate::logged::LONGEST_FRAME;
 
+/// The longest frame: MAVLink 2, 255 bytes of payload, signed.
+pub const LONGEST_FRAME: usize = 10 + 255 + 2 + SIGNATURE;
 /// The first byte of a frame.
 const VERSION_1: u8 = 0xfe;
 const VERSION_2: u8 = 0xfd;

@@ -5,13 +5,12 @@
 use std::ops::Range;
 
 use crate::frame::Head;
+pub use crate::frame::LONGEST_FRAME;
 use crate::message::LOGGED;
 use crate::sender::Sender;
 
 /// Bytes of the time of arrival, us since 1970, big endian.
 pub const STAMP: usize = 8;
-/// The longest frame: MAVLink 2, 255 bytes of payload, signed.
-pub const LONGEST_FRAME: usize = 10 + 255 + 2 + 13;
 /// Payload of a message with all its bytes; zeros at its end are not sent.
 pub const PAYLOAD: usize = 255;
 /// Where the first 256 messages stand in [`LOGGED`].
