@@ -185,50 +185,43 @@ pub(crate) fn is_workbook(start: &[u8]) -> bool {
 
 /// Refuses what holds a log, or belongs to one, and is none itself.
 pub(crate) fn check_is_log(start: &[u8]) -> Result<(), Fault> {
-    if is_workbook(start) {
-        return Ok(());
-    }
-    if start.starts_with(b"PK") && holds(start, OPEN_DOCUMENT) {
-        return Err(Fault::Workbook);
-    }
-    if start.starts_with(MATLAB_73) {
-        return Err(Fault::Matlab73);
-    }
-    if let Some((packer, _, unpack)) = PACKERS
+    let packer = PACKERS
         .iter()
-        .find(|(_, bytes, _)| start.starts_with(bytes))
-    {
-        return Err(Fault::Packed { packer, unpack });
-    }
+        .find(|(_, bytes, _)| start.starts_with(bytes));
     let known = NO_LOGS.iter().find(|(bytes, ..)| start.starts_with(bytes));
-    if let Some((_, what, instead)) = known {
-        return Err(Fault::NoLog { what, instead });
-    }
-    if start.get(4..8) == Some(FILM) {
-        return Err(Fault::NoLog {
-            what: "a film (MP4)",
-            instead: LOG_INSTEAD,
-        });
-    }
-    if let Some((what, instead)) = document(start) {
-        return Err(Fault::NoLog { what, instead });
-    }
-    if crate::nmea2000::is_untimed(start) {
-        return Err(Fault::NoLog {
-            what: "frames of a CAN bus without times",
-            instead: "record them with their times, as `candump -l can0` does",
-        });
-    }
-    if start.starts_with(b"s: T ") || start.starts_with(b"s: F ") {
-        return Err(Fault::SlocumCache);
-    }
-    if start.starts_with(b"#ROSBAG V") && !start.starts_with(ROS1) {
-        return Err(Fault::NothingToRead {
+    let film = (start.get(4..8) == Some(FILM)).then_some(("a film (MP4)", LOG_INSTEAD));
+    Err(if is_workbook(start) {
+        return Ok(());
+    } else if start.starts_with(b"PK") && holds(start, OPEN_DOCUMENT) {
+        Fault::Workbook
+    } else if start.starts_with(MATLAB_73) {
+        Fault::Matlab73
+    } else if let Some((packer, _, unpack)) = packer {
+        Fault::Packed { packer, unpack }
+    } else if let Some((what, instead)) = known
+        .map(|(_, what, instead)| (*what, *instead))
+        .or(film)
+        .or_else(|| document(start))
+        .or_else(|| untimed(start))
+    {
+        Fault::NoLog { what, instead }
+    } else if start.starts_with(b"s: T ") || start.starts_with(b"s: F ") {
+        Fault::SlocumCache
+    } else if start.starts_with(b"#ROSBAG V") && !start.starts_with(ROS1) {
+        Fault::NothingToRead {
             format: "bag of ROS 1",
             what: "expected version 2.0, to which `rosbag fix FILE.bag NEW.bag` converts it".into(),
-        });
-    }
-    Ok(())
+        }
+    } else {
+        return Ok(());
+    })
+}
+
+fn untimed(start: &[u8]) -> Option<(&'static str, &'static str)> {
+    crate::nmea2000::is_untimed(start).then_some((
+        "frames of a CAN bus without times",
+        "record them with their times, as `candump -l can0` does",
+    ))
 }
 
 #[cfg(feature = "containers")]

@@ -6,15 +6,16 @@
 mod sentences;
 mod times;
 
+use std::cmp::Reverse;
 use std::collections::VecDeque;
 
-use crate::Quantity;
 use crate::bytes::Bytes;
 use crate::clock::{instant, stamp_s, time_of_day};
 use crate::error::Fault;
 use crate::input::Input;
 use crate::joined::{FieldNumbers, Kind, Message, Messages, names};
-use crate::table::Known;
+use crate::table::{Known, KnownChannel};
+use crate::{Quantity, Unit};
 use sentences::{CHANNELS, SENTENCES};
 use times::{Clock, Stamps};
 
@@ -336,45 +337,57 @@ impl Sentences {
         }
     }
 
-    /// The kinds whose field of this sentence has numbers, that with the most first; one that never changes is last.
-    fn with_numbers(&self, sentence: &str, field: &str) -> Vec<usize> {
-        let count = |kind: usize| {
-            let (name, fields) = SENTENCES[self.instruments[kind].sentence];
-            let at = fields.iter().position(|known| known.name == field)?;
-            let numbers = self.numbers[kind][at];
-            (name == sentence && numbers.count > 0).then_some((numbers.changes, numbers.count))
-        };
-        let mut kinds: Vec<((bool, u64), usize)> = (0..self.kinds.len())
-            .filter_map(|kind| Some((count(kind)?, kind)))
-            .collect();
-        kinds.sort_by_key(|(count, kind)| (std::cmp::Reverse(*count), *kind));
-        kinds.into_iter().map(|(_, kind)| kind).collect()
-    }
-}
-
-impl Sentences {
-    /// Says which heading is taken of those that several instruments send in different sentences, and which rudder of two.
-    fn tell_rivals(&self, known: &mut Known) {
-        let talker = |column: &str| {
-            let is_of = |kind: &Kind| {
-                let field = column.strip_prefix(&kind.name);
-                field.is_some_and(|field| field.starts_with('.'))
+    /// The fields that feed a quantity and have had numbers, the preferred first: of several instruments the one with the most. What never
+    /// changes says nothing, where another does.
+    fn channels(&self) -> Vec<Channel> {
+        let mut found = Vec::new();
+        for (quantity, sentence, field, unit) in CHANNELS {
+            let of_sentence = |kind: usize| {
+                let (name, fields) = SENTENCES[self.instruments[kind].sentence];
+                let at = fields.iter().position(|known| known.name == field)?;
+                let numbers = self.numbers[kind][at];
+                (name == sentence && numbers.count > 0).then_some((numbers.changes, numbers.count))
             };
-            let kind = self.kinds.iter().position(is_of);
-            kind.map(|kind| self.instruments[kind].talker.clone())
-        };
+            let mut kinds: Vec<((bool, u64), usize)> = (0..self.kinds.len())
+                .filter_map(|kind| Some((of_sentence(kind)?, kind)))
+                .collect();
+            kinds.sort_by_key(|(count, kind)| (Reverse(*count), *kind));
+            let column = |kind: usize| format!("{}.{field}", self.kinds[kind].name);
+            let columns: Vec<String> = kinds.iter().map(|(_, kind)| column(*kind)).collect();
+            found.extend(kinds.iter().map(|((changes, _), kind)| Channel {
+                quantity,
+                unit,
+                kind: *kind,
+                column: column(*kind),
+                changes: *changes,
+                doubt: (columns.len() > 1).then(|| {
+                    format!(
+                        "{} instruments send {sentence}, as {}: `{}` is taken; say another with {} NAME",
+                        columns.len(),
+                        columns.join(", "),
+                        column(*kind),
+                        quantity.option()
+                    )
+                }),
+            }));
+        }
+        found.sort_by_key(|channel| !channel.changes);
+        found
+    }
+
+    /// Says which heading is taken of those that several instruments send in different sentences, and which rudder of two.
+    fn tell_rivals(&self, channels: &mut [Channel]) {
         for quantity in [Quantity::Heading, Quantity::Rudder] {
-            let mut channels = (known.channels.iter_mut()).filter(|of| of.quantity == quantity);
+            let mut channels = channels.iter_mut().filter(|of| of.quantity == quantity);
             let Some(taken) = channels.next().filter(|taken| taken.doubt.is_none()) else {
                 continue;
             };
-            let is_rival = |other: &&mut crate::table::KnownChannel| {
-                quantity == Quantity::Rudder || talker(&other.column) != talker(&taken.column)
+            let talker = |of: &Channel| &self.instruments[of.kind].talker;
+            let is_rival = |other: &&mut Channel| {
+                quantity == Quantity::Rudder || talker(other) != talker(taken)
             };
-            let rivals: Vec<String> = channels
-                .filter(is_rival)
-                .map(|other| other.column.clone())
-                .collect();
+            let rivals = channels.filter(is_rival);
+            let rivals: Vec<String> = rivals.map(|other| other.column.clone()).collect();
             if !rivals.is_empty() {
                 taken.doubt = Some(format!(
                     "{quantity} is in `{}` and in {}: `{0}` is taken; say another with {} NAME",
@@ -387,6 +400,16 @@ impl Sentences {
     }
 }
 
+/// A field of an instrument that feeds a quantity.
+struct Channel {
+    quantity: Quantity,
+    unit: Unit,
+    kind: usize,
+    column: String,
+    changes: bool,
+    doubt: Option<String>,
+}
+
 impl Messages for Sentences {
     fn kinds(&self) -> &[Kind] {
         &self.kinds
@@ -394,39 +417,18 @@ impl Messages for Sentences {
 
     fn known(&self) -> Known {
         let mut known = Known::default();
-        for (quantity, sentence, field, unit) in CHANNELS {
-            let kinds = self.with_numbers(sentence, field);
-            let columns: Vec<String> = kinds
-                .iter()
-                .map(|kind| format!("{}.{field}", self.kinds[*kind].name))
-                .collect();
-            for (place, column) in columns.iter().enumerate() {
-                known.add(quantity, column.clone(), Some(unit), "");
-                if let Some(channel) = known.channels.last_mut().filter(|_| columns.len() > 1) {
-                    channel.doubt = Some(format!(
-                        "{} instruments send {sentence}, as {}: `{}` is taken; say another with {} NAME",
-                        columns.len(),
-                        columns.join(", "),
-                        columns[place],
-                        quantity.option()
-                    ));
-                }
-            }
-        }
-        // What never changes says nothing, where another does.
-        let is_constant = |column: &String| {
-            let of = |(kind, of): (usize, &Kind)| {
-                let field = column.strip_prefix(&of.name)?.strip_prefix('.')?;
-                let (_, fields) = SENTENCES[self.instruments[kind].sentence];
-                let at = fields.iter().position(|known| known.name == field)?;
-                Some(!self.numbers[kind][at].changes)
-            };
-            self.kinds.iter().enumerate().find_map(of) == Some(true)
-        };
-        known
-            .channels
-            .sort_by_key(|channel| is_constant(&channel.column));
-        self.tell_rivals(&mut known);
+        let mut channels = self.channels();
+        self.tell_rivals(&mut channels);
+        known.channels = channels
+            .into_iter()
+            .map(|of| KnownChannel {
+                quantity: of.quantity,
+                column: of.column,
+                unit: Some(of.unit),
+                because: None,
+                doubt: of.doubt,
+            })
+            .collect();
         let found = match self.kinds.is_empty() {
             true => "no sentence whose check sum is right".to_owned(),
             false => names(&self.kinds),

@@ -19,7 +19,7 @@ use crate::joined::{FieldNumbers, Kind, Message, Messages, names};
 use crate::line_log::LineLog;
 use crate::table::Known;
 use fast_packet::FastPackets;
-use groups::{CHANNELS, GROUPS};
+use groups::{CHANNELS, GROUPS, fields};
 
 /// A bus of 250 kbit/s carries no more frames in a second: each has at least 110 bits.
 const MOST_PER_S: f64 = 2300.0;
@@ -73,12 +73,14 @@ impl Frame {
     }
 
     fn group(&self) -> Option<usize> {
-        GROUPS.iter().position(|known| known.number == self.number)
+        GROUPS
+            .iter()
+            .position(|(number, ..)| *number == self.number)
     }
 
     fn key(&self) -> Option<(usize, u8, u8)> {
         let group = self.group()?;
-        let instance = match GROUPS[group].has_instance {
+        let instance = match GROUPS[group].2 {
             true => *self.data.first()?,
             false => 0,
         };
@@ -86,13 +88,10 @@ impl Frame {
     }
 
     fn values(&self, group: usize) -> impl Iterator<Item = f64> + '_ {
-        GROUPS[group]
-            .fields
-            .iter()
-            .map(|(_, at, kind, resolution)| {
-                kind.below_none(&self.data, *at)
-                    .map_or(f64::NAN, |number| number * resolution)
-            })
+        fields(group).map(|(_, at, kind, resolution)| {
+            kind.below_none(&self.data, at)
+                .map_or(f64::NAN, |number| number * resolution)
+        })
     }
 }
 
@@ -346,18 +345,14 @@ impl Capture {
             if self.kinds.len() == MOST_KINDS {
                 return;
             }
-            let known = &GROUPS[group];
+            let (_, name, has_instance) = GROUPS[group];
             self.kind_of.insert(key, self.kinds.len());
             let kind = Kind {
-                name: match known.has_instance {
-                    true => format!("{}.{source}.{instance}", known.name),
-                    false => format!("{}.{source}", known.name),
+                name: match has_instance {
+                    true => format!("{name}.{source}.{instance}"),
+                    false => format!("{name}.{source}"),
                 },
-                fields: known
-                    .fields
-                    .iter()
-                    .map(|(name, ..)| (*name).into())
-                    .collect(),
+                fields: fields(group).map(|(name, ..)| name.into()).collect(),
             };
             self.numbers.push(FieldNumbers::of(&kind));
             self.kinds.push(kind);
@@ -381,10 +376,9 @@ impl Messages for Capture {
             let best = self
                 .kind_of
                 .iter()
-                .filter(|((of, ..), _)| GROUPS[*of].name == group)
+                .filter(|((of, ..), _)| GROUPS[*of].1 == group)
                 .filter_map(|((of, ..), kind)| {
-                    let fields = GROUPS[*of].fields;
-                    let index = fields.iter().position(|(name, ..)| *name == field)?;
+                    let index = fields(*of).position(|(name, ..)| name == field)?;
                     let numbers = self.numbers[*kind][index];
                     Some(((numbers.changes, numbers.count), *kind))
                 })

@@ -35,104 +35,59 @@ struct Topic {
     schema: Schema,
 }
 
-/// Fields of well-known types, the preferred one of a quantity first. Signs and frames are those of REP 103.
-const CHANNELS: [(Quantity, &str, &str, Unit); 21] = {
-    use Quantity::{Depth, East, Heading, North, Pitch, Roll, Rudder, Speed, YawRate};
-    use Unit::{Metre, MetrePerSecond, Radian, RadianPerSecond};
-    [
-        (
-            Heading,
-            "nav_msgs/Odometry",
-            "pose.pose.orientation.heading_rad",
-            Radian,
-        ),
-        (
-            Heading,
-            "sensor_msgs/Imu",
-            "orientation.heading_rad",
-            Radian,
-        ),
-        (
-            Heading,
-            "geometry_msgs/PoseStamped",
-            "pose.orientation.heading_rad",
-            Radian,
-        ),
-        (
-            Heading,
-            "geometry_msgs/PoseWithCovarianceStamped",
-            "pose.pose.orientation.heading_rad",
-            Radian,
-        ),
-        (
-            Rudder,
-            "ackermann_msgs/AckermannDriveStamped",
-            "drive.steering_angle",
-            Radian,
-        ),
-        (
-            Rudder,
-            "ackermann_msgs/AckermannDrive",
-            "steering_angle",
-            Radian,
-        ),
-        (
-            Roll,
-            "nav_msgs/Odometry",
-            "pose.pose.orientation.roll_rad",
-            Radian,
-        ),
-        (Roll, "sensor_msgs/Imu", "orientation.roll_rad", Radian),
-        (
-            Roll,
-            "geometry_msgs/PoseStamped",
-            "pose.orientation.roll_rad",
-            Radian,
-        ),
-        (
-            Pitch,
-            "nav_msgs/Odometry",
-            "pose.pose.orientation.pitch_rad",
-            Radian,
-        ),
-        (Pitch, "sensor_msgs/Imu", "orientation.pitch_rad", Radian),
-        (
-            Pitch,
-            "geometry_msgs/PoseStamped",
-            "pose.orientation.pitch_rad",
-            Radian,
-        ),
-        (
-            YawRate,
-            "sensor_msgs/Imu",
-            "angular_velocity.yaw_rate_rad_s",
-            RadianPerSecond,
-        ),
-        (
-            YawRate,
-            "nav_msgs/Odometry",
-            "twist.twist.angular.yaw_rate_rad_s",
-            RadianPerSecond,
-        ),
-        (
-            Speed,
-            "nav_msgs/Odometry",
-            "twist.twist.linear.x",
-            MetrePerSecond,
-        ),
-        (
-            Speed,
-            "geometry_msgs/TwistStamped",
-            "twist.linear.x",
-            MetrePerSecond,
-        ),
-        (North, "nav_msgs/Odometry", "pose.pose.position.y", Metre),
-        (East, "nav_msgs/Odometry", "pose.pose.position.x", Metre),
-        (North, "geometry_msgs/PoseStamped", "pose.position.y", Metre),
-        (East, "geometry_msgs/PoseStamped", "pose.position.x", Metre),
-        (Depth, "marine_sensor_msgs/Depth", "depth", Metre),
-    ]
-};
+/// Types and fields that tell a quantity, the preferred one first. Signs and frames are those of REP 103.
+fn fields_of(quantity: Quantity) -> &'static [&'static str] {
+    match quantity {
+        Quantity::Heading => &[
+            "nav_msgs/Odometry:pose.pose.orientation.heading_rad",
+            "sensor_msgs/Imu:orientation.heading_rad",
+            "geometry_msgs/PoseStamped:pose.orientation.heading_rad",
+            "geometry_msgs/PoseWithCovarianceStamped:pose.pose.orientation.heading_rad",
+        ],
+        Quantity::Rudder => &[
+            "ackermann_msgs/AckermannDriveStamped:drive.steering_angle",
+            "ackermann_msgs/AckermannDrive:steering_angle",
+        ],
+        Quantity::Roll => &[
+            "nav_msgs/Odometry:pose.pose.orientation.roll_rad",
+            "sensor_msgs/Imu:orientation.roll_rad",
+            "geometry_msgs/PoseStamped:pose.orientation.roll_rad",
+        ],
+        Quantity::Pitch => &[
+            "nav_msgs/Odometry:pose.pose.orientation.pitch_rad",
+            "sensor_msgs/Imu:orientation.pitch_rad",
+            "geometry_msgs/PoseStamped:pose.orientation.pitch_rad",
+        ],
+        Quantity::YawRate => &[
+            "sensor_msgs/Imu:angular_velocity.yaw_rate_rad_s",
+            "nav_msgs/Odometry:twist.twist.angular.yaw_rate_rad_s",
+        ],
+        Quantity::Speed => &[
+            "nav_msgs/Odometry:twist.twist.linear.x",
+            "geometry_msgs/TwistStamped:twist.linear.x",
+        ],
+        Quantity::North => &[
+            "nav_msgs/Odometry:pose.pose.position.y",
+            "geometry_msgs/PoseStamped:pose.position.y",
+        ],
+        Quantity::East => &[
+            "nav_msgs/Odometry:pose.pose.position.x",
+            "geometry_msgs/PoseStamped:pose.position.x",
+        ],
+        Quantity::Depth => &["marine_sensor_msgs/Depth:depth"],
+        _ => &[],
+    }
+}
+
+/// What ROS counts a quantity in.
+fn unit_of(quantity: Quantity) -> Unit {
+    match quantity {
+        Quantity::Heading | Quantity::Rudder | Quantity::Roll | Quantity::Pitch => Unit::Radian,
+        Quantity::YawRate => Unit::RadianPerSecond,
+        Quantity::Speed => Unit::MetrePerSecond,
+        _ => Unit::Metre,
+    }
+}
 
 /// A header's time that is further from the recorder's is of another clock, s.
 const MOST_LATENCY_S: f64 = 1.0;
@@ -233,10 +188,13 @@ impl Topics {
     /// Topics that feed quantities by their types, and topics of one number by their names.
     pub fn known(&self) -> Known {
         let mut known = Known::default();
-        for (quantity, type_name, field, unit) in CHANNELS {
-            for topic in self.topics().filter(|topic| topic.type_name == type_name) {
-                let column = format!("{}.{field}", self.kinds[topic.kind].name);
-                known.add(quantity, column, Some(unit), "");
+        for quantity in Quantity::ALL {
+            let fields = fields_of(quantity).iter();
+            for (type_name, field) in fields.filter_map(|field| field.split_once(':')) {
+                for topic in self.topics().filter(|topic| topic.type_name == type_name) {
+                    let column = format!("{}.{field}", self.kinds[topic.kind].name);
+                    known.add(quantity, column, Some(unit_of(quantity)), "");
+                }
             }
         }
         for quantity in Quantity::ALL.into_iter().filter(|q| *q != Quantity::Time) {
@@ -265,14 +223,8 @@ impl Topics {
             .collect();
         named.sort_by_key(|(fit, _)| fit.rank);
         let unit = match quantity {
-            Quantity::Rudder
-            | Quantity::Heading
-            | Quantity::Roll
-            | Quantity::Pitch
-            | Quantity::Thrust => None,
-            Quantity::YawRate => Some(Unit::RadianPerSecond),
-            Quantity::Speed => Some(Unit::MetrePerSecond),
-            _ => Some(Unit::Metre),
+            Quantity::Thrust => None,
+            other => Some(unit_of(other)).filter(|unit| *unit != Unit::Radian),
         };
         for (fit, column) in named {
             let stated = match fit.unit {
