@@ -47,6 +47,18 @@ struct Scatter<T> {
 
 impl<T: Real> AnswerWatch<T> {
     /// A watch on a manoeuvre.
+    ///
+    /// ```
+    /// use seatrial_core::Excitation;
+    /// use seatrial_core::answer::AnswerWatch;
+    ///
+    /// let doublet = Excitation::Doublet { amplitude_rad: 0.26, period_s: 4.0 };
+    /// let mut watch = AnswerWatch::new(&doublet);
+    /// // A compass that hangs at 0 rad while the rudder is over: told after 3 * 0.47 * 2 s.
+    /// let told_s =
+    ///     (0..80).map(|k| 0.05 * f64::from(k)).find(|elapsed_s| watch.is_missing(*elapsed_s, 0.0, 0.26));
+    /// assert!(told_s.is_some_and(|told_s| (2.8..2.9).contains(&told_s)));
+    /// ```
     pub fn new(excitation: &Excitation<T>) -> Self {
         Self {
             deflected_from_rad: T::of(DEFLECTED) * excitation.amplitude_rad().abs(),

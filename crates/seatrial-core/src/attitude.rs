@@ -15,6 +15,17 @@ pub const EULER: [&str; 3] = ["roll", "pitch", "yaw"];
 ///
 /// The frames decide the signs: with x forward, y starboard, z down in north, east, down they are this
 /// crate's. A quaternion of zeros, as before the estimator's start, gives NaN.
+///
+/// ```
+/// use core::f64::consts::FRAC_1_SQRT_2;
+/// use seatrial_core::attitude::euler_rad;
+///
+/// // A quarter turn about the axis that points down: heading 90 deg.
+/// let [roll, pitch, yaw] = euler_rad([FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2]);
+/// assert_eq!((roll, pitch), (0.0, 0.0));
+/// assert!((yaw.to_degrees() - 90.0).abs() < 1e-9);
+/// assert!(euler_rad([0.0; 4])[2].is_nan());
+/// ```
 pub fn euler_rad([w, x, y, z]: [f64; 4]) -> [f64; 3] {
     if w * w + x * x + y * y + z * z < 0.5 {
         return [f64::NAN; 3];

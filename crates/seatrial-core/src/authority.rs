@@ -46,6 +46,24 @@ pub struct AuthorityFit<T> {
 
 impl<T: Real> AuthorityFit<T> {
     /// The fit over the points whose speed is known: at least two different speeds.
+    ///
+    /// ```
+    /// use seatrial_core::schedule::{ScheduleError, SchedulePoint};
+    /// use seatrial_core::{AuthorityFit, AuthorityForm, YawModel};
+    ///
+    /// let at = |speed_m_s: f64, b2| SchedulePoint {
+    ///     thrust: None,
+    ///     surge_speed_m_s: Some(speed_m_s),
+    ///     model: YawModel::from_theta([-1.0, b2, 0.0]),
+    /// };
+    /// // Twice the speed, four times the authority: a fin.
+    /// let fit = AuthorityFit::new(&[at(1.0, 0.5), at(2.0, 2.0)], AuthorityForm::ThroughZero)?;
+    /// assert!((fit.per_speed_squared_per_m2 - 0.5).abs() < 1e-12);
+    /// // One speed tells no law.
+    /// let one = AuthorityFit::new(&[at(1.0, 0.5)], AuthorityForm::ThroughZero);
+    /// assert_eq!(one, Err(ScheduleError::TooFewPoints { found: 1, needed: 2 }));
+    /// # Ok::<(), ScheduleError>(())
+    /// ```
     pub fn new(points: &[SchedulePoint<T>], form: AuthorityForm) -> Result<Self, ScheduleError> {
         if let Some(index) = points.iter().position(|p| !p.is_finite()) {
             return Err(ScheduleError::NonFinite { index });
@@ -92,6 +110,21 @@ impl<T: Real> AuthorityFit<T> {
     }
 
     /// b2 at a speed, 1/s^2, marked where the speed was not covered.
+    ///
+    /// ```
+    /// use seatrial_core::{AuthorityFit, AuthorityForm};
+    ///
+    /// let fit = AuthorityFit {
+    ///     form: AuthorityForm::WithConstant,
+    ///     per_speed_squared_per_m2: 0.3,
+    ///     constant_per_s2: 0.2,
+    ///     rms_residual_per_s2: 0.0,
+    ///     speed_range_m_s: [1.0, 2.0],
+    /// };
+    /// let at_3_m_s = fit.b2_per_s2(3.0);
+    /// assert!((at_3_m_s.value() - 2.9_f64).abs() < 1e-12 && at_3_m_s.is_extrapolated());
+    /// assert!(!fit.b2_per_s2(1.5).is_extrapolated());
+    /// ```
     pub fn b2_per_s2(&self, surge_speed_m_s: T) -> Scheduled<T> {
         let [slowest, fastest] = self.speed_range_m_s;
         Scheduled::marked(

@@ -25,11 +25,23 @@ pub enum Axis {
 
 impl Axis {
     /// Is it yaw? A plan or a campaign of yaw does not write its axis.
+    ///
+    /// ```
+    /// use seatrial_core::Axis;
+    ///
+    /// assert!(Axis::default().is_yaw() && !Axis::Pitch.is_yaw());
+    /// ```
     pub fn is_yaw(&self) -> bool {
         *self == Self::Yaw
     }
 
     /// The angle in the words of people: `heading`, `pitch`.
+    ///
+    /// ```
+    /// use seatrial_core::Axis;
+    ///
+    /// assert_eq!([Axis::Yaw.angle(), Axis::Pitch.angle()], ["heading", "pitch"]);
+    /// ```
     pub fn angle(self) -> &'static str {
         match self {
             Self::Yaw => "heading",
@@ -38,6 +50,12 @@ impl Axis {
     }
 
     /// The control surface in the words of people: `rudder`, `elevator`.
+    ///
+    /// ```
+    /// use seatrial_core::Axis;
+    ///
+    /// assert_eq!([Axis::Yaw.surface(), Axis::Pitch.surface()], ["rudder", "elevator"]);
+    /// ```
     pub fn surface(self) -> &'static str {
         match self {
             Self::Yaw => "rudder",
@@ -54,6 +72,20 @@ impl Axis {
     }
 
     /// Does a model that simulates validation data this well hold? Pitch is judged with the offset estimated again.
+    ///
+    /// ```
+    /// use seatrial_core::{Axis, GoodnessOfFit};
+    ///
+    /// // The trim of the validation differs from that of the training.
+    /// let fit = GoodnessOfFit {
+    ///     r2_heading: Some(0.2),
+    ///     r2_heading_offset_refit: Some(0.9),
+    ///     ..GoodnessOfFit::default()
+    /// };
+    /// assert!(Axis::Pitch.is_reached(&fit, 0.6));
+    /// // Yaw wants the yaw rate beside it.
+    /// assert!(!Axis::Yaw.is_reached(&fit, 0.6));
+    /// ```
     pub fn is_reached<T: Real>(self, fit: &GoodnessOfFit<T>, least_r2: T) -> bool {
         match self {
             Self::Yaw => fit.reaches(least_r2),

@@ -25,6 +25,14 @@ pub struct ConvergenceSettings<T> {
 
 impl<T: Real> ConvergenceSettings<T> {
     /// Names the first setting that is out of its range, as `convergence.threshold`.
+    ///
+    /// ```
+    /// use seatrial_core::ConvergenceSettings;
+    ///
+    /// let settings = ConvergenceSettings { threshold: 0.001, consecutive: 0, in_own_time: false };
+    /// let error = settings.check().expect_err("no sample in a row is none");
+    /// assert_eq!(error.to_string(), "convergence.consecutive must be at least 1");
+    /// ```
     pub fn check(&self) -> Result<(), InvalidSetting> {
         require(
             is_positive(self.threshold),
@@ -64,6 +72,17 @@ pub struct Pace<T> {
 impl<T: Real> Pace<T> {
     /// The pace of a sample `interval_s` (s) after the one before, with filters of this lambda (rad/s). A first sample,
     /// `interval_s` = 0, counts as one at the paper's rate.
+    ///
+    /// ```
+    /// use seatrial_core::ConvergenceSettings;
+    /// use seatrial_core::convergence::Pace;
+    ///
+    /// let settings = ConvergenceSettings { threshold: 0.001, consecutive: 10, in_own_time: true };
+    /// // A vehicle a hundred times slower, sampled a hundred times slower: the same step in its own time.
+    /// let paper = Pace::new(&settings, 1.5, 0.05).step_norm([0.0; 3], [0.1_f64, 0.0, 0.0]);
+    /// let slow = Pace::new(&settings, 0.015, 5.0).step_norm([0.0; 3], [0.001, 0.0, 0.0]);
+    /// assert!((paper - slow).abs() < 1e-12);
+    /// ```
     #[inline]
     pub fn new(settings: &ConvergenceSettings<T>, lambda_rad_s: T, interval_s: T) -> Self {
         if !settings.in_own_time {
@@ -81,6 +100,16 @@ impl<T: Real> Pace<T> {
     }
 
     /// The step from one Theta to the next.
+    ///
+    /// ```
+    /// use seatrial_core::ConvergenceSettings;
+    /// use seatrial_core::convergence::Pace;
+    ///
+    /// let settings = ConvergenceSettings { threshold: 0.001, consecutive: 10, in_own_time: false };
+    /// let pace = Pace::new(&settings, 1.5, 0.05);
+    /// // 3, 4 and 12 thousandths of a22, b2 and C0.
+    /// assert!((pace.step_norm([-1.0, 1.0, 0.0], [-1.003, 1.004, 0.012]) - 0.013_f64).abs() < 1e-12);
+    /// ```
     pub fn step_norm(&self, before: [T; 3], after: [T; 3]) -> T {
         self.step(before, after).norm()
     }
@@ -145,6 +174,23 @@ pub struct Convergence<T> {
 
 impl<T: Real> Convergence<T> {
     /// Counts from the next sample on.
+    ///
+    /// ```
+    /// use seatrial_core::convergence::Pace;
+    /// use seatrial_core::{Convergence, ConvergenceSettings};
+    ///
+    /// let settings = ConvergenceSettings { threshold: 0.001, consecutive: 3, in_own_time: false };
+    /// let pace = Pace::new(&settings, 1.5, 0.05);
+    /// let mut convergence = Convergence::default();
+    /// // Still, but nothing has excited it yet.
+    /// convergence.observe(0.0, &pace, 0.0, &settings);
+    /// convergence.arm();
+    /// for k in 0..5 {
+    ///     convergence.observe(0.0005, &pace, 6.0 + 0.05 * f64::from(k), &settings);
+    /// }
+    /// // With the third small step after the doublet.
+    /// assert_eq!(convergence.detected_s(), Some(6.1));
+    /// ```
     pub fn arm(&mut self) {
         self.armed = true;
     }
@@ -156,6 +202,21 @@ impl<T: Real> Convergence<T> {
     }
 
     /// Takes in one step of the estimate, `elapsed_s` after the start of the training.
+    ///
+    /// ```
+    /// use seatrial_core::convergence::Pace;
+    /// use seatrial_core::{Convergence, ConvergenceSettings};
+    ///
+    /// let settings = ConvergenceSettings { threshold: 0.001, consecutive: 3, in_own_time: false };
+    /// let pace = Pace::new(&settings, 1.5, 0.05);
+    /// let mut convergence = Convergence::default();
+    /// convergence.arm();
+    /// // A large step among the small ones: the count begins again.
+    /// for (k, step) in [0.0005, 0.0005, 0.02, 0.0005, 0.0005].into_iter().enumerate() {
+    ///     convergence.observe(step, &pace, 0.05 * k as f64, &settings);
+    /// }
+    /// assert_eq!(convergence.detected_s(), None);
+    /// ```
     pub fn observe(
         &mut self,
         step_norm: T,

@@ -99,6 +99,14 @@ impl<T: Real> Default for Envelope<T> {
 
 impl<T: Real> Envelope<T> {
     /// Names the first limit that is out of its range, as `envelope.roll_max_rad`.
+    ///
+    /// ```
+    /// use seatrial_core::{Envelope, List};
+    ///
+    /// let line = List::from_slice(&[[0.0, 0.0], [100.0, 0.0]]).unwrap_or_default();
+    /// let error = Envelope { area: line, ..Envelope::<f64>::default() }.check();
+    /// assert_eq!(error.map_err(|error| error.field), Err("envelope.area"));
+    /// ```
     pub fn check(&self) -> Result<(), InvalidSetting> {
         require(
             is_positive(self.depth_max_m - self.depth_min_m),
@@ -183,6 +191,19 @@ impl<T: Real> EnvelopeUse<T> {
     }
 
     /// The first limit that is exceeded.
+    ///
+    /// ```
+    /// use seatrial_core::{AbortReason, EnvelopeUse};
+    ///
+    /// let usage = EnvelopeUse {
+    ///     depth: Some(1.2),
+    ///     roll: Some(1.5),
+    ///     yaw_rate: Some(0.9),
+    ///     ..EnvelopeUse::default()
+    /// };
+    /// assert_eq!(usage.exceeded(), Some(AbortReason::Depth));
+    /// assert_eq!(EnvelopeUse::<f64>::default().exceeded(), None);
+    /// ```
     pub fn exceeded(&self) -> Option<AbortReason> {
         self.limits()
             .into_iter()
@@ -248,6 +269,19 @@ impl<T: Real> EnvelopeWatch<T> {
     }
 
     /// Looks at what a sample measures. `time_s` goes on, by the sample interval, where the sample's own time is not sound.
+    ///
+    /// ```
+    /// use seatrial_core::envelope::EnvelopeWatch;
+    /// use seatrial_core::{AbortReason, Envelope, Sample};
+    ///
+    /// let mut watch = EnvelopeWatch::new(Envelope { roll_max_rad: 0.5, ..Envelope::default() });
+    /// let sample = Sample { roll_rad: Some(-0.25), ..Sample::default() };
+    /// watch.look(&sample, sample.time_s);
+    /// // Half of the limit, to port as to starboard.
+    /// assert_eq!(watch.usage().roll, Some(0.5));
+    /// watch.look(&Sample { roll_rad: Some(0.6), ..sample }, 0.1);
+    /// assert_eq!(watch.usage().exceeded(), Some(AbortReason::Roll));
+    /// ```
     pub fn look(&mut self, sample: &Sample<T>, time_s: f64) {
         let limits = &self.limits;
         let half_range = (limits.depth_max_m - limits.depth_min_m) / T::of(2.0);

@@ -60,6 +60,14 @@ pub struct Estimator<T> {
 
 impl<T: Real> Estimator<T> {
     /// An estimator that has seen nothing.
+    ///
+    /// ```
+    /// use seatrial_core::{Estimator, EstimatorSettings};
+    ///
+    /// let settings = EstimatorSettings { lambda_rad_s: -1.5, ..EstimatorSettings::default() };
+    /// let error = Estimator::<f64>::new(settings).expect_err("the pole would be unstable");
+    /// assert_eq!(error.to_string(), "lambda_rad_s must be a positive number");
+    /// ```
     pub fn new(settings: EstimatorSettings<T>) -> Result<Self, InvalidSetting> {
         settings.check()?;
         Ok(Self {
@@ -80,6 +88,16 @@ impl<T: Real> Estimator<T> {
 
     /// Takes in a sample of the settling phase: moves the filters, learns nothing. Call it before the training, too, so that the
     /// filters have settled. Answers what became of the sample; [`rejected`](Self::rejected) counts those that were refused.
+    ///
+    /// ```
+    /// use seatrial_core::{Estimator, EstimatorSettings, Intake};
+    ///
+    /// let mut estimator = Estimator::new(EstimatorSettings::<f64>::default())?;
+    /// assert_eq!(estimator.warm(0.0, 0.3, 0.0), Intake::Warming);
+    /// // Nothing is learnt from settling data.
+    /// assert_eq!(estimator.model().theta(), [0.0; 3]);
+    /// # Ok::<(), seatrial_core::InvalidSetting>(())
+    /// ```
     pub fn warm(&mut self, time_s: f64, heading_rad: T, rudder_rad: T) -> Intake {
         match self.filter(time_s, heading_rad, rudder_rad) {
             Filtering::Rejected(cause) => Intake::Rejected(cause),
@@ -89,6 +107,18 @@ impl<T: Real> Estimator<T> {
 
     /// Takes in a sample of the training phase. The rudder, rad, acts from this instant until the next sample. Answers what
     /// became of the sample; [`rejected`](Self::rejected) counts those that were refused.
+    ///
+    /// ```
+    /// use seatrial_core::{Cause, Estimator, EstimatorSettings, Intake};
+    ///
+    /// let mut estimator = Estimator::new(EstimatorSettings::<f64>::default())?;
+    /// estimator.update(0.00, 0.0, 0.1);
+    /// // The same time again, and a heading that is no number.
+    /// assert_eq!(estimator.update(0.00, 0.0, 0.1), Intake::Rejected(Cause::RepeatedTime));
+    /// assert_eq!(estimator.update(0.05, f64::NAN, 0.1), Intake::Rejected(Cause::NonFinite));
+    /// assert_eq!(estimator.rejected().samples(), 2);
+    /// # Ok::<(), seatrial_core::InvalidSetting>(())
+    /// ```
     pub fn update(&mut self, time_s: f64, heading_rad: T, rudder_rad: T) -> Intake {
         let filtering = self.filter(time_s, heading_rad, rudder_rad);
         let now = self.filtered();
@@ -217,11 +247,35 @@ impl<T: Real> Estimator<T> {
     }
 
     /// Samples refused so far, by cause.
+    ///
+    /// ```
+    /// use seatrial_core::{Estimator, EstimatorSettings};
+    ///
+    /// let mut estimator = Estimator::new(EstimatorSettings::<f64>::default())?;
+    /// for k in 0..20 {
+    ///     // One heading of 3 rad among zeros.
+    ///     estimator.update(0.05 * f64::from(k), if k == 10 { 3.0 } else { 0.0 }, 0.0);
+    /// }
+    /// assert_eq!(estimator.rejected().spike, 1);
+    /// # Ok::<(), seatrial_core::InvalidSetting>(())
+    /// ```
     pub fn rejected(&self) -> RejectedCounts {
         self.guard.rejected()
     }
 
     /// The filtered signals at the latest sample taken in.
+    ///
+    /// ```
+    /// use seatrial_core::{Estimator, EstimatorSettings};
+    ///
+    /// let mut estimator = Estimator::new(EstimatorSettings::<f64>::default())?;
+    /// // 12 s of a turn of 0.2 rad/s, wherever it begins.
+    /// for k in 0..240 {
+    ///     estimator.update(0.05 * f64::from(k), 3.0 + 0.01 * f64::from(k), 0.1);
+    /// }
+    /// assert!((estimator.filtered().yaw_rate_rad_s - 0.2).abs() < 1e-5);
+    /// # Ok::<(), seatrial_core::InvalidSetting>(())
+    /// ```
     #[inline]
     pub fn filtered(&self) -> FilteredSignals<T> {
         match &self.filters {

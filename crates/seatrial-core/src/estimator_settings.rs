@@ -64,6 +64,15 @@ pub struct EstimatorSettings<T> {
 impl<T: Real> EstimatorSettings<T> {
     /// What the paper does: zero filter state, heading held constant between samples, P0 = 100 I, lambda 1 rad/s,
     /// least squares throughout, every sample used whose numbers and time are sound.
+    ///
+    /// ```
+    /// use seatrial_core::{EstimatorSettings, Method};
+    ///
+    /// let paper = EstimatorSettings::<f64>::paper();
+    /// assert_eq!((paper.lambda_rad_s, paper.method), (1.0, Method::LeastSquares));
+    /// // No silence is a gap and no heading a spike.
+    /// assert_eq!((paper.guard.gap_time_constants, paper.guard.heading_jump_rad), (None, None));
+    /// ```
     pub fn paper() -> Self {
         Self {
             lambda_rad_s: T::ONE,
@@ -91,6 +100,12 @@ impl<T: Real> EstimatorSettings<T> {
 
     /// The improved settings with filters of this lambda, rad/s: [`for_time_scale`](Self::for_time_scale) of the vehicle for
     /// which it is chosen.
+    ///
+    /// ```
+    /// use seatrial_core::EstimatorSettings;
+    ///
+    /// assert_eq!(EstimatorSettings::<f64>::for_lambda(1.5), EstimatorSettings::default());
+    /// ```
     pub fn for_lambda(lambda_rad_s: T) -> Self {
         Self {
             lambda_rad_s,
@@ -101,6 +116,16 @@ impl<T: Real> EstimatorSettings<T> {
     /// The improved settings for a vehicle whose yaw rate follows the rudder with this time constant
     /// T = -1/a22, s. Instants, spans and rates follow T; what is relative to them is fixed: a silence above
     /// 1/lambda is a gap, after which the filters settle for 8/lambda (0.3 % of their wrong start is left).
+    ///
+    /// ```
+    /// use seatrial_core::EstimatorSettings;
+    ///
+    /// // A ship whose yaw rate follows the rudder in 30 s.
+    /// let settings = EstimatorSettings::<f64>::for_time_scale(30.0);
+    /// assert!((settings.lambda_rad_s - 0.0467).abs() < 1e-4);
+    /// // What turns faster than 0.1 rad/s is no such ship.
+    /// assert!((settings.guard.max_yaw_rate_rad_s - 0.1).abs() < 1e-12);
+    /// ```
     pub fn for_time_scale(time_constant_s: T) -> Self {
         Self {
             lambda_rad_s: T::of(LAMBDA_TIMES_TIME_CONSTANT) / time_constant_s,
@@ -125,6 +150,13 @@ impl<T: Real> EstimatorSettings<T> {
     }
 
     /// Names the first setting that is out of its range.
+    ///
+    /// ```
+    /// use seatrial_core::EstimatorSettings;
+    ///
+    /// let settings = EstimatorSettings { forgetting_factor: 1.01, ..EstimatorSettings::<f64>::default() };
+    /// assert_eq!(settings.check().map_err(|error| error.field), Err("forgetting_factor"));
+    /// ```
     pub fn check(&self) -> Result<(), InvalidSetting> {
         let positive = "a positive number";
         require(is_positive(self.lambda_rad_s), "lambda_rad_s", positive)?;

@@ -74,6 +74,13 @@ const LARGEST_CREST_FACTOR: f64 = 2.15;
 
 impl<T: Real> Excitation<T> {
     /// A, rad: no deflection is larger.
+    ///
+    /// ```
+    /// use seatrial_core::Excitation;
+    ///
+    /// let to_port_first = Excitation::ThreeTwoOneOne { amplitude_rad: -0.2, unit_s: 1.0 };
+    /// assert_eq!(to_port_first.amplitude_rad(), -0.2);
+    /// ```
     pub fn amplitude_rad(&self) -> T {
         match *self {
             Self::Doublet { amplitude_rad, .. }
@@ -84,6 +91,14 @@ impl<T: Real> Excitation<T> {
     }
 
     /// From the first deflection to the return to neutral, s.
+    ///
+    /// ```
+    /// use seatrial_core::{Excitation, List};
+    ///
+    /// assert_eq!(Excitation::ThreeTwoOneOne { amplitude_rad: 0.2, unit_s: 1.5 }.duration_s(), 10.5);
+    /// let deflections_s = List::from_slice(&[2.0, 1.0, 0.5]).unwrap_or_default();
+    /// assert_eq!(Excitation::Switched { amplitude_rad: 0.2, deflections_s }.duration_s(), 3.5);
+    /// ```
     pub fn duration_s(&self) -> f64 {
         match *self {
             Self::Doublet { period_s, .. } | Self::Multisine { period_s, .. } => period_s,
@@ -93,6 +108,14 @@ impl<T: Real> Excitation<T> {
     }
 
     /// The instants at which the rudder jumps, s since the start, the return to neutral included.
+    ///
+    /// ```
+    /// use seatrial_core::Excitation;
+    ///
+    /// let manoeuvre = Excitation::ThreeTwoOneOne { amplitude_rad: 0.2, unit_s: 1.0 };
+    /// let times_s: Vec<f64> = manoeuvre.switching_times_s().collect();
+    /// assert_eq!(times_s, [0.0, 3.0, 5.0, 6.0, 7.0]);
+    /// ```
     pub fn switching_times_s(&self) -> impl Iterator<Item = f64> + use<T> {
         let deflections_s = self.deflections_s();
         let jumps = deflections_s.len() + 1;
@@ -101,6 +124,16 @@ impl<T: Real> Excitation<T> {
 
     /// The time scale on which the manoeuvre turns the vehicle one way, s: the longest deflection of
     /// the stepped manoeuvres, half the longest tone of the multisine.
+    ///
+    /// ```
+    /// use seatrial_core::Excitation;
+    ///
+    /// assert_eq!(Excitation::Doublet { amplitude_rad: 0.26, period_s: 4.0 }.longest_deflection_s(), 2.0);
+    /// assert_eq!(
+    ///     Excitation::ThreeTwoOneOne { amplitude_rad: 0.26, unit_s: 1.0 }.longest_deflection_s(),
+    ///     3.0
+    /// );
+    /// ```
     pub fn longest_deflection_s(&self) -> f64 {
         match *self {
             Self::Multisine { period_s, .. } => period_s / 2.0,
@@ -109,6 +142,14 @@ impl<T: Real> Excitation<T> {
     }
 
     /// The rudder at a time since the start, rad. `None` before the start and after the end.
+    ///
+    /// ```
+    /// use seatrial_core::Excitation;
+    ///
+    /// let doublet = Excitation::Doublet { amplitude_rad: 0.26, period_s: 4.0 };
+    /// assert_eq!([0.0, 1.9, 2.0].map(|s| doublet.rudder_rad(s)), [Some(0.26), Some(0.26), Some(-0.26)]);
+    /// assert_eq!([-0.1, 4.0].map(|s| doublet.rudder_rad(s)), [None, None]);
+    /// ```
     pub fn rudder_rad(&self, elapsed_s: f64) -> Option<T> {
         let elapsed_s = elapsed_s + CLOCK_RESOLUTION_S;
         // Written so that NaN is outside too.
@@ -136,6 +177,14 @@ impl<T: Real> Excitation<T> {
     }
 
     /// Is every value finite, every duration positive, the number of tones in range?
+    ///
+    /// ```
+    /// use seatrial_core::Excitation;
+    ///
+    /// assert!(Excitation::Multisine { amplitude_rad: 0.2, period_s: 20.0, tones: 16 }.is_valid());
+    /// assert!(!Excitation::Multisine { amplitude_rad: 0.2, period_s: 20.0, tones: 17 }.is_valid());
+    /// assert!(!Excitation::Doublet { amplitude_rad: 0.2, period_s: 0.0 }.is_valid());
+    /// ```
     pub fn is_valid(&self) -> bool {
         let tones_valid = match *self {
             Self::Multisine { tones, .. } => (1..=MULTISINE_TONES).contains(&tones),

@@ -40,6 +40,13 @@ impl<T: Real> FixedRateSettings<T> {
     }
 
     /// Heading on straight lines between samples, filters in equilibrium at the first sample, P0 = 100 I.
+    ///
+    /// ```
+    /// use seatrial_core::{FixedRateSettings, Hold};
+    ///
+    /// let settings = FixedRateSettings::<f32>::for_lambda(1.5, 0.05);
+    /// assert_eq!((settings.heading_hold, settings.initial_covariance), (Hold::FirstOrder, 100.0));
+    /// ```
     pub fn for_lambda(lambda_rad_s: T, sample_interval_s: T) -> Self {
         Self {
             lambda_rad_s,
@@ -50,6 +57,13 @@ impl<T: Real> FixedRateSettings<T> {
     }
 
     /// Names the first setting that is out of its range.
+    ///
+    /// ```
+    /// use seatrial_core::FixedRateSettings;
+    ///
+    /// let settings = FixedRateSettings::<f32>::paper(0.0);
+    /// assert_eq!(settings.check().map_err(|error| error.field), Err("sample_interval_s"));
+    /// ```
     pub fn check(&self) -> Result<(), InvalidSetting> {
         let positive = "a positive number";
         require(
@@ -118,6 +132,29 @@ type Signals<T> = [T; 3];
 
 impl<T: Real> FixedRateEstimator<T> {
     /// Starts the filters at a first sample; [`learn`](Self::learn) at once to learn from it, too, as the paper does.
+    ///
+    /// ```
+    /// use seatrial_core::model::YawState;
+    /// use seatrial_core::{FixedRateEstimator, FixedRateSettings, YawModel};
+    ///
+    /// let vehicle = YawModel::from_theta([-1.07, 1.08, 0.012]);
+    /// let (mut state, mut rudder_rad) = (YawState::default(), 0.0);
+    /// // In f64; the 100 of f32 would hold a22 and b2 nearer to 0 by 4 %.
+    /// let settings =
+    ///     FixedRateSettings { initial_covariance: 1e6, ..FixedRateSettings::for_lambda(1.5, 0.05) };
+    /// let mut estimator = FixedRateEstimator::new(&settings, 0.0, 0.0)?;
+    /// for k in 1..320 {
+    ///     state = vehicle.advance(state, rudder_rad, 0.05);
+    ///     rudder_rad = match k {
+    ///         40..80 => 0.26,
+    ///         80..120 => -0.26,
+    ///         _ => 0.0,
+    ///     };
+    ///     estimator.update(state.heading_rad, rudder_rad);
+    /// }
+    /// assert!((estimator.model().b2_per_s2 - 1.08_f64).abs() < 0.01);
+    /// # Ok::<(), seatrial_core::InvalidSetting>(())
+    /// ```
     pub fn new(
         settings: &FixedRateSettings<T>,
         heading_rad: T,
@@ -154,6 +191,16 @@ impl<T: Real> FixedRateEstimator<T> {
     }
 
     /// Makes the next samples follow at another interval, s, positive and below 0.5/lambda. `false`: refused.
+    ///
+    /// ```
+    /// use seatrial_core::{FixedRateEstimator, FixedRateSettings};
+    ///
+    /// let mut estimator = FixedRateEstimator::<f32>::new(&FixedRateSettings::paper(0.05), 0.0, 0.0)?;
+    /// assert!(estimator.set_interval(0.1));
+    /// // Half of 1/lambda is too long.
+    /// assert!(!estimator.set_interval(0.5));
+    /// # Ok::<(), seatrial_core::InvalidSetting>(())
+    /// ```
     #[inline]
     pub fn set_interval(&mut self, interval_s: T) -> bool {
         self.step.set_short_interval(interval_s)
@@ -165,6 +212,16 @@ impl<T: Real> FixedRateEstimator<T> {
     }
 
     /// Takes in a sample of the training phase. The rudder acts from this instant on. `false`: refused.
+    ///
+    /// ```
+    /// use seatrial_core::{FixedRateEstimator, FixedRateSettings};
+    ///
+    /// let mut estimator = FixedRateEstimator::<f32>::new(&FixedRateSettings::paper(0.05), 0.0, 0.0)?;
+    /// let before = estimator;
+    /// assert!(!estimator.update(f32::NAN, 0.1));
+    /// assert_eq!(estimator, before);
+    /// # Ok::<(), seatrial_core::InvalidSetting>(())
+    /// ```
     #[inline]
     pub fn update(&mut self, heading_rad: T, rudder_rad: T) -> bool {
         match self.filter(heading_rad, rudder_rad) {
@@ -184,6 +241,19 @@ impl<T: Real> FixedRateEstimator<T> {
     }
 
     /// P.
+    ///
+    /// ```
+    /// use seatrial_core::{FixedRateEstimator, FixedRateSettings};
+    ///
+    /// let mut estimator = FixedRateEstimator::new(&FixedRateSettings::paper(0.05), 0.0, 0.2)?;
+    /// assert_eq!(estimator.covariance()[1][1], 100.0);
+    /// for k in 1..40 {
+    ///     estimator.update(0.001 * f64::from(k * k), 0.2);
+    /// }
+    /// // What is learnt makes P smaller.
+    /// assert!(estimator.covariance()[1][1] < 100.0);
+    /// # Ok::<(), seatrial_core::InvalidSetting>(())
+    /// ```
     pub fn covariance(&self) -> [[T; 3]; 3] {
         let [p11, p12, p13, p22, p23, p33] = self.covariance;
         [[p11, p12, p13], [p12, p22, p23], [p13, p23, p33]]

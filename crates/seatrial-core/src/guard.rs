@@ -25,6 +25,13 @@ pub struct GuardSettings<T> {
 
 impl<T: Real> GuardSettings<T> {
     /// Names the first setting that is out of its range, as `guard.refused_in_a_row`.
+    ///
+    /// ```
+    /// use seatrial_core::{EstimatorSettings, GuardSettings};
+    ///
+    /// let guard = GuardSettings { refused_in_a_row: 0, ..EstimatorSettings::<f64>::default().guard };
+    /// assert_eq!(guard.check().map_err(|error| error.field), Err("guard.refused_in_a_row"));
+    /// ```
     pub fn check(&self) -> Result<(), InvalidSetting> {
         require(
             self.gap_time_constants.is_none_or(is_positive),
@@ -89,6 +96,14 @@ pub struct RejectedCounts {
 
 impl RejectedCounts {
     /// All refused samples.
+    ///
+    /// ```
+    /// use seatrial_core::RejectedCounts;
+    ///
+    /// // The sample that ends a gap is taken.
+    /// let counts = RejectedCounts { spike: 2, repeated_time: 1, gaps: 3, ..RejectedCounts::default() };
+    /// assert_eq!(counts.samples(), 3);
+    /// ```
     pub fn samples(&self) -> u32 {
         [
             self.non_finite,
@@ -101,6 +116,14 @@ impl RejectedCounts {
     }
 
     /// What was counted after an earlier count.
+    ///
+    /// ```
+    /// use seatrial_core::RejectedCounts;
+    ///
+    /// let after_run_1 = RejectedCounts { spike: 2, ..RejectedCounts::default() };
+    /// let after_run_2 = RejectedCounts { spike: 5, gaps: 1, ..RejectedCounts::default() };
+    /// assert_eq!(after_run_2.since(&after_run_1).spike, 3);
+    /// ```
     pub fn since(&self, earlier: &Self) -> Self {
         Self {
             non_finite: self.non_finite.saturating_sub(earlier.non_finite),
@@ -175,6 +198,20 @@ impl<T: Real> Guard<T> {
     }
 
     /// Judges a sample, given the yaw rate that the samples before it show.
+    ///
+    /// ```
+    /// use seatrial_core::guard::Admission;
+    /// use seatrial_core::{EstimatorSettings, Guard};
+    ///
+    /// let settings = EstimatorSettings::<f64>::default();
+    /// let mut guard = Guard::new(settings.guard, settings.lambda_rad_s);
+    /// assert_eq!(guard.admit(0.0, 6.28, 0.0, 0.0), Admission::First);
+    /// // A heading that wraps from 6.28 to 0.01 rad has turned by 0.013 rad.
+    /// let Admission::Next { heading_increment_rad, .. } = guard.admit(0.05, 0.01, 0.0, 0.0) else {
+    ///     panic!("it follows on the first");
+    /// };
+    /// assert!((heading_increment_rad - 0.0132).abs() < 1e-4);
+    /// ```
     #[inline]
     pub fn admit(
         &mut self,
@@ -194,6 +231,17 @@ impl<T: Real> Guard<T> {
     }
 
     /// What was refused so far.
+    ///
+    /// ```
+    /// use seatrial_core::{EstimatorSettings, Guard};
+    ///
+    /// let settings = EstimatorSettings::<f64>::default();
+    /// let mut guard = Guard::new(settings.guard, settings.lambda_rad_s);
+    /// for time_s in [0.0, 0.05, 0.10, 0.05, 0.15] {
+    ///     guard.admit(time_s, 0.0, 0.0, 0.0);
+    /// }
+    /// assert_eq!(guard.rejected().reversed_time, 1);
+    /// ```
     pub fn rejected(&self) -> RejectedCounts {
         self.rejected
     }

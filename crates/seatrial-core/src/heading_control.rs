@@ -33,6 +33,19 @@ pub struct HeadingGain<T> {
 
 impl<T: Real> HeadingGain<T> {
     /// The gain that gives the closed loop this damping ratio.
+    ///
+    /// ```
+    /// use core::f64::consts::FRAC_1_SQRT_2;
+    /// use seatrial_core::{HeadingGain, NoGain, YawModel};
+    ///
+    /// // (57): a22^2/(2 b2). The rudder that holds a heading is -C0/b2.
+    /// let gain = HeadingGain::design(&YawModel::from_theta([-1.0, 2.0, 0.1]), FRAC_1_SQRT_2)?;
+    /// assert!((gain.proportional_gain - 0.25).abs() < 1e-12);
+    /// assert_eq!(gain.feed_forward_rudder_rad, -0.05);
+    /// let unstable = YawModel::from_theta([0.1, 2.0, 0.0]);
+    /// assert_eq!(HeadingGain::design(&unstable, 0.7), Err(NoGain::CourseUnstable));
+    /// # Ok::<(), NoGain>(())
+    /// ```
     pub fn design(model: &YawModel<T>, damping_ratio: T) -> Result<Self, NoGain> {
         let YawModel {
             a22_per_s: a22,
@@ -76,6 +89,19 @@ impl<T: Real> HeadingGain<T> {
     ///
     /// Without delay it is (57). A delay turns omega_c tau of the margin into overshoot, about 1 % of the step for each
     /// degree.
+    ///
+    /// ```
+    /// use seatrial_core::heading_loop::LoopTiming;
+    /// use seatrial_core::{HeadingGain, YawModel};
+    ///
+    /// let model = YawModel::from_theta([-1.07, 1.08, 0.0]);
+    /// let timing = LoopTiming { delay_s: 0.3, sample_interval_s: Some(0.05) };
+    /// let prompt = HeadingGain::design(&model, 0.7)?.proportional_gain;
+    /// let delayed = HeadingGain::design_delayed(&model, 0.7, timing)?.proportional_gain;
+    /// // Who waits steers more gently.
+    /// assert!(delayed < 0.9 * prompt);
+    /// # Ok::<(), seatrial_core::NoGain>(())
+    /// ```
     pub fn design_delayed(
         model: &YawModel<T>,
         damping_ratio: T,
@@ -92,6 +118,13 @@ impl<T: Real> HeadingGain<T> {
     }
 
     /// This gain without feed-forward.
+    ///
+    /// ```
+    /// use seatrial_core::HeadingGain;
+    ///
+    /// let gain = HeadingGain { proportional_gain: 0.5, feed_forward_rudder_rad: -0.02 };
+    /// assert_eq!(gain.without_feed_forward().feed_forward_rudder_rad, 0.0);
+    /// ```
     pub fn without_feed_forward(self) -> Self {
         Self {
             feed_forward_rudder_rad: T::ZERO,
@@ -109,6 +142,13 @@ pub struct HeadingController<T> {
 
 impl<T: Real> HeadingController<T> {
     /// A controller that never asks for more than the limit to either side.
+    ///
+    /// ```
+    /// use seatrial_core::{HeadingController, HeadingGain, NoGain};
+    ///
+    /// let gain = HeadingGain { proportional_gain: 0.5, feed_forward_rudder_rad: 0.0 };
+    /// assert_eq!(HeadingController::new(gain, 0.0), Err(NoGain::RudderLimit));
+    /// ```
     pub fn new(gain: HeadingGain<T>, rudder_limit_rad: T) -> Result<Self, NoGain> {
         if !rudder_limit_rad.is_finite() || rudder_limit_rad <= T::ZERO {
             return Err(NoGain::RudderLimit);
@@ -125,6 +165,20 @@ impl<T: Real> HeadingController<T> {
     /// The rudder for a heading error (desired minus measured, wrapped here), rad.
     ///
     /// A measurement that is not finite gives the feed-forward alone.
+    ///
+    /// ```
+    /// use seatrial_core::{HeadingController, HeadingGain};
+    ///
+    /// let gain = HeadingGain { proportional_gain: 0.5, feed_forward_rudder_rad: -0.02 };
+    /// let controller = HeadingController::new(gain, 0.26)?;
+    /// assert!((controller.step(0.1) - 0.03_f64).abs() < 1e-12);
+    /// // Limited; and 350 deg to starboard is 10 deg to port.
+    /// assert_eq!(controller.step(3.0), 0.26);
+    /// assert!(
+    ///     (controller.step(350_f64.to_radians()) - controller.step(-10_f64.to_radians())).abs() < 1e-12
+    /// );
+    /// # Ok::<(), seatrial_core::NoGain>(())
+    /// ```
     pub fn step(&self, heading_error_rad: T) -> T {
         let proportional = self.gain.proportional_gain * heading_error_rad.wrapped();
         let proportional = if proportional.is_finite() {
@@ -166,6 +220,26 @@ impl core::error::Error for NoGainAt {}
 
 impl<T: Real> GainSchedule<T> {
     /// Designs a gain at every point with [`HeadingGain::design_delayed`]; all must turn the vehicle the same way.
+    ///
+    /// ```
+    /// use seatrial_core::heading_loop::LoopTiming;
+    /// use seatrial_core::schedule::{Beyond, ScheduleKey, SchedulePoint};
+    /// use seatrial_core::{GainSchedule, SpeedSchedule, YawModel};
+    ///
+    /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+    /// let at = |speed_m_s, a22, b2| SchedulePoint {
+    ///     thrust: None,
+    ///     surge_speed_m_s: Some(speed_m_s),
+    ///     model: YawModel::from_theta([a22, b2, 0.0]),
+    /// };
+    /// let models = SpeedSchedule::new(ScheduleKey::Speed, &[at(1.0, -0.5, 0.5), at(2.0, -1.0, 2.0)])?;
+    /// let gains = GainSchedule::design(models, 0.5, LoopTiming::default())?;
+    /// // a22 runs as V and b2 as V^2: one gain for all speeds, a22^2/b2.
+    /// let gain = gains.lookup(1.5, Beyond::Refuse)?;
+    /// assert!((gain.value().proportional_gain - 0.5_f64).abs() < 1e-12);
+    /// # Ok(())
+    /// # }
+    /// ```
     pub fn design(
         schedule: SpeedSchedule<T>,
         damping_ratio: T,
@@ -197,6 +271,26 @@ impl<T: Real> GainSchedule<T> {
     }
 
     /// The gain for the model at a key, refused where extrapolation leaves no model that has one.
+    ///
+    /// ```
+    /// use seatrial_core::heading_loop::LoopTiming;
+    /// use seatrial_core::schedule::{Beyond, ScheduleKey, SchedulePoint};
+    /// use seatrial_core::{GainSchedule, SpeedSchedule, YawModel};
+    ///
+    /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+    /// let at = |thrust, b2| SchedulePoint {
+    ///     thrust: Some(thrust),
+    ///     surge_speed_m_s: None,
+    ///     model: YawModel::from_theta([-1.0, b2, 0.0]),
+    /// };
+    /// let models = SpeedSchedule::new(ScheduleKey::Thrust, &[at(0.6, 1.0), at(1.0, 2.0)])?;
+    /// let gains = GainSchedule::<f64>::design(models, 0.7, LoopTiming::default())?;
+    /// // 50 % thrust was not tried.
+    /// assert!(gains.lookup(0.5, Beyond::Refuse).is_err());
+    /// assert!(gains.lookup(0.5, Beyond::Extrapolate)?.is_extrapolated());
+    /// # Ok(())
+    /// # }
+    /// ```
     pub fn lookup(
         &self,
         at: T,

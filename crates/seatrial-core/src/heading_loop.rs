@@ -71,6 +71,14 @@ pub struct Margins<T> {
 
 impl<T: Real> HeadingLoop<T> {
     /// The loop of a model and a gain.
+    ///
+    /// ```
+    /// use seatrial_core::{HeadingLoop, NoGain, YawModel};
+    ///
+    /// let model = YawModel::from_theta([-1.0, 2.0, 0.0]);
+    /// // A negative gain turns away from the heading that is wanted.
+    /// assert_eq!(HeadingLoop::new(&model, -0.5), Err(NoGain::WrongSign));
+    /// ```
     pub fn new(model: &YawModel<T>, proportional_gain: T) -> Result<Self, NoGain> {
         let stiffness = proportional_gain * model.b2_per_s2;
         if !model.a22_per_s.is_finite() || !stiffness.is_finite() {
@@ -89,6 +97,19 @@ impl<T: Real> HeadingLoop<T> {
     }
 
     /// The closed-loop poles, (56).
+    ///
+    /// ```
+    /// use seatrial_core::heading_loop::Poles;
+    /// use seatrial_core::{HeadingLoop, YawModel};
+    ///
+    /// let model = YawModel::from_theta([-3.0_f64, 2.0, 0.0]);
+    /// // s^2 + 3 s + 2 = (s + 2)(s + 1)
+    /// let Poles::Real([fast, slow]) = HeadingLoop::new(&model, 1.0)?.poles() else {
+    ///     panic!("overdamped");
+    /// };
+    /// assert!((fast + 2.0).abs() < 1e-12 && (slow + 1.0).abs() < 1e-12);
+    /// # Ok::<(), seatrial_core::NoGain>(())
+    /// ```
     pub fn poles(&self) -> Poles<T> {
         let half = self.a22_per_s / T::of(2.0);
         let discriminant = half * half - self.stiffness_per_s2;
@@ -104,16 +125,44 @@ impl<T: Real> HeadingLoop<T> {
     }
 
     /// omega_n = sqrt(K_p b2), rad/s.
+    ///
+    /// ```
+    /// use seatrial_core::{HeadingLoop, YawModel};
+    ///
+    /// let heading_loop = HeadingLoop::new(&YawModel::from_theta([-1.0, 2.0, 0.0]), 2.0)?;
+    /// assert_eq!(heading_loop.natural_frequency_rad_s(), 2.0);
+    /// # Ok::<(), seatrial_core::NoGain>(())
+    /// ```
     pub fn natural_frequency_rad_s(&self) -> T {
         self.stiffness_per_s2.sqrt()
     }
 
     /// zeta = -a22 / (2 omega_n).
+    ///
+    /// ```
+    /// use seatrial_core::{HeadingGain, HeadingLoop, YawModel};
+    ///
+    /// let model = YawModel::from_theta([-1.07_f64, 1.08, 0.012]);
+    /// let gain = HeadingGain::design(&model, 0.7)?;
+    /// let damping_ratio = HeadingLoop::new(&model, gain.proportional_gain)?.damping_ratio();
+    /// assert!((damping_ratio - 0.7).abs() < 1e-12);
+    /// # Ok::<(), seatrial_core::NoGain>(())
+    /// ```
     pub fn damping_ratio(&self) -> T {
         -self.a22_per_s / (T::of(2.0) * self.natural_frequency_rad_s())
     }
 
     /// Overshoot of a step as a fraction of it, e^{-pi zeta/sqrt(1 - zeta^2)}; 0 from zeta = 1 on.
+    ///
+    /// ```
+    /// use seatrial_core::{HeadingLoop, YawModel};
+    ///
+    /// let model = YawModel::from_theta([-1.0_f64, 1.0, 0.0]);
+    /// // zeta = 1/sqrt(2) and 1: 4.3 % and nothing.
+    /// assert!((HeadingLoop::new(&model, 0.5)?.overshoot() - 0.0432).abs() < 1e-4);
+    /// assert_eq!(HeadingLoop::new(&model, 0.25)?.overshoot(), 0.0);
+    /// # Ok::<(), seatrial_core::NoGain>(())
+    /// ```
     pub fn overshoot(&self) -> T {
         let zeta = self.damping_ratio();
         if zeta >= T::ONE {
@@ -128,6 +177,20 @@ impl<T: Real> HeadingLoop<T> {
     /// Crossovers are closed forms or bisected to rounding. Only a phase crossover within 0.001 rad
     /// (at one sample) of the Nyquist frequency is taken to be there, which changes the gain margin
     /// by less than 1e-6 of itself. With sampling, the delay margin is exact in whole intervals.
+    ///
+    /// ```
+    /// use seatrial_core::heading_loop::LoopTiming;
+    /// use seatrial_core::{HeadingLoop, YawModel};
+    ///
+    /// let heading_loop = HeadingLoop::new(&YawModel::from_theta([-1.0_f64, 1.0, 0.0]), 0.5)?;
+    /// let prompt = heading_loop.margins(LoopTiming::default())?;
+    /// assert_eq!(prompt.gain_margin, None);
+    /// // What dead time takes, the delay margin no longer has.
+    /// let late = heading_loop.margins(LoopTiming { delay_s: 0.5, sample_interval_s: None })?;
+    /// let lost_s = prompt.delay_margin_s.zip(late.delay_margin_s).map(|(before, after)| before - after);
+    /// assert!(lost_s.is_some_and(|lost_s| (lost_s - 0.5).abs() < 1e-9));
+    /// # Ok::<(), seatrial_core::NoGain>(())
+    /// ```
     pub fn margins(&self, timing: LoopTiming<T>) -> Result<Margins<T>, NoGain> {
         timing.check()?;
         Ok(match timing.sample_interval_s {

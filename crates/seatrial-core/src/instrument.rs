@@ -60,6 +60,18 @@ impl<T: Real> AuxiliaryModel<T> {
     }
 
     /// Moves on by an interval, at whose end the filtered rudder is `rudder_rad`.
+    ///
+    /// ```
+    /// use seatrial_core::{AuxiliaryModel, YawModel};
+    ///
+    /// let model = YawModel::from_theta([-1.0, 1.0, 0.0]);
+    /// let mut auxiliary = AuxiliaryModel::new(0.2);
+    /// for _ in 0..400 {
+    ///     auxiliary.advance(&model, 0.2, 0.05, 1.5);
+    /// }
+    /// // After 20 s the yaw rate is that of the steady turn, -b2 delta/a22.
+    /// assert!((auxiliary.yaw_rate_rad_s() - 0.2_f64).abs() < 1e-6);
+    /// ```
     #[inline]
     pub fn advance(&mut self, model: &YawModel<T>, rudder_rad: T, interval_s: T, lambda_rad_s: T) {
         let a22_per_s = match model.a22_per_s {
@@ -122,6 +134,15 @@ pub struct RecursiveInstrument<T, const N: usize> {
 
 impl<T: Real, const N: usize> RecursiveInstrument<T, N> {
     /// Goes on where least squares stands.
+    ///
+    /// ```
+    /// use seatrial_core::{Forgetting, RecursiveInstrument, RecursiveLeastSquares};
+    ///
+    /// let mut least_squares = RecursiveLeastSquares::<f64, 2>::new(1e6);
+    /// least_squares.update([1.0, 2.0], 5.0, Forgetting { factor: 1.0, trace_limit: 1e9 });
+    /// let instrument = RecursiveInstrument::take_over(&least_squares);
+    /// assert_eq!(instrument.theta(), least_squares.theta());
+    /// ```
     pub fn take_over(least_squares: &RecursiveLeastSquares<T, N>) -> Self {
         Self {
             theta: least_squares.theta(),
@@ -153,6 +174,19 @@ impl<T: Real, const N: usize> RecursiveInstrument<T, N> {
     }
 
     /// Learns from one sample; returns whether it could.
+    ///
+    /// ```
+    /// use seatrial_core::{RecursiveInstrument, RecursiveLeastSquares};
+    ///
+    /// // y = 2 p, with noise in the measured regressor and none in the instrument.
+    /// let mut estimate = RecursiveInstrument::take_over(&RecursiveLeastSquares::<f64, 1>::new(100.0));
+    /// for k in 0..400 {
+    ///     let (p, noise) = ([1.0, -1.0][k % 2], [0.5, 0.5, -0.5, -0.5][k % 4]);
+    ///     estimate.update([p + noise], [p], 2.0 * p);
+    /// }
+    /// // Least squares would give 2/(1 + 0.5^2) = 1.6.
+    /// assert!((estimate.theta()[0] - 2.0).abs() < 0.02);
+    /// ```
     pub fn update(&mut self, regressor: [T; N], instrument: [T; N], observation: T) -> bool {
         let Some(update) = self.judged(0, &regressor, &instrument, observation) else {
             return false;

@@ -49,6 +49,13 @@ pub struct RecursiveLeastSquares<T, const N: usize> {
 
 impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
     /// Theta = 0 and P = `initial_covariance` I.
+    ///
+    /// ```
+    /// use seatrial_core::RecursiveLeastSquares;
+    ///
+    /// let least_squares = RecursiveLeastSquares::<f64, 2>::new(100.0);
+    /// assert_eq!(least_squares.covariance(), [[100.0, 0.0], [0.0, 100.0]]);
+    /// ```
     pub fn new(initial_covariance: T) -> Self {
         let mut factors = [[T::ZERO; N]; N];
         for (i, row) in factors.iter_mut().enumerate() {
@@ -84,6 +91,15 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
     }
 
     /// Forgets the first parameter, as if nothing but its variance were known of it.
+    ///
+    /// ```
+    /// use seatrial_core::{Forgetting, RecursiveLeastSquares};
+    ///
+    /// let mut least_squares = RecursiveLeastSquares::<f64, 1>::new(1e6);
+    /// least_squares.update([1.0], 3.0, Forgetting { factor: 1.0, trace_limit: 1e9 });
+    /// least_squares.reset_first(4.0);
+    /// assert_eq!((least_squares.theta(), least_squares.covariance()), ([0.0], [[4.0]]));
+    /// ```
     pub fn reset_first(&mut self, variance: T) {
         if let (Some(theta), Some(row)) = (self.theta.first_mut(), self.factors.first_mut()) {
             *theta = T::ZERO;
@@ -93,6 +109,20 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
     }
 
     /// Learns from one sample; returns whether it could (it ignores one that overflows).
+    ///
+    /// ```
+    /// use seatrial_core::{Forgetting, RecursiveLeastSquares};
+    ///
+    /// let mut least_squares = RecursiveLeastSquares::<f64, 2>::new(1e6);
+    /// let forgetting = Forgetting { factor: 1.0, trace_limit: 1e9 };
+    /// // The line y = 1 + 2 x through three points.
+    /// for x in [0.0, 1.0, 2.0] {
+    ///     assert!(least_squares.update([1.0, x], 1.0 + 2.0 * x, forgetting));
+    /// }
+    /// assert!((least_squares.theta()[1] - 2.0).abs() < 1e-5);
+    /// // What overflows is ignored.
+    /// assert!(!least_squares.update([1.0, 1e300], 0.0, forgetting));
+    /// ```
     pub fn update(&mut self, regressor: [T; N], observation: T, forgetting: Forgetting<T>) -> bool {
         let mu = self.weight(forgetting);
         self.learn(0, &regressor, observation, mu)

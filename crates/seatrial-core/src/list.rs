@@ -11,6 +11,13 @@ pub struct List<T, const N: usize> {
 
 impl<T: Copy + Default, const N: usize> List<T, N> {
     /// The values of a slice; `None` where there are more than `N`.
+    ///
+    /// ```
+    /// use seatrial_core::List;
+    ///
+    /// assert_eq!(List::<f64, 2>::from_slice(&[0.6, 1.0]).as_deref(), Some(&[0.6, 1.0][..]));
+    /// assert_eq!(List::<f64, 2>::from_slice(&[0.6, 0.8, 1.0]), None);
+    /// ```
     pub fn from_slice(values: &[T]) -> Option<Self> {
         let mut list = Self::default();
         values
@@ -20,6 +27,14 @@ impl<T: Copy + Default, const N: usize> List<T, N> {
     }
 
     /// Appends a value. The error holds the value that a full list has no room for.
+    ///
+    /// ```
+    /// use seatrial_core::List;
+    ///
+    /// let mut thrusts = List::<f64, 1>::default();
+    /// assert_eq!(thrusts.push(0.6), Ok(()));
+    /// assert_eq!(thrusts.push(0.8), Err(0.8));
+    /// ```
     pub fn push(&mut self, value: T) -> Result<(), T> {
         let Some(place) = self.items.get_mut(self.len) else {
             return Err(value);
@@ -30,6 +45,13 @@ impl<T: Copy + Default, const N: usize> List<T, N> {
     }
 
     /// Takes the first value out.
+    ///
+    /// ```
+    /// use seatrial_core::List;
+    ///
+    /// let mut list = List::<u8, 4>::from_slice(&[1, 2]).unwrap_or_default();
+    /// assert_eq!([list.pop_front(), list.pop_front(), list.pop_front()], [Some(1), Some(2), None]);
+    /// ```
     pub fn pop_front(&mut self) -> Option<T> {
         let first = self.first().copied()?;
         self.items.rotate_left(1);

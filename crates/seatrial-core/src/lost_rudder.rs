@@ -26,6 +26,14 @@ pub enum LostRudder {
 
 impl LostRudder {
     /// In how many equal steps the rudder went through an interval.
+    ///
+    /// ```
+    /// use seatrial_core::LostRudder;
+    ///
+    /// // Three rows of 0.05 s are missing.
+    /// assert_eq!(LostRudder::Interpolated.steps(0.2, 0.05), 4);
+    /// assert_eq!(LostRudder::Held.steps(0.2, 0.05), 1);
+    /// ```
     #[inline]
     pub fn steps<T: Real>(self, interval_s: T, usual_interval_s: T) -> u32 {
         if self == Self::Held || interval_s < T::of(TWO_ABOVE) * usual_interval_s {
@@ -36,6 +44,14 @@ impl LostRudder {
     }
 
     /// Whether the rudder moved far in this interval and nobody saw when.
+    ///
+    /// ```
+    /// use seatrial_core::LostRudder;
+    ///
+    /// // 0.26 rad among missing rows, and 0.01 rad.
+    /// assert!(LostRudder::Interpolated.hides_edge(0.2, 0.05, 0.26));
+    /// assert!(!LostRudder::Interpolated.hides_edge(0.2, 0.05, 0.01));
+    /// ```
     #[inline]
     pub fn hides_edge<T: Real>(self, interval_s: T, usual_interval_s: T, moved_rad: T) -> bool {
         self == Self::Interpolated

@@ -53,6 +53,14 @@ pub struct YawState<T> {
 
 impl<T: Real> YawModel<T> {
     /// The model of a parameter vector Theta = [a22, b2, C0] (8).
+    ///
+    /// ```
+    /// use seatrial_core::YawModel;
+    ///
+    /// // The paper's vehicle at 80 % thrust: a22 in 1/s, b2 in 1/s^2, C0 in rad/s^2.
+    /// let model = YawModel::from_theta([-1.07, 1.08, 0.012]);
+    /// assert_eq!((model.a22_per_s, model.theta()[1]), (-1.07, 1.08));
+    /// ```
     pub fn from_theta([a22_per_s, b2_per_s2, c0_rad_per_s2]: [T; 3]) -> Self {
         Self {
             a22_per_s,
@@ -67,12 +75,29 @@ impl<T: Real> YawModel<T> {
     }
 
     /// delta0 = C0/b2, rad. `None` without rudder authority.
+    ///
+    /// ```
+    /// use seatrial_core::YawModel;
+    ///
+    /// // The rudder that holds a constant heading is -delta0.
+    /// let model = YawModel::from_theta([-1.0, 2.0, 0.04]);
+    /// assert_eq!(model.delta0_rad(), Some(0.02));
+    /// assert_eq!(model.yaw_acceleration(0.0, -0.02), 0.0);
+    /// ```
     pub fn delta0_rad(&self) -> Option<T> {
         let delta0 = self.c0_rad_per_s2 / self.b2_per_s2;
         delta0.is_finite().then_some(delta0)
     }
 
     /// Nomoto T and K. `None` where a22 is 0: the vehicle then integrates its rudder.
+    ///
+    /// ```
+    /// use seatrial_core::{Nomoto, YawModel};
+    ///
+    /// let model = YawModel::from_theta([-0.5, 1.0, 0.0]);
+    /// assert_eq!(model.nomoto(), Some(Nomoto { t_s: 2.0, k_per_s: 2.0 }));
+    /// assert_eq!(YawModel::from_theta([0.0, 1.0, 0.0]).nomoto(), None);
+    /// ```
     pub fn nomoto(&self) -> Option<Nomoto<T>> {
         let nomoto = Nomoto {
             t_s: -T::ONE / self.a22_per_s,
@@ -82,11 +107,32 @@ impl<T: Real> YawModel<T> {
     }
 
     /// r' = a22 r + b2 delta + C0 (7), rad/s^2.
+    ///
+    /// ```
+    /// use seatrial_core::YawModel;
+    ///
+    /// // -1 * 0.2 + 2 * 0.1 + 0.05
+    /// let model = YawModel::from_theta([-1.0, 2.0, 0.05]);
+    /// assert!((model.yaw_acceleration(0.2, 0.1) - 0.05_f64).abs() < 1e-12);
+    /// ```
     pub fn yaw_acceleration(&self, yaw_rate_rad_s: T, rudder_rad: T) -> T {
         self.a22_per_s * yaw_rate_rad_s + self.b2_per_s2 * rudder_rad + self.c0_rad_per_s2
     }
 
     /// The state `interval_s` later with the rudder held constant: the exact solution of (5)-(6).
+    ///
+    /// ```
+    /// use seatrial_core::YawModel;
+    /// use seatrial_core::model::YawState;
+    ///
+    /// let model = YawModel::from_theta([-1.0, 1.0, 0.0]);
+    /// let state = model.advance(YawState::default(), 0.2, 1.0);
+    /// // One time constant: 63 % of the steady yaw rate of 0.2 rad/s.
+    /// assert!((state.yaw_rate_rad_s - 0.2 * (1.0 - (-1.0_f64).exp())).abs() < 1e-12);
+    /// // One long step is as exact as many short ones.
+    /// let many = (0..100).fold(YawState::default(), |state, _| model.advance(state, 0.2, 0.01));
+    /// assert!((many.heading_rad - state.heading_rad).abs() < 1e-12);
+    /// ```
     pub fn advance(&self, state: YawState<T>, rudder_rad: T, interval_s: T) -> YawState<T> {
         let step = Discretisation::new(self.a22_per_s, interval_s);
         step.advance(state, self.b2_per_s2 * rudder_rad + self.c0_rad_per_s2)
@@ -114,6 +160,16 @@ pub struct Discretisation<T> {
 
 impl<T: Real> Discretisation<T> {
     /// For damping `a22_per_s` and an interval of `interval_s`.
+    ///
+    /// ```
+    /// use seatrial_core::model::{Discretisation, YawState};
+    ///
+    /// // Without damping: r' = u, h and h^2/2.
+    /// let step = Discretisation::new(0.0, 0.5);
+    /// assert_eq!((step.decay, step.rate_gain_s, step.heading_gain_s2), (1.0, 0.5, 0.125));
+    /// let state = step.advance(YawState { heading_rad: 1.0, yaw_rate_rad_s: 0.2 }, 0.0);
+    /// assert_eq!((state.heading_rad, state.yaw_rate_rad_s), (1.1, 0.2));
+    /// ```
     pub fn new(a22_per_s: T, interval_s: T) -> Self {
         let x = a22_per_s * interval_s;
         let (phi1, phi2) = phi(x);
@@ -136,6 +192,14 @@ impl<T: Real> Discretisation<T> {
 }
 
 /// phi1(x) = (e^x - 1)/x and phi2(x) = (e^x - 1 - x)/x^2.
+///
+/// ```
+/// use seatrial_core::model::phi;
+///
+/// // The limits at 0, where the closed forms divide by it.
+/// assert_eq!(phi(0.0), (1.0, 0.5));
+/// assert!((phi(1.0_f64).0 - (core::f64::consts::E - 1.0)).abs() < 1e-15);
+/// ```
 pub fn phi<T: Real>(x: T) -> (T, T) {
     if x.abs() < T::of(PHI_SERIES_BELOW) {
         enclosed_phi_series(x).unwrap_or_else(|| phi_series_alone(x))

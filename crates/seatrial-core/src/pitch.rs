@@ -69,6 +69,14 @@ impl<T: Real> PitchModel<T> {
     }
 
     /// The model whose a, b and c are those of `model`, with the restoring moment m, 1/s^2.
+    ///
+    /// ```
+    /// use seatrial_core::{PitchModel, YawModel};
+    ///
+    /// let model = PitchModel::righted(&YawModel::from_theta([-1.2, 0.8, 0.01]), -0.3);
+    /// assert_eq!(model.theta(), [-1.2, -0.3, 0.8, 0.01]);
+    /// assert_eq!(model.without_restoring().theta(), [-1.2, 0.8, 0.01]);
+    /// ```
     pub fn righted(model: &YawModel<T>, restoring_per_s2: T) -> Self {
         let [a, b, c] = model.theta();
         Self::from_theta([a, restoring_per_s2, b, c])
@@ -81,12 +89,29 @@ impl<T: Real> PitchModel<T> {
     }
 
     /// Damped and not overturned by the flow: a < 0 and m < 0.
+    ///
+    /// ```
+    /// use seatrial_core::PitchModel;
+    ///
+    /// assert!(PitchModel::from_theta([-1.2, -0.3, 0.8, 0.0]).is_stable());
+    /// // The flow overturns it.
+    /// assert!(!PitchModel::from_theta([-1.2, 0.3, 0.8, 0.0]).is_stable());
+    /// ```
     pub fn is_stable(&self) -> bool {
         self.damping_per_s < T::ZERO && self.restoring_per_s2 < T::ZERO
     }
 
     /// The state `interval_s` later with the elevator held, by the fourth-order Runge-Kutta method in steps of a tenth
     /// of the fastest time constant: 1e-7 of a step's change.
+    ///
+    /// ```
+    /// use seatrial_core::{PitchModel, PitchState};
+    ///
+    /// let model = PitchModel::from_theta([-1.2, -0.4, 0.8, 0.0]);
+    /// // A held elevator of 0.1 rad ends at a pitch, not at a pitch rate: -b delta/m.
+    /// let state = model.advance(PitchState::default(), 0.1, 60.0);
+    /// assert!((state.pitch_rad - 0.2_f64).abs() < 1e-6 && state.pitch_rate_rad_s.abs() < 1e-6);
+    /// ```
     pub fn advance(&self, state: PitchState<T>, elevator_rad: T, interval_s: T) -> PitchState<T> {
         let fastest_per_s = self.damping_per_s.abs() + self.restoring_per_s2.abs().sqrt();
         let wanted = interval_s * fastest_per_s / T::of(LARGEST_STEP);

@@ -19,6 +19,13 @@ const MOST_REPEATS: u32 = 100;
 const PAPER_TIME_CONSTANT_S: f64 = 1.0 / 1.07;
 
 /// How many times slower than the paper's vehicle one is whose yaw rate follows the rudder with this time constant T = -1/a22, s.
+///
+/// ```
+/// use seatrial_core::plan::times_slower;
+///
+/// // A ship with T = 28 s beside the paper's vehicle with 0.93 s.
+/// assert!((times_slower(28.0) - 30.0).abs() < 0.1);
+/// ```
 pub fn times_slower(time_constant_s: f64) -> f64 {
     time_constant_s / PAPER_TIME_CONSTANT_S
 }
@@ -41,6 +48,14 @@ pub struct Manoeuvre<T> {
 
 impl<T: Real> Manoeuvre<T> {
     /// From the first sample of the stage to its end, s.
+    ///
+    /// ```
+    /// use seatrial_core::{Excitation, Manoeuvre};
+    ///
+    /// let excitation = Excitation::Doublet { amplitude_rad: 0.26, period_s: 4.0 };
+    /// let training = Manoeuvre { lead_in_s: 2.0, excitation, observe_s: 10.0 };
+    /// assert_eq!((training.excitation_end_s(), training.duration_s()), (6.0, 16.0));
+    /// ```
     pub fn duration_s(&self) -> f64 {
         self.excitation_end_s() + self.observe_s
     }
@@ -143,12 +158,31 @@ impl<T: Real> Plan<T> {
 
     /// The paper's plan in the time of a vehicle whose yaw rate follows the rudder with this time constant T = -1/a22, s:
     /// every time is T / 0.93 s of the paper's, every rate the inverse; angles, thrusts and depths stay.
+    ///
+    /// ```
+    /// use seatrial_core::Plan;
+    ///
+    /// // A ship thirty times slower, sampled once a second.
+    /// let plan = Plan::<f64>::for_time_constant(28.0, 1.0);
+    /// assert!((plan.training.excitation.duration_s() - 120.0).abs() < 0.5);
+    /// assert_eq!(plan.check(), Ok(()));
+    /// ```
     pub fn for_time_constant(time_constant_s: f64, sample_interval_s: f64) -> Self {
         Self::paced(times_slower(time_constant_s), sample_interval_s)
     }
 
     /// The plan of a trial of pitch: the paper's thrusts, with elevator doublets of half the length and two thirds of the size,
     /// because pitch changes depth. The vehicle holds its depth for 40 s before each training.
+    ///
+    /// ```
+    /// use seatrial_core::{Axis, Plan};
+    ///
+    /// let plan = Plan::<f64>::pitch();
+    /// assert_eq!(plan.axis, Axis::Pitch);
+    /// assert!(
+    ///     plan.training.excitation.amplitude_rad() < Plan::paper().training.excitation.amplitude_rad()
+    /// );
+    /// ```
     pub fn pitch() -> Self {
         let manoeuvre = |amplitude_rad| Manoeuvre {
             lead_in_s: 2.0,
@@ -224,6 +258,13 @@ impl<T: Real> Plan<T> {
 
     /// The settings of the estimator: those of the plan, or lambda = 6 / (twice the longest
     /// deflection), 1.5 rad/s for the paper's doublet.
+    ///
+    /// ```
+    /// use seatrial_core::Plan;
+    ///
+    /// // 6 over the doublet's 4 s.
+    /// assert!((Plan::<f64>::paper().estimator_settings().lambda_rad_s - 1.5).abs() < 1e-12);
+    /// ```
     pub fn estimator_settings(&self) -> EstimatorSettings<T> {
         let settings = self.estimator.unwrap_or_else(|| {
             let period_s = 2.0 * self.training.excitation.longest_deflection_s();
@@ -236,6 +277,14 @@ impl<T: Real> Plan<T> {
     }
 
     /// Longest that the trial can take without a repeat, s.
+    ///
+    /// ```
+    /// use seatrial_core::{List, Plan};
+    ///
+    /// let plan = Plan::<f64>::paper();
+    /// let one_speed = Plan { thrusts: List::from_slice(&[0.8]).unwrap_or_default(), ..plan };
+    /// assert!((plan.longest_s() / one_speed.longest_s() - plan.thrusts.len() as f64).abs() < 1e-9);
+    /// ```
     pub fn longest_s(&self) -> f64 {
         let run_s =
             self.settle.at_most_s + self.training.duration_s() + self.validation.duration_s();
@@ -244,6 +293,14 @@ impl<T: Real> Plan<T> {
 
     /// Names the first setting that is out of its range. The estimator's own settings are checked by
     /// [`Estimator::new`](crate::Estimator::new).
+    ///
+    /// ```
+    /// use seatrial_core::Plan;
+    ///
+    /// let plan = Plan { rudder_limit_rad: 0.2, ..Plan::<f64>::paper() };
+    /// // Its training doublet asks for 0.26 rad.
+    /// assert_eq!(plan.check().map_err(|error| error.field), Err("training.excitation"));
+    /// ```
     pub fn check(&self) -> Result<(), InvalidSetting> {
         require(
             !self.thrusts.is_empty() && self.thrusts.iter().all(|t| *t > T::ZERO && *t <= T::ONE),

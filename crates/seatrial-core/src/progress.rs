@@ -54,6 +54,20 @@ pub struct RunResult<T> {
 }
 
 /// What happened, for whoever watches or records.
+///
+/// ```
+/// use seatrial_core::{AbortReason, Event, Outcome, Plan, Sample, Trial};
+///
+/// let mut trial = Trial::new(Plan::<f64>::paper())?;
+/// let _ = trial.step(&Sample::default());
+/// assert!(matches!(trial.take_event(), Some(Event::RunStarted { number: 1, .. })));
+/// trial.abort(AbortReason::Operator);
+/// // First neutral rudder, then the last action; both give the thrust back to the vehicle.
+/// let actions = [0.05, 0.10].map(|time_s| trial.step(&Sample { time_s, ..Sample::default() }));
+/// assert_eq!(actions.map(|action| action.thrust), [None, None]);
+/// assert_eq!(actions[1].outcome, Some(Outcome::Aborted(AbortReason::Operator)));
+/// # Ok::<(), seatrial_core::InvalidSetting>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -96,6 +110,18 @@ pub enum Event<T> {
 }
 
 /// Where the trial is, for a live view.
+///
+/// ```
+/// use seatrial_core::progress::Stage;
+/// use seatrial_core::{Plan, Sample, Trial};
+///
+/// let mut trial = Trial::new(Plan::<f64>::paper())?;
+/// assert_eq!(trial.status().stage, None);
+/// let _ = trial.step(&Sample::default());
+/// let status = trial.status();
+/// assert_eq!((status.run, status.speed, status.stage), (1, 1, Some(Stage::Settle)));
+/// # Ok::<(), seatrial_core::InvalidSetting>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Status<T> {

@@ -97,6 +97,18 @@ impl<T: Real> RateCascade<T> {
     }
 
     /// The steering for the next `interval_s`, a fraction of full.
+    ///
+    /// ```
+    /// use seatrial_core::{CascadeSettings, RateCascade};
+    ///
+    /// let settings =
+    ///     CascadeSettings { angle_gain_per_s: 1.0, rate_gain_s: 0.5, ..CascadeSettings::default() };
+    /// // 0.2 rad to go at a yaw rate of 0.1 rad/s: 0.5 (0.2 - 0.1).
+    /// let steering: f64 = RateCascade::new(settings).step(0.2, 0.0, 0.1, 0.02);
+    /// assert!((steering - 0.05).abs() < 1e-12);
+    /// // A number that is not finite gives no steering.
+    /// assert_eq!(RateCascade::new(settings).step(f64::NAN, 0.0, 0.1, 0.02), 0.0);
+    /// ```
     pub fn step(&mut self, wanted_rad: T, heading_rad: T, yaw_rate_rad_s: T, interval_s: T) -> T {
         let s = &self.settings;
         let is_first = self.state.is_none();
@@ -161,6 +173,19 @@ impl<T: Real> RateCascade<T> {
 impl<T: Real> CascadeSettings<T> {
     /// (F + P)/I: how long the integral takes to find a steady steering, while F and P hold the heading beside the wanted one, s.
     /// `None` without an integral.
+    ///
+    /// ```
+    /// use seatrial_core::CascadeSettings;
+    ///
+    /// let settings = CascadeSettings {
+    ///     feed_forward_s: 0.2,
+    ///     rate_gain_s: 0.3,
+    ///     rate_integral_gain: 0.25,
+    ///     ..CascadeSettings::default()
+    /// };
+    /// assert_eq!(settings.integral_time_s(), Some(2.0));
+    /// assert_eq!(CascadeSettings::<f64>::default().integral_time_s(), None);
+    /// ```
     pub fn integral_time_s(&self) -> Option<T> {
         let time_s = (self.feed_forward_s + self.rate_gain_s) / self.rate_integral_gain;
         (self.rate_integral_gain > T::ZERO).then_some(time_s)

@@ -63,16 +63,36 @@ pub trait Real:
     fn is_finite(self) -> bool;
 
     /// The larger of two numbers; the other one where one is NaN.
+    ///
+    /// ```
+    /// use seatrial_core::Real;
+    ///
+    /// assert_eq!(Real::max(f64::NAN, 1.0), 1.0);
+    /// ```
     fn max(self, other: Self) -> Self;
     /// The smaller of two numbers; the other one where one is NaN.
     fn min(self, other: Self) -> Self;
 
     /// The value limited to `-limit ..= limit`.
+    ///
+    /// ```
+    /// use seatrial_core::Real;
+    ///
+    /// assert_eq!([0.1, 0.4, -0.4].map(|rudder_rad: f64| rudder_rad.limited_to(0.26)), [0.1, 0.26, -0.26]);
+    /// ```
     fn limited_to(self, limit: Self) -> Self {
         self.max(-limit).min(limit)
     }
 
     /// An angle taken to (-pi, pi].
+    ///
+    /// ```
+    /// use seatrial_core::Real;
+    ///
+    /// assert!((350_f64.to_radians().wrapped() + 10_f64.to_radians()).abs() < 1e-12);
+    /// // The interval is half-open.
+    /// assert_eq!((-core::f64::consts::PI).wrapped(), core::f64::consts::PI);
+    /// ```
     fn wrapped(self) -> Self {
         if self.abs() < Self::PI {
             return self;

@@ -57,6 +57,14 @@ struct LeadIn<T> {
 
 impl<T: Real> RudderSenseWatch<T> {
     /// A watch on a manoeuvre. `None` where no sense is expected.
+    ///
+    /// ```
+    /// use seatrial_core::rudder_sense::RudderSenseWatch;
+    /// use seatrial_core::{Excitation, RudderSense};
+    ///
+    /// let doublet = Excitation::Doublet { amplitude_rad: 0.26, period_s: 4.0 };
+    /// assert!(RudderSenseWatch::new(RudderSense::Unknown, &doublet).is_none());
+    /// ```
     pub fn new(sense: RudderSense, excitation: &Excitation<T>) -> Option<Self> {
         let sign = match sense {
             RudderSense::Positive => T::ONE,
@@ -80,6 +88,23 @@ impl<T: Real> RudderSenseWatch<T> {
 
     /// Takes in the heading relative to the heading of the run and the rudder, `elapsed_s` after
     /// the start of the manoeuvre, negative before it. `true`: the vehicle turns against its rudder.
+    ///
+    /// ```
+    /// use seatrial_core::rudder_sense::RudderSenseWatch;
+    /// use seatrial_core::{Excitation, RudderSense};
+    ///
+    /// let doublet = Excitation::Doublet { amplitude_rad: 0.26, period_s: 4.0 };
+    /// let told_s = |turn: f64| {
+    ///     let mut watch = RudderSenseWatch::new(RudderSense::Positive, &doublet)?;
+    ///     let at_s = |k: i32| 0.05 * f64::from(k);
+    ///     (-40..40).map(at_s).find(|s| {
+    ///         watch.is_reversed(*s, turn * s.max(0.0).powi(2), if *s < 0.0 { 0.0 } else { 0.26 })
+    ///     })
+    /// };
+    /// // Starboard rudder: a vehicle that turns to port is told within a second and a half.
+    /// assert!(told_s(-0.1).is_some_and(|s| s < 1.5));
+    /// assert_eq!(told_s(0.1), None);
+    /// ```
     pub fn is_reversed(&mut self, elapsed_s: f64, heading_rad: T, rudder_rad: T) -> bool {
         if elapsed_s >= self.judged_to_s {
             return false;

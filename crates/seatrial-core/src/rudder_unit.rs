@@ -17,6 +17,14 @@ pub enum RudderUnit {
 
 impl RudderUnit {
     /// How many of the displayed unit one is, and the name of that unit: degrees, or percent of full.
+    ///
+    /// ```
+    /// use seatrial_core::RudderUnit;
+    ///
+    /// assert_eq!(RudderUnit::FullRudder.for_people(), (100.0, "% of full"));
+    /// let (scale, name) = RudderUnit::Rad.for_people();
+    /// assert_eq!(format!("{:.1} {name}", scale * 0.26), "14.9 deg");
+    /// ```
     pub fn for_people(self) -> (f64, &'static str) {
         match self {
             Self::Rad => (1_f64.to_degrees(), "deg"),
@@ -25,6 +33,13 @@ impl RudderUnit {
     }
 
     /// What to write behind the unit of a quantity per rudder angle.
+    ///
+    /// ```
+    /// use seatrial_core::RudderUnit;
+    ///
+    /// assert_eq!(format!("1/s^2{}", RudderUnit::FullRudder.per()), "1/s^2 per full rudder");
+    /// assert_eq!(RudderUnit::Rad.per(), "");
+    /// ```
     pub fn per(self) -> &'static str {
         match self {
             Self::Rad => "",

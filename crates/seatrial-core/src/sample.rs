@@ -3,6 +3,14 @@
 use crate::Real;
 
 /// One instant of a vehicle, in SI units. What a vehicle does not measure is `None`.
+///
+/// ```
+/// use seatrial_core::Sample;
+///
+/// // A vehicle without depth sensor and gyro: what is not measured is not 0.
+/// let sample = Sample { time_s: 12.5, heading_rad: 1.6, rudder_rad: -0.1, ..Sample::default() };
+/// assert_eq!((sample.depth_m, sample.yaw_rate_rad_s), (None, None));
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sample<T> {
@@ -128,6 +136,14 @@ pub enum AbortReason {
 
 impl AbortReason {
     /// Did the vehicle do something that no model of the trial explains? Its models are then not to be used.
+    ///
+    /// ```
+    /// use seatrial_core::AbortReason;
+    ///
+    /// assert!(AbortReason::ReversedRudder.contradicts_the_models());
+    /// assert!(!AbortReason::LowBattery.contradicts_the_models());
+    /// assert_eq!(AbortReason::LowBattery.to_string(), "the battery was low");
+    /// ```
     pub fn contradicts_the_models(self) -> bool {
         matches!(self, Self::ReversedRudder | Self::RudderNotFollowed)
     }

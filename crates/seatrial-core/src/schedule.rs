@@ -20,6 +20,12 @@ pub enum ScheduleKey {
 
 impl ScheduleKey {
     /// As a person reads it.
+    ///
+    /// ```
+    /// use seatrial_core::schedule::ScheduleKey;
+    ///
+    /// assert_eq!([ScheduleKey::Thrust, ScheduleKey::Speed].map(ScheduleKey::name), ["thrust", "speed"]);
+    /// ```
     pub fn name(self) -> &'static str {
         match self {
             Self::Thrust => "thrust",
@@ -48,6 +54,12 @@ pub enum Scheduled<V> {
 
 impl<V> Scheduled<V> {
     /// The value, however it was found.
+    ///
+    /// ```
+    /// use seatrial_core::schedule::Scheduled;
+    ///
+    /// assert_eq!(Scheduled::Extrapolated(0.4).value(), Scheduled::Interpolated(0.4).value());
+    /// ```
     pub fn value(&self) -> &V {
         match self {
             Self::Interpolated(value) | Self::Extrapolated(value) => value,
@@ -55,6 +67,12 @@ impl<V> Scheduled<V> {
     }
 
     /// Outside the identified range?
+    ///
+    /// ```
+    /// use seatrial_core::schedule::Scheduled;
+    ///
+    /// assert!(Scheduled::Extrapolated(0.4).is_extrapolated());
+    /// ```
     pub fn is_extrapolated(&self) -> bool {
         matches!(self, Self::Extrapolated(_))
     }
@@ -82,6 +100,15 @@ pub struct SchedulePoint<T> {
 
 impl<T: Real> SchedulePoint<T> {
     /// The point's place in a schedule by this key.
+    ///
+    /// ```
+    /// use seatrial_core::schedule::{ScheduleKey, SchedulePoint};
+    ///
+    /// let point =
+    ///     SchedulePoint { thrust: Some(0.8), surge_speed_m_s: None::<f64>, model: Default::default() };
+    /// assert_eq!(point.key(ScheduleKey::Thrust), Some(0.8));
+    /// assert_eq!(point.key(ScheduleKey::Speed), None);
+    /// ```
     pub fn key(&self, key: ScheduleKey) -> Option<T> {
         match key {
             ScheduleKey::Thrust => self.thrust,
@@ -242,6 +269,23 @@ impl<T: Real> Segment<T> {
 
 impl<T: Real> SpeedSchedule<T> {
     /// A schedule of at least two points, in any order, with b2 linear in speed squared.
+    ///
+    /// ```
+    /// use seatrial_core::schedule::{ScheduleError, ScheduleKey, SchedulePoint};
+    /// use seatrial_core::{SpeedSchedule, YawModel};
+    ///
+    /// let at = |thrust| SchedulePoint {
+    ///     thrust: Some(thrust),
+    ///     surge_speed_m_s: None,
+    ///     model: YawModel::from_theta([-1.0, 1.0, 0.0]),
+    /// };
+    /// let schedule = SpeedSchedule::<f64>::new(ScheduleKey::Thrust, &[at(1.0), at(0.6)])?;
+    /// // In order of the key, whatever the order they came in.
+    /// assert_eq!(schedule.points()[0].thrust, Some(0.6));
+    /// let twice = SpeedSchedule::new(ScheduleKey::Thrust, &[at(0.6), at(0.6)]);
+    /// assert_eq!(twice, Err(ScheduleError::DuplicateKey { at: 0.6 }));
+    /// # Ok::<(), ScheduleError>(())
+    /// ```
     pub fn new(key: ScheduleKey, points: &[SchedulePoint<T>]) -> Result<Self, ScheduleError> {
         let mut schedule = Self {
             key,
@@ -295,6 +339,24 @@ impl<T: Real> SpeedSchedule<T> {
     }
 
     /// The model at a key.
+    ///
+    /// ```
+    /// use seatrial_core::schedule::{Beyond, ScheduleError, ScheduleKey, SchedulePoint};
+    /// use seatrial_core::{SpeedSchedule, YawModel};
+    ///
+    /// let at = |speed_m_s, a22, b2| SchedulePoint {
+    ///     thrust: None,
+    ///     surge_speed_m_s: Some(speed_m_s),
+    ///     model: YawModel::from_theta([a22, b2, 0.0]),
+    /// };
+    /// let schedule = SpeedSchedule::new(ScheduleKey::Speed, &[at(1.0, -0.5, 0.5), at(2.0, -1.0, 2.0)])?;
+    /// // b2 = 0.5 V^2, not the middle of 0.5 and 2.
+    /// let found = schedule.lookup(1.5, Beyond::Refuse)?.value().model;
+    /// assert_eq!((found.a22_per_s, found.b2_per_s2), (-0.75, 1.125));
+    /// let outside = schedule.lookup(3.0, Beyond::Refuse);
+    /// assert_eq!(outside, Err(ScheduleError::Outside { at: 3.0, from: 1.0, to: 2.0 }));
+    /// # Ok::<(), ScheduleError>(())
+    /// ```
     pub fn lookup(
         &self,
         at: T,

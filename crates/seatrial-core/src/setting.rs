@@ -5,6 +5,15 @@ use core::fmt;
 use crate::Real;
 
 /// A setting outside its range. Displays as "`field` must be `requirement`".
+///
+/// ```
+/// use seatrial_core::Settle;
+///
+/// let error = Settle { at_least_s: -1.0, ..Settle::<f64>::default() }
+///     .check()
+///     .expect_err("time runs forwards");
+/// assert_eq!(error.to_string(), "settle.at_least_s must be a number not below 0");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct InvalidSetting {
     /// The field, by its path from the outermost settings: `envelope.area`.

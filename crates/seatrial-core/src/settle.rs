@@ -67,6 +67,14 @@ impl<T: Real> Default for Settle<T> {
 
 impl<T: Real> Settle<T> {
     /// Names the first setting that is out of its range, as `settle.at_most_s`.
+    ///
+    /// ```
+    /// use seatrial_core::Settle;
+    ///
+    /// // At most 5 s of settling are too few for at least 10.
+    /// let settle = Settle { at_most_s: 5.0, ..Settle::<f64>::default() };
+    /// assert_eq!(settle.check().map_err(|error| error.field), Err("settle.at_most_s"));
+    /// ```
     pub fn check(&self) -> Result<(), InvalidSetting> {
         let tolerances = [
             (self.heading_tolerance_rad, "settle.heading_tolerance_rad"),
@@ -127,6 +135,22 @@ impl<T: Real> SettleGate<T> {
     }
 
     /// The judgement at a time since the start of the stage, from the samples before it.
+    ///
+    /// ```
+    /// use seatrial_core::settle::{SettleGate, Settled};
+    /// use seatrial_core::{Sample, Settle};
+    ///
+    /// let judged = |yaw_rate_rad_s: f64| {
+    ///     let mut gate = SettleGate::new(Settle::default());
+    ///     for k in 0..240 {
+    ///         let elapsed_s = 0.05 * f64::from(k);
+    ///         gate.add(elapsed_s, yaw_rate_rad_s * (elapsed_s - 6.0), &Sample::default());
+    ///     }
+    ///     gate.judge(12.0)
+    /// };
+    /// // Steady after 12 s, and a turn of 0.1 rad/s, of which the gate takes 0.02.
+    /// assert_eq!([judged(0.0), judged(0.1)], [Settled::Yes, Settled::NotYet]);
+    /// ```
     pub fn judge(&self, elapsed_s: f64) -> Settled {
         let elapsed_s = elapsed_s + CLOCK_RESOLUTION_S;
         if elapsed_s >= self.settings.at_least_s

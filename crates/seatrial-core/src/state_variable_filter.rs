@@ -56,6 +56,20 @@ impl<T: Real> FilterStep<T> {
     }
 
     /// Makes the next step one of `interval_s`.
+    ///
+    /// ```
+    /// use seatrial_core::{FilterStart, FilterStep, Hold, StateVariableFilter};
+    ///
+    /// let mut step = FilterStep::new(2.0);
+    /// step.set_interval(0.5);
+    /// let mut filter = StateVariableFilter::new(0.0, FilterStart::Equilibrium);
+    /// filter.advance(1.0, Hold::ZeroOrder, &step);
+    /// // A step of a double lag is still 0 with its slope at the instant of the step.
+    /// assert_eq!((filter.smoothed(), filter.first_derivative(&step)), (0.0, 0.0));
+    /// filter.advance(1.0, Hold::ZeroOrder, &step);
+    /// // 1 - (1 + lambda h) e^{-lambda h}
+    /// assert!((filter.smoothed() - (1.0 - 2.0 * (-1.0_f64).exp())).abs() < 1e-12);
+    /// ```
     #[inline]
     pub fn set_interval(&mut self, interval_s: T) {
         if interval_s == self.interval_s {
@@ -131,6 +145,13 @@ pub struct StateVariableFilter<T> {
 
 impl<T: Real> StateVariableFilter<T> {
     /// A filter whose first sample is `signal`.
+    ///
+    /// ```
+    /// use seatrial_core::{FilterStart, StateVariableFilter};
+    ///
+    /// assert_eq!(StateVariableFilter::new(0.3, FilterStart::Equilibrium).smoothed(), 0.3);
+    /// assert_eq!(StateVariableFilter::new(0.3, FilterStart::Zero).smoothed(), 0.0);
+    /// ```
     pub fn new(signal: T, start: FilterStart) -> Self {
         Self {
             signal,
@@ -150,6 +171,20 @@ impl<T: Real> StateVariableFilter<T> {
     }
 
     /// Takes in the signal one interval later.
+    ///
+    /// ```
+    /// use seatrial_core::{FilterStart, FilterStep, Hold, StateVariableFilter};
+    ///
+    /// let mut step = FilterStep::new(1.5);
+    /// step.set_interval(0.05);
+    /// let mut heading = StateVariableFilter::new(0.0, FilterStart::Equilibrium);
+    /// // 20 s of a turn of 0.2 rad/s: its derivative, and no acceleration.
+    /// for k in 1..=400 {
+    ///     heading.advance(0.01 * f64::from(k), Hold::FirstOrder, &step);
+    /// }
+    /// assert!((heading.first_derivative(&step) - 0.2).abs() < 1e-9);
+    /// assert!(heading.second_derivative(&step).abs() < 1e-9);
+    /// ```
     pub fn advance(&mut self, signal: T, hold: Hold, step: &FilterStep<T>) {
         self.advance_by(signal - self.signal, hold, step);
         self.signal = signal;
@@ -186,6 +221,19 @@ impl<T: Real> StateVariableFilter<T> {
     }
 
     /// Filtered signal.
+    ///
+    /// ```
+    /// use seatrial_core::{FilterStart, FilterStep, Hold, StateVariableFilter};
+    ///
+    /// let mut step = FilterStep::new(1.5);
+    /// step.set_interval(0.05);
+    /// let mut filter = StateVariableFilter::new(0.0, FilterStart::Equilibrium);
+    /// for k in 1..=400 {
+    ///     filter.advance(0.01 * f64::from(k), Hold::FirstOrder, &step);
+    /// }
+    /// // A ramp of 0.2/s comes 2/lambda late.
+    /// assert!((filter.signal() - filter.smoothed() - 0.2 * 2.0 / 1.5).abs() < 1e-9);
+    /// ```
     #[inline]
     pub fn smoothed(&self) -> T {
         self.signal + (self.deviation - self.lag)

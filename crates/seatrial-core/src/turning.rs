@@ -85,6 +85,17 @@ pub struct Turn<T> {
 
 impl<T: Real> Turn<T> {
     /// The turn of a model under its full rudder.
+    ///
+    /// ```
+    /// use seatrial_core::turning::NoTurn;
+    /// use seatrial_core::{Side, Turn, YawModel};
+    ///
+    /// // delta0 = 0.05 rad helps to starboard and hinders to port.
+    /// let model = YawModel::from_theta([-1.0, 2.0, 0.1]);
+    /// let rate = |side| Turn::new(&model, 0.25, side).map(|turn| turn.yaw_rate_rad_s);
+    /// assert_eq!([rate(Side::Starboard), rate(Side::Port)], [Ok(0.6), Ok(0.4)]);
+    /// assert_eq!(Turn::new(&model, 0.04, Side::Port).map(|_| ()), Err(NoTurn::NoAuthority));
+    /// ```
     pub fn new(model: &YawModel<T>, rudder_limit_rad: T, side: Side) -> Result<Self, NoTurn> {
         let [a22, b2, c0] = model.theta();
         if !model.theta().iter().all(|p| p.is_finite()) {
@@ -117,11 +128,29 @@ impl<T: Real> Turn<T> {
     }
 
     /// t1 (48), s: within 2 % of the steady yaw rate.
+    ///
+    /// ```
+    /// use seatrial_core::{Side, Turn, YawModel};
+    ///
+    /// let turn = Turn::new(&YawModel::from_theta([-0.5, 1.0, 0.0]), 0.25, Side::Port)?;
+    /// // Four time constants of 2 s.
+    /// assert_eq!(turn.rise_time_s(), 8.0);
+    /// # Ok::<(), seatrial_core::turning::NoTurn>(())
+    /// ```
     pub fn rise_time_s(&self) -> T {
         T::of(4.0) * self.time_constant_s
     }
 
     /// T_pi (49), s.
+    ///
+    /// ```
+    /// use seatrial_core::{Side, Turn, YawModel};
+    ///
+    /// let turn = Turn::new(&YawModel::from_theta([-0.5, 1.0, 0.0]), 0.25, Side::Port)?;
+    /// // pi over 0.5 rad/s, and the 8 s of the rise.
+    /// assert!((turn.u_turn_time_s() - (core::f64::consts::PI / 0.5 + 8.0)).abs() < 1e-12);
+    /// # Ok::<(), seatrial_core::turning::NoTurn>(())
+    /// ```
     pub fn u_turn_time_s(&self) -> T {
         T::PI / self.yaw_rate_rad_s + self.rise_time_s()
     }
@@ -132,6 +161,16 @@ impl<T: Real> Turn<T> {
     }
 
     /// Radius of the circle after the yaw rate has settled, m.
+    ///
+    /// ```
+    /// use seatrial_core::{Side, Turn, YawModel};
+    ///
+    /// let turn = Turn::new(&YawModel::from_theta([-0.5, 1.0, 0.0]), 0.25, Side::Starboard)?;
+    /// // 1.5 m/s at 0.5 rad/s; the U-turn of the paper, ends and all, is wider.
+    /// assert_eq!(turn.steady_turning_radius_m(1.5), 3.0);
+    /// assert!(turn.u_turn_mean_radius_m(1.5) > 3.0);
+    /// # Ok::<(), seatrial_core::turning::NoTurn>(())
+    /// ```
     pub fn steady_turning_radius_m(&self, surge_speed_m_s: T) -> T {
         surge_speed_m_s / self.yaw_rate_rad_s
     }
@@ -157,6 +196,16 @@ impl<T: Real> Turn<T> {
     /// ```
     ///
     /// Newton's method from above, where it converges monotonically.
+    ///
+    /// ```
+    /// use seatrial_core::{Side, Turn, YawModel};
+    ///
+    /// let turn = Turn::new(&YawModel::from_theta([-1.0, 1.0, 0.0]), 0.5, Side::Starboard)?;
+    /// let time_s: f64 = turn.full_rudder_time_s(1.0);
+    /// // psi(t) = 0.5 (t - 1 + e^-t)
+    /// assert!((0.5 * (time_s - 1.0 + (-time_s).exp()) - 1.0).abs() < 1e-9);
+    /// # Ok::<(), seatrial_core::turning::NoTurn>(())
+    /// ```
     pub fn full_rudder_time_s(&self, heading_change_rad: T) -> T {
         let change = heading_change_rad.abs();
         let a22 = -T::ONE / self.time_constant_s;
@@ -228,6 +277,24 @@ impl<T: Real> TurningOverSpeed<T> {
     /// ```
     ///
     /// is that minimum. `None` where it is absent (R then only rises) or outside the bounds.
+    ///
+    /// ```
+    /// use seatrial_core::turning::{NoTurn, TurningOverSpeed};
+    /// use seatrial_core::{AuthorityFit, AuthorityForm};
+    ///
+    /// let authority = AuthorityFit {
+    ///     form: AuthorityForm::ThroughZero,
+    ///     per_speed_squared_per_m2: 0.5,
+    ///     constant_per_s2: 0.0,
+    ///     rms_residual_per_s2: 0.0,
+    ///     speed_range_m_s: [0.5, 3.0],
+    /// };
+    /// let vehicle = TurningOverSpeed { a22_per_s: -1.0, authority, rudder_limit_rad: 0.26 };
+    /// // y = p/q with p = 1/0.26 and q = 4/pi, and V = sqrt(y/k).
+    /// let best = vehicle.minimum_radius(0.5, 3.0)?;
+    /// assert!(best.is_some_and(|best| (best.surge_speed_m_s - 2.458_f64).abs() < 1e-3));
+    /// # Ok::<(), NoTurn>(())
+    /// ```
     pub fn minimum_radius(
         &self,
         from_m_s: T,

@@ -78,6 +78,19 @@ pub struct GoodnessOfFit<T> {
 impl<T: Real> GoodnessOfFit<T> {
     /// Is R^2 of heading at least this? Where wind, current or trim changed since training, R^2 of heading with the
     /// offset estimated again and of yaw rate stand in for it.
+    ///
+    /// ```
+    /// use seatrial_core::GoodnessOfFit;
+    ///
+    /// let drifted = GoodnessOfFit {
+    ///     r2_heading: Some(0.1),
+    ///     r2_heading_offset_refit: Some(0.95),
+    ///     ..GoodnessOfFit::default()
+    /// };
+    /// assert!(!drifted.reaches(0.6));
+    /// // The yaw rate of the gyro stands in for the heading where the offset changed.
+    /// assert!(GoodnessOfFit { r2_yaw_rate: Some(0.9), ..drifted }.reaches(0.6));
+    /// ```
     pub fn reaches(&self, least_r2: T) -> bool {
         let reaches = |r2: Option<T>| r2.is_some_and(|r2| r2 >= least_r2);
         reaches(self.r2_heading)
@@ -122,6 +135,35 @@ impl<T: Real> Validation<T> {
     }
 
     /// Validation of `model` on a record.
+    ///
+    /// ```
+    /// use seatrial_core::model::YawState;
+    /// use seatrial_core::{Sample, Validation, YawModel};
+    ///
+    /// let vehicle = YawModel::from_theta([-1.0, 1.0, 0.0]);
+    /// let mut state = YawState::<f64>::default();
+    /// let samples: Vec<_> = (0..320)
+    ///     .map(|k| {
+    ///         let rudder_rad = match k {
+    ///             40..80 => 0.26,
+    ///             80..120 => -0.26,
+    ///             _ => 0.0,
+    ///         };
+    ///         let sample = Sample {
+    ///             time_s: 0.05 * f64::from(k),
+    ///             heading_rad: state.heading_rad,
+    ///             rudder_rad,
+    ///             ..Sample::default()
+    ///         };
+    ///         state = vehicle.advance(state, rudder_rad, 0.05);
+    ///         sample
+    ///     })
+    ///     .collect();
+    /// let r2 = |b2| Validation::of(YawModel::from_theta([-1.0, b2, 0.0]), 2.0, &samples).r2_heading;
+    /// // The vehicle itself, and one with half of its authority.
+    /// assert!(r2(1.0).is_some_and(|r2| r2 > 0.9999));
+    /// assert!(r2(0.5).is_some_and(|r2| r2 < 0.9));
+    /// ```
     pub fn of<'a>(
         model: YawModel<T>,
         lead_in_s: f64,

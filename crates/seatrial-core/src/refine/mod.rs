@@ -49,6 +49,35 @@ use crate::YawModel;
 /// The interval assumes white heading noise, a disturbance that forgets its past exponentially, a first-order
 /// yaw model and a rudder that acts when the record says. `start` is any model of the vehicle, for instance the online
 /// estimate. `record` is taken in blocks of a twentieth of the vehicle's time constant, whatever its own.
+///
+/// ```
+/// use seatrial_core::Sample;
+/// use seatrial_core::YawModel;
+/// use seatrial_core::model::YawState;
+/// use seatrial_core::refine::{StageRecord, refine};
+///
+/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+/// let vehicle = YawModel::from_theta([-1.07, 1.08, 0.012]);
+/// let (mut state, mut record) = (YawState::<f64>::default(), StageRecord::<400>::new(0.05));
+/// for k in 0..320 {
+///     let rudder_rad = match k {
+///         40..80 => 0.26,
+///         80..120 => -0.26,
+///         _ => 0.0,
+///     };
+///     // A compass with steps of 0.001 rad.
+///     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+///     let sample =
+///         Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Sample::default() };
+///     record.push(&sample).map_err(|_| "the record is full")?;
+///     state = vehicle.advance(state, rudder_rad, 0.05);
+/// }
+/// let found = refine(record.series(), None)?;
+/// let [low, high] = found.b2_per_s2;
+/// assert!(low < 1.08 && 1.08 < high && high - low < 0.05);
+/// # Ok(())
+/// # }
+/// ```
 pub fn refine(
     record: Series<'_>,
     start: Option<YawModel<f64>>,

@@ -21,6 +21,13 @@ pub struct Span {
 
 impl Span {
     /// The span of `samples` samples over `duration_s`, s. An error where there are too few to compare.
+    ///
+    /// ```
+    /// use seatrial_core::refine::{RefineFailure, Span};
+    ///
+    /// assert!(Span::of(320, 16.0).is_ok());
+    /// assert!(matches!(Span::of(10, 0.5), Err(RefineFailure::TooShort { found: 10 })));
+    /// ```
     pub fn of(samples: usize, duration_s: f64) -> Result<Self, RefineFailure> {
         if samples < LEAST_COMPARISONS {
             return Err(RefineFailure::TooShort { found: samples });
@@ -52,6 +59,16 @@ impl Span {
     }
 
     /// |a22|, but no slower than what the record can show, 1/s.
+    ///
+    /// ```
+    /// use seatrial_core::refine::{RefineFailure, Span};
+    ///
+    /// let span = Span::of(320, 16.0)?;
+    /// assert_eq!(span.rate_scale(-1.07), 1.07);
+    /// // 16 s do not show a time constant of an hour.
+    /// assert!(span.rate_scale(-1.0 / 3600.0) > 1.0 / 1000.0);
+    /// # Ok::<(), RefineFailure>(())
+    /// ```
     pub fn rate_scale(&self, a22_per_s: f64) -> f64 {
         a22_per_s.abs().max(2.0 / self.duration_s)
     }

@@ -32,6 +32,21 @@ impl<const N: usize> StageRecord<N> {
     }
 
     /// Appends a sample, which is finite and later than the last.
+    ///
+    /// ```
+    /// use seatrial_core::Sample;
+    /// use seatrial_core::refine::{Full, StageRecord};
+    ///
+    /// let mut record = StageRecord::<2>::new(0.05);
+    /// // Headings on both sides of north, 0.2 rad apart.
+    /// record
+    ///     .push(&Sample { heading_rad: 6.18, ..Sample::default() })
+    ///     .and_then(|()| record.push(&Sample { time_s: 0.05, heading_rad: 0.1, ..Sample::default() }))?;
+    /// let turned = record.series().heading_rad;
+    /// assert!((turned[1] - turned[0] - 0.203).abs() < 1e-3);
+    /// assert!(matches!(record.push(&Sample { time_s: 0.1, ..Sample::default() }), Err(Full)));
+    /// # Ok::<(), Full>(())
+    /// ```
     pub fn push(&mut self, sample: &Sample<f64>) -> Result<(), Full> {
         let (Some(heading_rad), Some(rudder_rad)) = (
             self.heading_rad.get_mut(self.len),
@@ -73,6 +88,18 @@ impl<const N: usize> StageRecord<N> {
 /// The rudder from one sample to the next, rad: held, or, where samples were lost and it moved a little, the mean of what
 /// goes to the next sample in equal steps. When it moved far, at an edge of the manoeuvre, nobody knows when, and
 /// it counts as held.
+///
+/// ```
+/// use seatrial_core::Sample;
+/// use seatrial_core::refine::mean_rudder_rad;
+///
+/// let before = Sample { rudder_rad: 0.10, ..Sample::default() };
+/// // Held over the usual interval of 0.05 s; in two steps where a row is missing.
+/// let next = Sample { time_s: 0.05, rudder_rad: 0.12, ..before };
+/// assert_eq!(mean_rudder_rad(&before, &next, 0.05), 0.10);
+/// let after_a_gap = Sample { time_s: 0.10, ..next };
+/// assert!((mean_rudder_rad(&before, &after_a_gap, 0.05) - 0.105).abs() < 1e-12);
+/// ```
 pub fn mean_rudder_rad(sample: &Sample<f64>, next: &Sample<f64>, usual_interval_s: f64) -> f64 {
     let interval_s = next.time_s - sample.time_s;
     let moved_rad = next.rudder_rad - sample.rudder_rad;

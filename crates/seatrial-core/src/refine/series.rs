@@ -170,6 +170,18 @@ impl Series<'_> {
     }
 
     /// Half of the rudder's range, rad.
+    ///
+    /// ```
+    /// use seatrial_core::refine::Series;
+    ///
+    /// let series = Series {
+    ///     interval_s: &[0.05, 0.05, 0.05, 0.0],
+    ///     heading_rad: &[0.0; 4],
+    ///     rudder_rad: &[0.0, 0.3, -0.1, 0.0],
+    ///     block: 2,
+    /// };
+    /// assert_eq!((series.rudder_amplitude_rad(), series.blocks()), (0.2, 2));
+    /// ```
     pub fn rudder_amplitude_rad(&self) -> f64 {
         let (low, high) = self
             .rudder_rad
