@@ -51,6 +51,27 @@ pub struct CourseChange {
 impl CourseChange {
     /// Of a model with its own gain. `rudder_limit` is the full rudder in the unit of the record, where it is known: a boat that turns with
     /// full rudder overshoots less. `None` where there is no gain, no interval, or pitch.
+    ///
+    /// ```
+    /// use seatrial::identify::{IdentifySettings, identify};
+    /// use seatrial::{CourseChange, Window};
+    ///
+    /// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+    /// # let mut state = seatrial_core::model::YawState::<f64>::default();
+    /// # let sample = |k: u32| {
+    /// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+    /// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+    /// #     state = vehicle.advance(state, rudder_rad, 0.05);
+    /// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+    /// # };
+    /// # let record: seatrial::Record = (0..660).map(sample).collect();
+    /// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+    /// let found = identify(&record, Window::ALL, None, &IdentifySettings::default())?;
+    /// let change = CourseChange::of(&found, Some(0.26)).ok_or("a model with a gain")?;
+    /// // A gain for a damping ratio of 1/sqrt(2) overshoots 40 deg by less than 5.
+    /// assert!(change.overshoot_95_rad[1] < change.good_overshoot_rad);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn of(found: &Identification, rudder_limit: Option<f64>) -> Option<Self> {
         let refined = found
             .refined
@@ -96,6 +117,19 @@ impl CourseChange {
     }
 
     /// The interval that holds those of several speeds.
+    ///
+    /// ```
+    /// use seatrial::{COURSE_CHANGE_RAD, CourseChange};
+    ///
+    /// let of = |overshoot_95_rad| CourseChange {
+    ///     change_rad: COURSE_CHANGE_RAD,
+    ///     overshoot_95_rad,
+    ///     good_overshoot_rad: 0.0873,
+    /// };
+    /// let all = CourseChange::of_all([of([0.01, 0.03]), of([0.02, 0.05])]);
+    /// assert_eq!(all.map(|all| all.overshoot_95_rad), Some([0.01, 0.05]));
+    /// assert_eq!(CourseChange::of_all([]), None);
+    /// ```
     pub fn of_all(changes: impl IntoIterator<Item = Self>) -> Option<Self> {
         let ends = changes.into_iter().map(|change| change.overshoot_95_rad);
         ends.reduce(|[low, high], [least, most]| [low.min(least), high.max(most)])
@@ -117,6 +151,20 @@ impl CourseChange {
     }
 
     /// The promise in one sentence.
+    ///
+    /// ```
+    /// use seatrial::gains::GOOD_OVERSHOOT_RAD;
+    /// use seatrial::{COURSE_CHANGE_RAD, CourseChange};
+    ///
+    /// let change = CourseChange {
+    ///     change_rad: COURSE_CHANGE_RAD,
+    ///     // 1.2 and 3.4 deg.
+    ///     overshoot_95_rad: [0.021, 0.059],
+    ///     good_overshoot_rad: GOOD_OVERSHOOT_RAD,
+    /// };
+    /// assert_eq!(change.range_text(), "1 to 4");
+    /// assert!(change.sentence().starts_with("A 40 deg course change will overshoot by 1 to 4 deg"));
+    /// ```
     pub fn sentence(&self) -> String {
         format!(
             "A {:.0} deg course change will overshoot by {} deg (one overshoot of at most {:.0} deg is good).",

@@ -7,6 +7,13 @@ const MOST_FIGURES: f64 = 6.0;
 const PLAIN: std::ops::Range<f64> = 1e-6..1e6;
 
 /// A number to three significant figures.
+///
+/// ```
+/// use seatrial::words::three_figures;
+///
+/// assert_eq!([1.07, 123.4, 0.01234].map(three_figures), ["1.07", "123", "0.0123"]);
+/// assert_eq!(three_figures(1.5e-9), "1.50e-9");
+/// ```
 pub fn three_figures(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
@@ -24,6 +31,14 @@ pub(crate) fn degrees(angle_rad: f64) -> String {
 }
 
 /// The names and units of the columns of a heading, `speed [m/s] | gain`; a unit is empty where there is none.
+///
+/// ```
+/// use seatrial::words::named_columns;
+///
+/// let columns: Vec<_> = named_columns("speed [m/s] | gain").collect();
+/// assert_eq!(columns[0], ("speed".to_owned(), "m/s".to_owned()));
+/// assert_eq!(columns[1].1, "");
+/// ```
 pub fn named_columns(heading: &str) -> impl Iterator<Item = (String, String)> {
     heading.split('|').map(|column| {
         let column = column.trim();
@@ -41,6 +56,12 @@ pub(crate) fn percent(share: f64) -> String {
 }
 
 /// R^2 to two places, or that it is not known. One far below 0 says nothing but that.
+///
+/// ```
+/// use seatrial::words::r2_text;
+///
+/// assert_eq!([Some(0.987), Some(-250.0), None].map(r2_text), ["0.99", "below -10", "not known"]);
+/// ```
 pub fn r2_text(r2: Option<f64>) -> String {
     match r2 {
         None => "not known".into(),
@@ -53,6 +74,14 @@ const LOWEST_R2: f64 = -10.0;
 
 /// The decimals of a value with an interval: two significant figures of half its width, as far as no bound then has more
 /// than six.
+///
+/// ```
+/// use seatrial::words::decimals_of;
+///
+/// // Half widths of 0.05 and of 20.
+/// assert_eq!(decimals_of([-1.12, -1.02]), 3);
+/// assert_eq!(decimals_of([1000.0, 1040.0]), 0);
+/// ```
 pub fn decimals_of([low, high]: [f64; 2]) -> usize {
     let of_width = 1.0 - libm::log10((0.5 * (high - low)).abs()).floor();
     let most = MOST_FIGURES - 1.0 - libm::log10(low.abs().max(high.abs())).floor();
@@ -65,6 +94,14 @@ pub fn decimals_of([low, high]: [f64; 2]) -> usize {
 }
 
 /// A value with so many decimals, without a minus sign before zero.
+///
+/// ```
+/// use seatrial::words::with_decimals;
+///
+/// assert_eq!(with_decimals(1.005, 1), "1.0");
+/// // Zero has no sign.
+/// assert_eq!(with_decimals(-0.004, 2), "0.00");
+/// ```
 pub fn with_decimals(value: f64, decimals: usize) -> String {
     if value.is_finite() && value != 0.0 && value.abs() >= PLAIN.end {
         return three_figures(value);
@@ -77,6 +114,13 @@ pub fn with_decimals(value: f64, decimals: usize) -> String {
 }
 
 /// The bounds of an interval, `-1.12 to -1.02`, or `1.20e-8 to 1.40e-8`.
+///
+/// ```
+/// use seatrial::words::bounds_text;
+///
+/// assert_eq!(bounds_text([-1.1234, -1.0021]), "-1.123 to -1.002");
+/// assert_eq!(bounds_text([1.2e-8, 1.4e-8]), "1.20e-8 to 1.40e-8");
+/// ```
 pub fn bounds_text(interval: [f64; 2]) -> String {
     let [low, high] = interval.map(|bound| within(bound, Some(interval)));
     format!("{low} to {high}")
@@ -90,6 +134,15 @@ fn power_of([low, high]: [f64; 2]) -> Option<i32> {
 }
 
 /// A value with the decimals that its interval leaves it; to three significant figures without one.
+///
+/// ```
+/// use seatrial::words::within;
+///
+/// // An interval says how many digits of a value mean something.
+/// assert_eq!(within(1.07345, Some([0.97, 1.17])), "1.07");
+/// assert_eq!(within(1.07345, None), "1.07");
+/// assert_eq!(within(1.07345, Some([1.0732, 1.0737])), "1.07345");
+/// ```
 pub fn within(value: f64, interval: Option<[f64; 2]>) -> String {
     let Some(interval) = interval else {
         return three_figures(value);

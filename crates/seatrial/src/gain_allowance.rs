@@ -30,6 +30,28 @@ pub struct GainAllowance {
 
 impl GainAllowance {
     /// The allowance for an identified model, by [`damping_of`](Self::damping_of).
+    ///
+    /// ```
+    /// use seatrial::identify::{IdentifySettings, identify};
+    /// use seatrial::{GainAllowance, Window};
+    ///
+    /// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+    /// # let mut state = seatrial_core::model::YawState::<f64>::default();
+    /// # let sample = |k: u32| {
+    /// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+    /// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+    /// #     state = vehicle.advance(state, rudder_rad, 0.05);
+    /// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+    /// # };
+    /// # let record: seatrial::Record = (0..660).map(sample).collect();
+    /// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+    /// let found = identify(&record, Window::ALL, None, &IdentifySettings::default())?;
+    /// let allowance = GainAllowance::of(&found);
+    /// // A clean record leaves little to allow for, and the loop waits for a sample of 0.05 s.
+    /// assert!(allowance.damping_per_s < 0.05);
+    /// assert!((allowance.timing.delay_s - 0.05).abs() < 1e-3);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn of(identification: &Identification) -> Self {
         let refined = identification.refined.as_ref();
         let may_be_unstable = identification.verdict.has(&ReasonCode::Unstable);
@@ -45,6 +67,16 @@ impl GainAllowance {
     /// The damping to allow for, 1/s, by a22 and that of the [least damped](Identification::least_damped_per_s) vehicle, 1/s, and a verdict:
     /// none where that is not known; all of it, and so no gain, where the verdict says that the vehicle may be
     /// [unstable](ReasonCode::Unstable).
+    ///
+    /// ```
+    /// use seatrial::GainAllowance;
+    ///
+    /// // a22 = -1.0 with an interval that ends at -0.8 1/s.
+    /// assert!((GainAllowance::damping_of(-1.0, Some(-0.8), false) - 0.2).abs() < 1e-12);
+    /// assert_eq!(GainAllowance::damping_of(-1.0, None, false), 0.0);
+    /// // All of it, and so no gain, for a vehicle that may be unstable.
+    /// assert_eq!(GainAllowance::damping_of(-1.0, Some(-0.8), true), 1.0);
+    /// ```
     pub fn damping_of(
         a22_per_s: f64,
         least_damped_per_s: Option<f64>,
@@ -58,6 +90,14 @@ impl GainAllowance {
 
     /// From a22 to that of the least damped vehicle, 1/s. All of a22, and so no gain, where that leaves next to
     /// [nothing](Self::LEAST_DAMPING) of it: the vehicle may be undamped.
+    ///
+    /// ```
+    /// use seatrial::GainAllowance;
+    ///
+    /// assert_eq!(GainAllowance::damping_per_s(-1.0, -0.75), 0.25);
+    /// // The interval leaves 2 % of a22: the vehicle may be undamped.
+    /// assert_eq!(GainAllowance::damping_per_s(-1.0, -0.02), 1.0);
+    /// ```
     pub fn damping_per_s(a22_per_s: f64, least_damped_per_s: f64) -> f64 {
         match -least_damped_per_s >= Self::LEAST_DAMPING * -a22_per_s {
             true => (least_damped_per_s - a22_per_s).max(0.0),
@@ -69,6 +109,22 @@ impl GainAllowance {
     pub const LEAST_DAMPING: f64 = 0.05;
 
     /// The gain.
+    ///
+    /// ```
+    /// use seatrial::GainAllowance;
+    /// use seatrial::gains::DAMPING_RATIO;
+    /// use seatrial_core::{NoGain, YawModel};
+    ///
+    /// let model = YawModel::from_theta([-1.0, 1.0, 0.0]);
+    /// let gain = |damping_per_s| {
+    ///     let allowance = GainAllowance { damping_per_s, ..GainAllowance::default() };
+    ///     allowance.design(&model, DAMPING_RATIO).map(|gain| gain.proportional_gain)
+    /// };
+    /// // (57) of a22, and of the half of it that is certain: a quarter.
+    /// assert!((gain(0.0)? - 0.5).abs() < 1e-9 && (gain(0.5)? - 0.125).abs() < 1e-9);
+    /// assert_eq!(gain(1.0), Err(NoGain::CourseUnstable));
+    /// # Ok::<(), NoGain>(())
+    /// ```
     pub fn design(
         &self,
         model: &YawModel<f64>,
@@ -87,6 +143,15 @@ impl GainAllowance {
 
 /// What a loop waits for that is as fast as the samples: one until a rudder asked for acts, the lag of the rudder, and the
 /// hold over one.
+///
+/// ```
+/// use seatrial::gains::sampled;
+///
+/// let timing = sampled(0.1, 0.3);
+/// // One sample and the lag of the rudder; the hold over a sample comes beside.
+/// assert!((timing.delay_s - 0.4).abs() < 1e-12);
+/// assert_eq!(timing.sample_interval_s, Some(0.1));
+/// ```
 pub fn sampled(interval_s: f64, rudder_lag_s: f64) -> LoopTiming<f64> {
     LoopTiming {
         delay_s: interval_s + rudder_lag_s,
@@ -96,6 +161,22 @@ pub fn sampled(interval_s: f64, rudder_lag_s: f64) -> LoopTiming<f64> {
 
 /// The least damped models of a schedule and the longest that its loops wait, for a
 /// [`GainSchedule`](seatrial_core::GainSchedule).
+///
+/// ```
+/// use seatrial::GainAllowance;
+/// use seatrial::gains::least_damped_schedule;
+/// use seatrial_core::YawModel;
+/// use seatrial_core::schedule::{ScheduleError, ScheduleKey, SchedulePoint};
+///
+/// let at = |thrust| {
+///     let model = YawModel::from_theta([-1.0, 1.0, 0.0]);
+///     let allowance = GainAllowance { damping_per_s: 0.25, ..GainAllowance::default() };
+///     (SchedulePoint { thrust: Some(thrust), surge_speed_m_s: None, model }, allowance)
+/// };
+/// let (schedule, _) = least_damped_schedule(ScheduleKey::Thrust, [at(0.6), at(1.0)])?;
+/// assert_eq!(schedule.points()[0].model.a22_per_s, -0.75);
+/// # Ok::<(), ScheduleError>(())
+/// ```
 pub fn least_damped_schedule(
     key: ScheduleKey,
     points: impl IntoIterator<Item = (SchedulePoint<f64>, GainAllowance)>,
@@ -109,6 +190,16 @@ pub fn least_damped_schedule(
 }
 
 /// What a loop over several points waits for: the longest of theirs.
+///
+/// ```
+/// use seatrial::GainAllowance;
+/// use seatrial::gains::{longest, sampled};
+///
+/// let at =
+///     |interval_s, lag_s| GainAllowance { damping_per_s: 0.0, timing: sampled(interval_s, lag_s) };
+/// let timing = longest([at(0.1, 0.0), at(0.05, 0.5)]);
+/// assert_eq!((timing.delay_s, timing.sample_interval_s), (0.55, Some(0.1)));
+/// ```
 pub fn longest(allowances: impl IntoIterator<Item = GainAllowance>) -> LoopTiming<f64> {
     let timings = allowances.into_iter().map(|allowance| allowance.timing);
     timings.fold(LoopTiming::default(), |longest, timing| LoopTiming {

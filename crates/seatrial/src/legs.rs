@@ -28,6 +28,25 @@ pub struct LegSplit {
 /// Splits the samples of one manoeuvre, whose times increase.
 ///
 /// `None` where it has fewer than two legs for each part, as a doublet has.
+///
+/// ```
+/// use seatrial::Sample;
+/// use seatrial::log::split_by_legs;
+///
+/// // Zig-zag: the rudder changes sides every 10 s.
+/// let zig_zag = |legs: u32| {
+///     let at = |k: u32| Sample {
+///         time_s: f64::from(k),
+///         rudder_rad: if k / 10 % 2 == 0 { 0.2 } else { -0.2 },
+///         ..Sample::default()
+///     };
+///     (0..10 * legs).map(at).collect::<Vec<_>>()
+/// };
+/// let split = split_by_legs(&zig_zag(10)).ok_or("ten legs")?;
+/// assert_eq!((split.training_legs, split.validation_legs), (6, 4));
+/// assert_eq!(split_by_legs(&zig_zag(2)), None);
+/// # Ok::<(), &str>(())
+/// ```
 pub fn split_by_legs(samples: &[Sample<f64>]) -> Option<LegSplit> {
     let (from_s, last_s) = (samples.first()?.time_s, samples.last()?.time_s);
     let strokes = Manoeuvre::find(samples)?.strokes;

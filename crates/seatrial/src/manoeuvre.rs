@@ -40,6 +40,14 @@ pub struct Stroke {
 
 impl Stroke {
     /// How long the rudder was deflected, s.
+    ///
+    /// ```
+    /// use seatrial::Window;
+    /// use seatrial::log::Stroke;
+    ///
+    /// let stroke = Stroke { positive: true, window: Window { from_s: 2.0, to_s: 4.0 } };
+    /// assert_eq!(stroke.duration_s(), 2.0);
+    /// ```
     pub fn duration_s(&self) -> f64 {
         self.window.to_s - self.window.from_s
     }
@@ -47,6 +55,28 @@ impl Stroke {
 
 impl Manoeuvre {
     /// Finds the strokes. `None` where the rudder does not move or there is nothing finite.
+    ///
+    /// ```
+    /// use seatrial::Sample;
+    /// use seatrial::log::Manoeuvre;
+    ///
+    /// // A doublet of 0.26 rad about a trim of 0.02 rad.
+    /// let rudder_rad = |k| {
+    ///     0.02 + match k {
+    ///         40..80 => 0.26,
+    ///         80..120 => -0.26,
+    ///         _ => 0.0,
+    ///     }
+    /// };
+    /// let samples: Vec<_> = (0..320)
+    ///     .map(|k| Sample { time_s: 0.05 * f64::from(k), rudder_rad: rudder_rad(k), ..Sample::default() })
+    ///     .collect();
+    /// let found = Manoeuvre::find(&samples).ok_or("the rudder moved")?;
+    /// assert_eq!((found.strokes.len(), found.starts_s), (2, 2.0));
+    /// assert!((found.middle_rad - 0.02).abs() < 1e-6 && (found.amplitude_rad - 0.26).abs() < 1e-6);
+    /// assert_eq!(Manoeuvre::find(&samples[..40]), None);
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn find(samples: &[Sample<f64>]) -> Option<Self> {
         let usable = || {
             samples
@@ -95,6 +125,22 @@ impl Manoeuvre {
 
     /// When the rudder came back from its first stroke to the other side: the end of a doublet, or of
     /// the first full cycle of a zig-zag. `None` where it was deflected to one side only.
+    ///
+    /// ```
+    /// use seatrial::Sample;
+    /// use seatrial::log::Manoeuvre;
+    ///
+    /// let rudder_rad = |k| match k {
+    ///     40..80 => 0.26,
+    ///     80..120 => -0.26,
+    ///     _ => 0.0,
+    /// };
+    /// let samples: Vec<_> = (0..320)
+    ///     .map(|k| Sample { time_s: 0.05 * f64::from(k), rudder_rad: rudder_rad(k), ..Sample::default() })
+    ///     .collect();
+    /// // The end of the doublet.
+    /// assert_eq!(Manoeuvre::find(&samples).and_then(|found| found.both_sides_used_s()), Some(6.0));
+    /// ```
     pub fn both_sides_used_s(&self) -> Option<f64> {
         let first = self.strokes.first()?;
         self.strokes
@@ -147,6 +193,19 @@ impl Manoeuvre {
 
     /// The median time from one side to the other, s; the longest stroke where there is no change of
     /// sides.
+    ///
+    /// ```
+    /// use seatrial::Sample;
+    /// use seatrial::log::Manoeuvre;
+    ///
+    /// let at = |k: u32| Sample {
+    ///     time_s: f64::from(k),
+    ///     rudder_rad: if k / 10 % 2 == 0 { 0.2 } else { -0.2 },
+    ///     ..Sample::default()
+    /// };
+    /// let found = Manoeuvre::find(&(0..100).map(at).collect::<Vec<_>>());
+    /// assert_eq!(found.and_then(|found| found.half_period_s()), Some(10.0));
+    /// ```
     pub fn half_period_s(&self) -> Option<f64> {
         let mut halves: Vec<f64> = self
             .strokes

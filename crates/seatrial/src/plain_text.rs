@@ -6,6 +6,14 @@ use std::borrow::Cow;
 /// line and a tab, and marks of writing direction, are shown by their numbers, as in `\u{1b}`.
 ///
 /// Names, notes, columns, keys and paths come from files and over the network: whatever is printed for people passes here.
+///
+/// ```
+/// use seatrial::words::plain;
+///
+/// // A vehicle whose name would clear the screen.
+/// assert_eq!(plain("boat\u{1b}[2J"), "boat\\u{1b}[2J");
+/// assert_eq!(plain("20 °, 船"), "20 °, 船");
+/// ```
 pub fn plain(text: &str) -> Cow<'_, str> {
     if !text.contains(is_command) {
         return Cow::Borrowed(text);
@@ -22,6 +30,12 @@ pub fn plain(text: &str) -> Cow<'_, str> {
 }
 
 /// A text with a capital letter at its start.
+///
+/// ```
+/// use seatrial::words::capitalised;
+///
+/// assert_eq!(capitalised("élan 40"), "Élan 40");
+/// ```
 pub fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     let first = letters.next().map(|first| first.to_uppercase().to_string());
@@ -29,6 +43,12 @@ pub fn capitalised(text: &str) -> String {
 }
 
 /// A text with a capital letter at its start and a full stop at its end.
+///
+/// ```
+/// use seatrial::words::sentence;
+///
+/// assert_eq!(sentence("the rudder did not move"), "The rudder did not move.");
+/// ```
 pub fn sentence(text: &str) -> String {
     capitalised(text.trim_end_matches('.')) + "."
 }
@@ -39,6 +59,13 @@ const MOST_LINES: usize = 200;
 
 /// A message with the middle of its long lines left out, and the lines after the first two hundred: a message says what was found in a file
 /// or an option, and does not repeat all of it.
+///
+/// ```
+/// use seatrial::words::shortened;
+///
+/// let shown = shortened(&"7,".repeat(5000)).into_owned();
+/// assert!(shown.contains("(8000 more characters)") && shown.len() < 2100);
+/// ```
 pub fn shortened(text: &str) -> Cow<'_, str> {
     let is_short = text.len() <= LONGEST_LINE
         || (text.lines().nth(MOST_LINES).is_none()

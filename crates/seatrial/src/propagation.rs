@@ -17,6 +17,17 @@ pub const NORMAL_95: f64 = 1.959_963_984_540_054;
 /// with C the covariance of [a22, b2, C0] and the gradient by central differences over a hundredth
 /// of each standard deviation. First order: right as long as the quantity is nearly linear over the
 /// interval of the parameters. `None` where the quantity does not exist at or next to the estimate.
+///
+/// ```
+/// use seatrial::identification::interval_95;
+/// use seatrial_core::YawModel;
+///
+/// let model = YawModel::from_theta([-1.0, 1.0, 0.0]);
+/// let covariance = [[0.0025, 0.0, 0.0], [0.0; 3], [0.0; 3]];
+/// // T = -1/a22 with a deviation of 0.05 1/s in a22: 0.05 s in T.
+/// let interval = interval_95(&model, &covariance, |model| Some(-1.0 / model.a22_per_s));
+/// assert!(interval.is_some_and(|[low, high]| (high - low - 2.0 * 1.96 * 0.05).abs() < 1e-3));
+/// ```
 pub fn interval_95(
     model: &YawModel<f64>,
     covariance: &[[f64; 3]; 3],
@@ -48,6 +59,15 @@ pub fn interval_95(
 }
 
 /// The covariance that independent 95 % intervals of a22, b2 and C0 stand for: correlations unknown.
+///
+/// ```
+/// use seatrial::identification::covariance_of_intervals;
+///
+/// // Half a width of 1.96 deviations.
+/// let covariance = covariance_of_intervals([[-1.196, -0.804], [0.9, 1.1], [-0.01, 0.01]]);
+/// assert!((covariance[0][0] - 0.01).abs() < 1e-5);
+/// assert_eq!(covariance[0][1], 0.0);
+/// ```
 pub fn covariance_of_intervals(intervals: [[f64; 2]; 3]) -> [[f64; 3]; 3] {
     let mut covariance = [[0.0; 3]; 3];
     for (i, [low, high]) in intervals.into_iter().enumerate() {
@@ -100,6 +120,20 @@ pub fn with_steady_gain(
 /// Models that data do not tell apart: ln a22, ln b2 and C0 are drawn from a normal distribution, which is wider on the side of less damping
 /// where the 95 % interval is: its end is `least_damped_per_s`, 1/s. Damping keeps its sign: a vehicle that is not course-stable is another
 /// hypothesis. `None` where the covariance is none, or the interval leaves no damping.
+///
+/// ```
+/// use seatrial::identification::drawn;
+/// use seatrial_core::YawModel;
+///
+/// let model = YawModel::from_theta([-1.0, 1.0, 0.0]);
+/// let covariance = [[0.01, 0.0, 0.0], [0.0, 0.01, 0.0], [0.0, 0.0, 1e-4]];
+/// let boats = drawn(&model, &covariance, -0.8, 400).ok_or("an interval that leaves damping")?;
+/// // Damping keeps its sign, and 97.5 % of the boats are damped by more than 0.8 1/s.
+/// assert!(boats.iter().all(|boat| boat.a22_per_s < 0.0));
+/// assert!(boats.iter().filter(|boat| boat.a22_per_s > -0.8).count() < 20);
+/// assert_eq!(drawn(&model, &covariance, 0.1, 400), None);
+/// # Ok::<(), &str>(())
+/// ```
 pub fn drawn(
     model: &YawModel<f64>,
     covariance: &[[f64; 3]; 3],

@@ -26,11 +26,26 @@ impl Window {
     /// Is this instant inside?
     ///
     /// A nanosecond of tolerance absorbs the rounding of sampled times such as 0.1 + 0.2.
+    ///
+    /// ```
+    /// use seatrial::Window;
+    ///
+    /// let window = Window { from_s: 0.3, to_s: 0.6 };
+    /// // Half open, and 0.1 + 0.2 is not 0.3 in binary numbers.
+    /// assert!(window.contains(0.1 + 0.2) && !window.contains(0.6));
+    /// ```
     pub fn contains(&self, time_s: f64) -> bool {
         time_s >= self.from_s - 1e-9 && time_s < self.to_s - 1e-9
     }
 
     /// The samples inside. Time must not go back in them.
+    ///
+    /// ```
+    /// use seatrial::{Sample, Window};
+    ///
+    /// let samples = [0.0, 1.0, 2.0, 3.0].map(|time_s| Sample { time_s, ..Sample::default() });
+    /// assert_eq!(Window { from_s: 1.0, to_s: 3.0 }.of(&samples), &samples[1..3]);
+    /// ```
     pub fn of(self, samples: &[Sample<f64>]) -> &[Sample<f64>] {
         let from = samples.partition_point(|s| s.time_s < self.from_s - 1e-9);
         let to = samples.partition_point(|s| s.time_s < self.to_s - 1e-9);
@@ -71,6 +86,13 @@ impl std::fmt::Display for Window {
 }
 
 /// A rudder for display, in degrees or in percent of full.
+///
+/// ```
+/// use seatrial::log::{RudderUnit, rudder_text};
+///
+/// assert_eq!(rudder_text(RudderUnit::Rad, 0.26), "14.9 deg");
+/// assert_eq!(rudder_text(RudderUnit::FullRudder, -0.5), "-50.0 % of full");
+/// ```
 pub fn rudder_text(unit: RudderUnit, rudder: f64) -> String {
     let (scale, name) = unit.for_people();
     format!("{} {name}", three_figures(scale * rudder))
@@ -91,11 +113,30 @@ pub struct Record {
 
 impl Record {
     /// The samples inside a window. Time must not go back in the record.
+    ///
+    /// ```
+    /// use seatrial::{Record, Sample, Window};
+    ///
+    /// let record: Record =
+    ///     [0.0, 1.0, 2.0].into_iter().map(|time_s| Sample { time_s, ..Sample::default() }).collect();
+    /// assert_eq!(record.window(Window::ALL).len(), 3);
+    /// assert_eq!(record.window(Window { from_s: 5.0, to_s: 9.0 }), &[]);
+    /// ```
     pub fn window(&self, window: Window) -> &[Sample<f64>] {
         window.of(&self.samples)
     }
 
     /// The samples of a window whose time, heading and rudder are finite and whose time increases.
+    ///
+    /// ```
+    /// use seatrial::{Record, Sample, Window};
+    ///
+    /// let at = |time_s, heading_rad| Sample { time_s, heading_rad, ..Sample::default() };
+    /// let record: Record =
+    ///     [at(0.0, 0.1), at(1.0, f64::NAN), at(1.0, 0.2), at(1.0, 0.3)].into_iter().collect();
+    /// // Neither what is no number nor a time that comes again.
+    /// assert_eq!(record.usable(Window::ALL), [at(0.0, 0.1), at(1.0, 0.2)]);
+    /// ```
     pub fn usable(&self, window: Window) -> Vec<Sample<f64>> {
         let inside = self.window(window);
         let mut usable: Vec<Sample<f64>> = Vec::with_capacity(inside.len());
@@ -112,6 +153,18 @@ impl Record {
 
     /// Several records of one vehicle as one, and where each lies in it. Each begins so long after the one before that nothing carries over: 20
     /// times the longest. `None` where their rudders are not measured in the same.
+    ///
+    /// ```
+    /// use seatrial::{Record, Sample};
+    ///
+    /// let log =
+    ///     || (0..=10).map(|k| Sample { time_s: f64::from(k), ..Sample::default() }).collect::<Record>();
+    /// let (joined, parts) = Record::joined(&[log(), log()]).ok_or("one unit of rudder")?;
+    /// assert_eq!(joined.samples.len(), 22);
+    /// // 20 times the length of 10 s, so that nothing carries over.
+    /// assert_eq!(parts[1].from_s - parts[0].to_s, 200.0);
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn joined(records: &[Self]) -> Option<(Self, Vec<Window>)> {
         const APART: f64 = 20.0;
         let lengths_s = records.iter().map(|record| duration_s(&record.samples));
@@ -154,6 +207,17 @@ pub(crate) fn even_interval_s(times_s: &[f64], off_the_grid: f64) -> Option<f64>
 }
 
 /// The median of the intervals between samples, s. `None` under two samples.
+///
+/// ```
+/// use seatrial::Sample;
+/// use seatrial::log::{duration_s, median_interval_s};
+///
+/// // One row of a log at 10 Hz is missing.
+/// let samples = [0.0, 0.1, 0.2, 0.4, 0.5].map(|time_s| Sample { time_s, ..Sample::default() });
+/// assert!(median_interval_s(&samples).is_some_and(|interval_s| (interval_s - 0.1).abs() < 1e-9));
+/// assert_eq!(duration_s(&samples), 0.5);
+/// assert_eq!(median_interval_s(&samples[..1]), None);
+/// ```
 pub fn median_interval_s(samples: &[Sample<f64>]) -> Option<f64> {
     let intervals = samples
         .windows(2)

@@ -58,6 +58,14 @@ pub enum NoDerivative {
 
 impl SavitzkyGolay {
     /// A filter with polynomials of this order over `2 half_window + 1` samples.
+    ///
+    /// ```
+    /// use seatrial::log::{NoDerivative, SavitzkyGolay};
+    ///
+    /// // A cubic needs more than three samples.
+    /// let error = NoDerivative::Order { order: 3, window: 3 };
+    /// assert_eq!(SavitzkyGolay::new(1, 3).err(), Some(error));
+    /// ```
     pub fn new(half_window: usize, order: usize) -> Result<Self, NoDerivative> {
         let filter = Self { half_window, order };
         let window = filter.window();
@@ -72,6 +80,20 @@ impl SavitzkyGolay {
     }
 
     /// The derivative at every sample, in units of the value per second.
+    ///
+    /// ```
+    /// use seatrial::log::{NoDerivative, SavitzkyGolay};
+    ///
+    /// let filter = SavitzkyGolay::new(2, 2)?;
+    /// let times_s: Vec<f64> = (0..20).map(|k| 0.1 * f64::from(k)).collect();
+    /// let squares: Vec<f64> = times_s.iter().map(|t| t * t).collect();
+    /// // Exact for polynomials of its order, at the ends, too.
+    /// let slopes = filter.derivative(&times_s, &squares)?;
+    /// assert!(slopes.iter().zip(&times_s).all(|(slope, t)| (slope - 2.0 * t).abs() < 1e-9));
+    /// let short = filter.derivative(&times_s[..4], &squares[..4]);
+    /// assert_eq!(short, Err(NoDerivative::TooShort { found: 4, window: 5 }));
+    /// # Ok::<(), NoDerivative>(())
+    /// ```
     pub fn derivative(self, times_s: &[f64], values: &[f64]) -> Result<Vec<f64>, NoDerivative> {
         let window = self.window();
         if times_s.len() != values.len() {

@@ -47,6 +47,13 @@ const LONGEST_S: f64 = 100.0;
 
 impl Servo {
     /// Dead time and time constant, s; either may be 0.
+    ///
+    /// ```
+    /// use seatrial::log::Servo;
+    ///
+    /// let error = Servo::new(0.1, -0.5).expect_err("a rudder before its command");
+    /// assert_eq!(error.to_string(), "lag -0.5 s: expected a time from 0 to 100 s");
+    /// ```
     pub fn new(delay_s: f64, lag_s: f64) -> Result<Self, InvalidServo> {
         for (name, value) in [("delay", delay_s), ("lag", lag_s)] {
             if !(0.0..=LONGEST_S).contains(&value) {
@@ -57,6 +64,13 @@ impl Servo {
     }
 
     /// Dead time and time constant together, s: how long a slow movement of the rudder comes late.
+    ///
+    /// ```
+    /// use seatrial::log::Servo;
+    ///
+    /// assert_eq!(Servo::new(0.25, 0.5)?.late_s(), 0.75);
+    /// # Ok::<(), seatrial::log::InvalidServo>(())
+    /// ```
     pub fn late_s(&self) -> f64 {
         self.delay_s + self.lag_s
     }
@@ -72,6 +86,25 @@ impl Servo {
 
     /// The samples with the rudder that acts in place of the command. Samples that are not finite, or whose time does
     /// not increase, stay as they are.
+    ///
+    /// ```
+    /// use seatrial::Sample;
+    /// use seatrial::log::Servo;
+    ///
+    /// // A command of 0.2 rad at 1 s to a rudder with 0.5 s of lag.
+    /// let commanded: Vec<_> = (0..600)
+    ///     .map(|k| Sample {
+    ///         time_s: 0.01 * f64::from(k),
+    ///         rudder_rad: if k < 100 { 0.0 } else { 0.2 },
+    ///         ..Sample::default()
+    ///     })
+    ///     .collect();
+    /// let acting = Servo::new(0.0, 0.5)?.acting(&commanded);
+    /// // After a lag 63 % of the way, after ten lags all of it.
+    /// assert!((acting[150].rudder_rad - 0.2 * 0.632).abs() < 2e-3);
+    /// assert!((acting[599].rudder_rad - 0.2).abs() < 1e-4);
+    /// # Ok::<(), seatrial::log::InvalidServo>(())
+    /// ```
     pub fn acting(&self, commanded: &[Sample<f64>]) -> Vec<Sample<f64>> {
         let usual_interval_s = median_interval_s(commanded).unwrap_or(0.0);
         let mut samples = commanded.to_vec();

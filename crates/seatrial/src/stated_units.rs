@@ -51,16 +51,38 @@ impl ColumnUnit {
     }
 
     /// Is it degrees?
+    ///
+    /// ```
+    /// use seatrial::log::ColumnUnit;
+    ///
+    /// assert!(ColumnUnit { per_si: 1_f64.to_degrees(), ..ColumnUnit::default() }.is_degrees());
+    /// assert!(!ColumnUnit::default().is_degrees());
+    /// ```
     pub fn is_degrees(&self) -> bool {
         (self.per_si.to_radians() - 1.0).abs() < 0.01
     }
 
     /// Is it an angle in neither degrees nor radians: hundredths of a degree, or a column that a person scaled?
+    ///
+    /// ```
+    /// use seatrial::log::ColumnUnit;
+    ///
+    /// // Hundredths of a degree, as MAVLink has them.
+    /// assert!(ColumnUnit { per_si: 100.0 * 1_f64.to_degrees(), ..ColumnUnit::default() }.is_scaled());
+    /// assert!(!ColumnUnit::default().is_scaled());
+    /// ```
     pub fn is_scaled(&self) -> bool {
         !self.is_degrees() && (self.per_si - 1.0).abs() > 0.01
     }
 
     /// Was it not given by the user?
+    ///
+    /// ```
+    /// use seatrial::log::{ColumnUnit, Origin};
+    ///
+    /// assert!(ColumnUnit { origin: Origin::Stated, ..ColumnUnit::default() }.is_open());
+    /// assert!(!ColumnUnit::default().is_open());
+    /// ```
     pub fn is_open(&self) -> bool {
         self.origin != Origin::Given
     }
@@ -122,6 +144,15 @@ pub struct StatedUnits {
 
 impl StatedUnits {
     /// Did the caller give them all, as one does who makes samples?
+    ///
+    /// ```
+    /// use seatrial::Record;
+    /// use seatrial::log::StatedUnits;
+    ///
+    /// // Who makes samples knows their units.
+    /// assert!(Record::default().units.are_given());
+    /// assert!(!StatedUnits { heading_is_course: true, ..StatedUnits::default() }.are_given());
+    /// ```
     pub fn are_given(&self) -> bool {
         *self == Self::default()
     }

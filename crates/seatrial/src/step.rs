@@ -17,6 +17,17 @@ pub struct Step {
 
 impl Step {
     /// Takes a sample to a trial. A step is made here both when it is lived and when it is replayed.
+    ///
+    /// ```
+    /// use seatrial::{Sample, Step};
+    /// use seatrial_core::{InvalidSetting, Plan, Stage, Trial};
+    ///
+    /// let mut trial = Trial::new(Plan::paper())?;
+    /// let step = Step::take(&mut trial, Sample::default());
+    /// // The vehicle settles before there is an estimate.
+    /// assert_eq!((step.stage, step.estimate), (Some(Stage::Settle), None));
+    /// # Ok::<(), InvalidSetting>(())
+    /// ```
     pub fn take(trial: &mut Trial<f64>, sample: Sample<f64>) -> Self {
         let action = trial.step(&sample);
         let stage = trial.status().stage;
@@ -51,6 +62,16 @@ impl Step {
     ];
 
     /// The names of [`numbers`](Step::numbers) of a trial on this axis: those of pitch say pitch and elevator.
+    ///
+    /// ```
+    /// use seatrial::Step;
+    /// use seatrial_core::Axis;
+    ///
+    /// assert_eq!(
+    ///     [Axis::Yaw, Axis::Pitch].map(|axis| Step::columns(axis)[2]),
+    ///     ["rudder_rad", "elevator_rad"]
+    /// );
+    /// ```
     pub fn columns(axis: Axis) -> [&'static str; 18] {
         Self::COLUMNS.map(|column| match (axis, column) {
             (Axis::Pitch, "heading_rad") => "angle_rad",
@@ -62,6 +83,18 @@ impl Step {
     }
 
     /// Every number of the sample, the action and the estimate, in the order of [`COLUMNS`](Step::COLUMNS).
+    ///
+    /// ```
+    /// use seatrial::{Sample, Step};
+    /// use seatrial_core::{InvalidSetting, Plan, Trial};
+    ///
+    /// let mut trial = Trial::new(Plan::paper())?;
+    /// let step = Step::take(&mut trial, Sample { heading_rad: 0.3, ..Sample::default() });
+    /// let held = Step::COLUMNS.iter().position(|name| *name == "action_heading_rad");
+    /// // It is to hold the heading that it has.
+    /// assert_eq!(held.and_then(|column| step.numbers()[column]), Some(0.3));
+    /// # Ok::<(), InvalidSetting>(())
+    /// ```
     pub fn numbers(&self) -> [Option<f64>; 18] {
         let s = &self.sample;
         let (rudder, heading) = match self.action.steering {
@@ -95,6 +128,18 @@ impl Step {
     }
 
     /// Are sample, stage, action and estimate the same, bit for bit?
+    ///
+    /// ```
+    /// use seatrial::{Sample, Step};
+    /// use seatrial_core::{InvalidSetting, Plan, Trial};
+    ///
+    /// let mut trial = Trial::new(Plan::paper())?;
+    /// let step = Step::take(&mut trial, Sample::default());
+    /// // A replay is the same to the last bit, the sign of zero included.
+    /// let other = Step { sample: Sample { heading_rad: -0.0, ..step.sample }, ..step };
+    /// assert!(step.same_bits(&step) && step == other && !step.same_bits(&other));
+    /// # Ok::<(), InvalidSetting>(())
+    /// ```
     pub fn same_bits(&self, other: &Self) -> bool {
         let bits = |step: &Self| step.numbers().map(|number| number.map(f64::to_bits));
         bits(self) == bits(other)

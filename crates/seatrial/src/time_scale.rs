@@ -158,6 +158,14 @@ impl PartialEq for LambdaReason {
 
 impl ChosenLambda {
     /// Time constant 1/|a22| of the vehicle by the choice, s.
+    ///
+    /// ```
+    /// use seatrial::log::{ChosenLambda, LambdaReason};
+    ///
+    /// let chosen = ChosenLambda { lambda_rad_s: 0.3, because: LambdaReason::Given };
+    /// // 1.5 over lambda.
+    /// assert!((chosen.time_constant_s() - 5.0).abs() < 1e-12);
+    /// ```
     pub fn time_constant_s(&self) -> f64 {
         LAMBDA_OVER_DAMPING / self.lambda_rad_s
     }
@@ -166,6 +174,18 @@ impl ChosenLambda {
 impl TimeScale {
     /// Chooses lambda: first the frequency of the rudder, pi over the half period, then 1.5 |a22| of
     /// the model that `estimate` finds with the lambda before, three times.
+    ///
+    /// ```
+    /// use seatrial::log::TimeScale;
+    /// use seatrial_core::YawModel;
+    ///
+    /// let scale = TimeScale { half_period_s: 2.0, interval_s: 0.05, duration_s: 16.0 };
+    /// // 1.5 |a22| of what every estimate finds.
+    /// let chosen = scale.choose_lambda(|_| Some(YawModel::from_theta([-1.0, 1.0, 0.0])));
+    /// assert!((chosen.lambda_rad_s - 1.5).abs() < 1e-12);
+    /// // Without any, the frequency of the rudder: pi over 2 s.
+    /// assert!((scale.choose_lambda(|_| None).lambda_rad_s - 1.571).abs() < 1e-3);
+    /// ```
     pub fn choose_lambda(
         &self,
         mut estimate: impl FnMut(f64) -> Option<YawModel<f64>>,

@@ -121,6 +121,14 @@ impl Campaign {
     }
 
     /// Was it a rehearsal on a simulator?
+    ///
+    /// ```
+    /// use seatrial::Campaign;
+    /// use seatrial_core::Plan;
+    ///
+    /// let at_sea = Campaign::of("my boat", &Plan::paper());
+    /// assert!(Campaign { seed: Some(7), ..at_sea.clone() }.is_rehearsal() && !at_sea.is_rehearsal());
+    /// ```
     pub fn is_rehearsal(&self) -> bool {
         self.seed.is_some()
     }
@@ -139,6 +147,15 @@ impl Campaign {
     /// May the models of the campaign be used, as a whole? Not where they contradict each other, where the vehicle at last did
     /// not do what any of them says, or where there is none; with care
     /// where a speed that was tried has none, or where a model is limited.
+    ///
+    /// ```
+    /// use seatrial::Campaign;
+    /// use seatrial_core::Plan;
+    ///
+    /// // Before its first run there is no model.
+    /// let campaign = Campaign::of("my boat", &Plan::paper());
+    /// assert!(!campaign.verdict().accepted && campaign.accepted_runs().is_empty());
+    /// ```
     pub fn verdict(&self) -> Verdict {
         let accepted = self.accepted_runs();
         let contradictions = self.contradictions();

@@ -23,6 +23,30 @@ pub struct SpeedGain<'a> {
 }
 
 /// One sentence for each gain that has fallen. `speeds` stand in the order of speed.
+///
+/// ```
+/// use seatrial::Window;
+/// use seatrial::gains::{DAMPING_RATIO, SpeedGain, falls};
+/// use seatrial::identify::{IdentifySettings, identify};
+///
+/// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+/// # let mut state = seatrial_core::model::YawState::<f64>::default();
+/// # let sample = |k: u32| {
+/// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+/// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+/// #     state = vehicle.advance(state, rudder_rad, 0.05);
+/// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+/// # };
+/// # let record: seatrial::Record = (0..660).map(sample).collect();
+/// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+/// let found = identify(&record, Window::ALL, None, &IdentifySettings::default())?;
+/// let at = |name, gain| SpeedGain { name, gain, identification: &found };
+/// // Gains of one hull are much alike; the one in the middle is less than half of its neighbours.
+/// let speeds = [at("1.0 m/s", 0.5), at("1.5 m/s", 0.2), at("2.0 m/s", 0.6)];
+/// assert_eq!(falls(&speeds, DAMPING_RATIO).len(), 1);
+/// assert!(falls(&[at("1.0 m/s", 0.5), at("2.0 m/s", 0.4)], DAMPING_RATIO).is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn falls(speeds: &[SpeedGain], damping_ratio: f64) -> Vec<String> {
     let gains: Vec<f64> = speeds.iter().map(|speed| speed.gain.abs()).collect();
     (0..speeds.len())

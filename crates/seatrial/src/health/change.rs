@@ -60,6 +60,30 @@ pub struct Together {
 /// At one speed: the F test of [a22, b2, C0] at the false alarm rate. At n speeds the rate is halved: one half for a
 /// change common to all, the other shared by the n tests of one speed each (Bonferroni), so that a change that shows
 /// at one speed only is found as well. Speeds are matched by thrust where both sides know it, otherwise by speed.
+///
+/// ```
+/// use seatrial::health::{Cause, Finding, HealthSettings, Reference, SpeedModel, compare};
+/// use seatrial_core::YawModel;
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let at = |b2| SpeedModel {
+///     thrust: Some(0.8),
+///     surge_speed_m_s: Some(1.6),
+///     model: YawModel::from_theta([-1.07, b2, 0.012]),
+///     covariance: [[4e-4, 0.0, 0.0], [0.0, 4e-4, 0.0], [0.0, 0.0, 1e-6]],
+///     degrees_of_freedom: 20.0,
+///     rudder_lag_s: 0.0,
+/// };
+/// let (reference, settings) =
+///     (Reference::new(vec![at(1.08)])?, HealthSettings::new(0.01, 0.0, true)?);
+/// assert_eq!(compare(&reference, &[at(1.09)], &settings).finding, Finding::Unchanged);
+/// // A third of the rudder is gone.
+/// let change = compare(&reference, &[at(0.72)], &settings);
+/// assert_eq!(change.finding, Finding::Changed);
+/// assert_eq!(change.explanation.map(|found| found.cause), Some(Cause::Rudder));
+/// # Ok(())
+/// # }
+/// ```
 pub fn compare(reference: &Reference, now: &[SpeedModel], settings: &HealthSettings) -> Change {
     let errors = reference.errors();
     let mut compared: Vec<(&SpeedModel, Deviation)> = Vec::new();
@@ -89,6 +113,15 @@ pub fn compare(reference: &Reference, now: &[SpeedModel], settings: &HealthSetti
 
 impl Change {
     /// Where the data give no model of now that can be compared, and what to do; empty where nothing but another trial helps.
+    ///
+    /// ```
+    /// use seatrial::health::{Change, Finding, HealthSettings};
+    ///
+    /// let settings = HealthSettings::new(0.01, 0.1, true)?;
+    /// let change = Change::cannot_tell(&settings, "the rudder did not move".into(), "");
+    /// assert_eq!((change.finding, change.verdict.accepted), (Finding::CannotTell, false));
+    /// # Ok::<(), seatrial::health::HealthError>(())
+    /// ```
     pub fn cannot_tell(settings: &HealthSettings, why: String, action: &str) -> Self {
         let mut verdict = Finding::CannotTell.verdict(why);
         verdict.reasons[0].action = action.into();

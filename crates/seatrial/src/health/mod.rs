@@ -68,6 +68,30 @@ pub struct SpeedModel {
 
 impl SpeedModel {
     /// The model of an identification. `None` without a refined estimate, whose covariance the test needs.
+    ///
+    /// ```
+    /// use seatrial::Window;
+    /// use seatrial::health::SpeedModel;
+    /// use seatrial::identify::{IdentifySettings, identify};
+    ///
+    /// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+    /// # let mut state = seatrial_core::model::YawState::<f64>::default();
+    /// # let sample = |k: u32| {
+    /// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+    /// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+    /// #     state = vehicle.advance(state, rudder_rad, 0.05);
+    /// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+    /// # };
+    /// # let record: seatrial::Record = (0..660).map(sample).collect();
+    /// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+    /// let found = identify(&record, Window::ALL, None, &IdentifySettings::default())?;
+    /// let at = SpeedModel::of(&found, Some(0.8), Some(1.6)).ok_or("a refined estimate")?;
+    /// assert_eq!((at.model, at.rudder_lag_s), (found.model(), 0.0));
+    /// // The paper's estimate has no covariance to test with.
+    /// let paper = identify(&record, Window::ALL, None, &IdentifySettings::paper())?;
+    /// assert_eq!(SpeedModel::of(&paper, Some(0.8), Some(1.6)), None);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn of(
         identification: &Identification,
         thrust: Option<f64>,
@@ -102,6 +126,16 @@ impl SpeedModel {
 }
 
 /// As of how many independent values the covariance of a run is known.
+///
+/// ```
+/// use seatrial::health::degrees_of_freedom;
+/// use seatrial_core::YawModel;
+///
+/// let model = YawModel::from_theta([-1.0, 1.0, 0.0]);
+/// // 80 time constants count as 20 values, a few as 5.
+/// assert_eq!(degrees_of_freedom(&model, 80.0), 20.0);
+/// assert_eq!(degrees_of_freedom(&model, 4.0), 5.0);
+/// ```
 pub fn degrees_of_freedom(model: &YawModel<f64>, duration_s: f64) -> f64 {
     (duration_s * model.a22_per_s.abs() / TIME_CONSTANTS_PER_DEGREE_OF_FREEDOM)
         .max(LEAST_DEGREES_OF_FREEDOM)
@@ -139,6 +173,14 @@ impl HealthSettings {
     /// `false_alarm_rate`: how often an unchanged vehicle may be called changed, one answer of [`compare`] or of
     /// [`Watch::report`] counting once. Changes of a22 and b2 of up to `tolerated_change` are none. Without
     /// `offset_counts` C0 is not tested.
+    ///
+    /// ```
+    /// use seatrial::health::HealthSettings;
+    ///
+    /// let error = HealthSettings::new(0.9, 0.1, true).expect_err("nine alarms in ten");
+    /// assert!(error.to_string().starts_with("the false alarm rate is 0.9"));
+    /// assert!(HealthSettings::new(0.01, 0.1, false).is_ok_and(|settings| !settings.offset_counts()));
+    /// ```
     pub fn new(
         false_alarm_rate: f64,
         tolerated_change: f64,
@@ -202,6 +244,12 @@ struct Expected {
 
 impl Reference {
     /// One model, or several of different speeds, or, where no speed is known, of different thrusts.
+    ///
+    /// ```
+    /// use seatrial::health::Reference;
+    ///
+    /// assert!(Reference::new(Vec::new()).is_err());
+    /// ```
     pub fn new(mut points: Vec<SpeedModel>) -> Result<Self, HealthError> {
         let refused = |text: &str| Err(HealthError::Reference(text.into()));
         if points.is_empty() {

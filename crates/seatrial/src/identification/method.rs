@@ -31,6 +31,12 @@ pub enum EstimateMethod {
 
 impl EstimateMethod {
     /// In words: `least squares`.
+    ///
+    /// ```
+    /// use seatrial::identification::EstimateMethod;
+    ///
+    /// assert_eq!(EstimateMethod::LeastSquares.words(), "least squares");
+    /// ```
     pub fn words(&self) -> String {
         self.to_string().replace('_', " ")
     }

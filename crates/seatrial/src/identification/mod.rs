@@ -81,6 +81,27 @@ pub struct Identification {
 
 impl Identification {
     /// The model that goes to the controller: the refined one where there is one.
+    ///
+    /// ```
+    /// use seatrial::Window;
+    /// use seatrial::identify::{IdentifySettings, identify};
+    ///
+    /// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+    /// # let mut state = seatrial_core::model::YawState::<f64>::default();
+    /// # let sample = |k: u32| {
+    /// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+    /// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+    /// #     state = vehicle.advance(state, rudder_rad, 0.05);
+    /// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+    /// # };
+    /// # let record: seatrial::Record = (0..660).map(sample).collect();
+    /// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+    /// let found = identify(&record, Window::ALL, None, &IdentifySettings::default())?;
+    /// // The estimate from the whole record, not the one made sample by sample.
+    /// assert_eq!(Some(found.model()), found.refined.as_ref().map(|refined| refined.model));
+    /// assert!((found.model().b2_per_s2 - 1.08).abs() < 0.02);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn model(&self) -> YawModel<f64> {
         self.refined.as_ref().map_or(self.online.model, |r| r.model)
     }
@@ -249,6 +270,14 @@ pub struct RejectedSamples {
 
 impl RejectedSamples {
     /// Samples rejected, all causes.
+    ///
+    /// ```
+    /// use seatrial::identification::RejectedSamples;
+    ///
+    /// // Gaps are no samples.
+    /// let rejected = RejectedSamples { spike: 2, non_finite: 1, gaps: 5, ..RejectedSamples::default() };
+    /// assert_eq!(rejected.total(), 3);
+    /// ```
     pub fn total(&self) -> u32 {
         self.non_finite + self.repeated_time + self.reversed_time + self.spike
     }
@@ -414,6 +443,24 @@ pub struct Validation {
 impl Validation {
     /// The R^2 of heading on which a verdict rests: with the trained offset where that suffices, else with the offset
     /// estimated again where that is the larger.
+    ///
+    /// ```
+    /// use seatrial::Window;
+    /// use seatrial::identification::Validation;
+    ///
+    /// let validation = Validation {
+    ///     window: Window::ALL,
+    ///     r2_heading: Some(0.3),
+    ///     r2_heading_offset_refit: Some(0.95),
+    ///     r2_yaw_rate: Some(0.9),
+    ///     samples: 320,
+    ///     horizon_s: None,
+    /// };
+    /// // Wind or trim changed since the training: the offset is estimated again.
+    /// assert_eq!(validation.judged_r2_heading(), Some(0.95));
+    /// let same_trim = Validation { r2_heading: Some(0.93), ..validation };
+    /// assert_eq!(same_trim.judged_r2_heading(), Some(0.93));
+    /// ```
     pub fn judged_r2_heading(&self) -> Option<f64> {
         match self.is_judged_with_offset_again() {
             true => self.r2_heading_offset_refit,

@@ -22,6 +22,12 @@ pub enum Outcome {
 
 impl Outcome {
     /// The outcome as people read it.
+    ///
+    /// ```
+    /// use seatrial::identification::Outcome;
+    ///
+    /// assert_eq!(Outcome::DoNotUse.name(), "do not use");
+    /// ```
     pub fn name(self) -> &'static str {
         match self {
             Self::Use => "use",
@@ -54,6 +60,13 @@ impl Serialize for Verdict {
 
 impl Verdict {
     /// A verdict of one rejecting reason.
+    ///
+    /// ```
+    /// use seatrial::identification::{Outcome, Reason, ReasonCode, Verdict};
+    ///
+    /// let verdict = Verdict::refused(Reason::new(ReasonCode::RudderConstant, "it moved by 0.1 deg"));
+    /// assert_eq!((verdict.accepted, verdict.outcome()), (false, Outcome::DoNotUse));
+    /// ```
     pub fn refused(reason: Reason) -> Self {
         Self {
             accepted: false,
@@ -62,6 +75,17 @@ impl Verdict {
     }
 
     /// What a person may do with the model.
+    ///
+    /// ```
+    /// use seatrial::identification::{Outcome, Reason, ReasonCode, Verdict};
+    ///
+    /// // Accepted, but the first-order model is behind an unknown lag of the rudder.
+    /// let reasons = [ReasonCode::Ok, ReasonCode::LagUnknown].map(|code| Reason::new(code, ""));
+    /// let verdict = Verdict { accepted: true, reasons: reasons.into() };
+    /// assert_eq!(verdict.outcome(), Outcome::UseWithCare);
+    /// let unchecked = Verdict::refused(Reason::new(ReasonCode::NotValidated, ""));
+    /// assert_eq!(unchecked.outcome(), Outcome::NotValidated);
+    /// ```
     pub fn outcome(&self) -> Outcome {
         let first = self.reasons.first().map(|reason| &reason.code);
         match (self.accepted, first) {
@@ -75,6 +99,15 @@ impl Verdict {
     }
 
     /// The reason that decides the outcome: what rejects the model, what limits its use, or that it may be used.
+    ///
+    /// ```
+    /// use seatrial::identification::{Reason, ReasonCode, Verdict};
+    ///
+    /// let reasons = [ReasonCode::Ok, ReasonCode::LagUnknown].map(|code| Reason::new(code, ""));
+    /// let verdict = Verdict { accepted: true, reasons: reasons.into() };
+    /// // What limits the use comes before that it may be used.
+    /// assert_eq!(verdict.cause().map(|reason| &reason.code), Some(&ReasonCode::LagUnknown));
+    /// ```
     pub fn cause(&self) -> Option<&Reason> {
         let limit = self
             .reasons
@@ -91,6 +124,14 @@ impl Verdict {
     }
 
     /// How many more there are beside the [`cause`](Verdict::cause), in words; `None` where there is none.
+    ///
+    /// ```
+    /// use seatrial::identification::{Reason, ReasonCode, Verdict};
+    ///
+    /// let codes = [ReasonCode::LowR2, ReasonCode::Disturbed, ReasonCode::ClockJitter];
+    /// let verdict = Verdict { accepted: false, reasons: codes.map(|code| Reason::new(code, "")).into() };
+    /// assert_eq!(verdict.more_remarks().as_deref(), Some("2 more remarks"));
+    /// ```
     pub fn more_remarks(&self) -> Option<String> {
         match self.other_causes() {
             0 => None,
@@ -119,12 +160,28 @@ impl Verdict {
     }
 
     /// Drops the remark that the lag of the rudder is not known.
+    ///
+    /// ```
+    /// use seatrial::identification::{Reason, ReasonCode, Verdict};
+    ///
+    /// let reasons = [ReasonCode::Ok, ReasonCode::LagUnknown].map(|code| Reason::new(code, ""));
+    /// let mut verdict = Verdict { accepted: true, reasons: reasons.into() };
+    /// verdict.lag_is_known();
+    /// assert!(!verdict.has(&ReasonCode::LagUnknown));
+    /// ```
     pub fn lag_is_known(&mut self) {
         let is_else = |reason: &Reason| reason.code != ReasonCode::LagUnknown;
         self.reasons.retain(is_else);
     }
 
     /// Is this among its reasons?
+    ///
+    /// ```
+    /// use seatrial::identification::{Reason, ReasonCode, Verdict};
+    ///
+    /// let verdict = Verdict::refused(Reason::new(ReasonCode::LowR2, "R^2 is 0.31"));
+    /// assert!(verdict.has(&ReasonCode::LowR2) && !verdict.has(&ReasonCode::Ok));
+    /// ```
     pub fn has(&self, code: &ReasonCode) -> bool {
         self.reasons.iter().any(|reason| reason.code == *code)
     }
@@ -152,6 +209,15 @@ impl Reason {
 
     /// A reason with what was measured. Cause and action are those of the code; the measured text is the cause of a
     /// code that has none.
+    ///
+    /// ```
+    /// use seatrial::identification::{Reason, ReasonCode};
+    ///
+    /// let reason = Reason::new(ReasonCode::LowR2, "R^2 is 0.31");
+    /// // The cause is that of the code; what was measured stands beside it.
+    /// assert!(!reason.text.contains("0.31"));
+    /// assert_eq!(reason.measured(), "R^2 is 0.31");
+    /// ```
     pub fn new(code: ReasonCode, measured: impl Into<String>) -> Self {
         let measured = measured.into();
         let (text, action, detail) = match words::of(&code) {
@@ -180,6 +246,15 @@ impl Reason {
     }
 
     /// What to do next, in the words of the place where it is read.
+    ///
+    /// ```
+    /// use seatrial::identification::{Reader, Reason, ReasonCode};
+    ///
+    /// let reason = Reason::new(ReasonCode::NotValidated, "");
+    /// assert_eq!(reason.action_for(Reader::Terminal), reason.action);
+    /// // Python has arguments where the command has options.
+    /// assert!(!reason.action_for(Reader::Python).contains("--"));
+    /// ```
     pub fn action_for(&self, reader: Reader) -> &str {
         match words::of(&self.code) {
             // What a reason advises by itself fits everywhere.

@@ -36,6 +36,24 @@ impl ValidRange {
     }
 
     /// Why a rudder of this angle either side is beyond the range, in words.
+    ///
+    /// ```
+    /// use seatrial::identification::ValidRange;
+    /// use seatrial::log::RudderUnit;
+    ///
+    /// let range = ValidRange {
+    ///     rudder: [-0.26, 0.2],
+    ///     heading_amplitude_rad: 0.35,
+    ///     surge_speed_m_s: Some([1.2, 1.5]),
+    ///     usual_surge_speed_m_s: None,
+    ///     band_rad_s: [0.1, 4.0],
+    /// };
+    /// assert_eq!(range.largest_rudder(), 0.26);
+    /// // A fifth beyond is not noted.
+    /// assert_eq!(range.beyond_rudder(0.3, RudderUnit::Rad), None);
+    /// let beyond = range.beyond_rudder(0.52, RudderUnit::Rad);
+    /// assert!(beyond.is_some_and(|words| words.ends_with("29.8 deg is beyond")));
+    /// ```
     pub fn beyond_rudder(&self, angle: f64, unit: RudderUnit) -> Option<String> {
         let seen = self.largest_rudder();
         (angle > NOTED_BEYOND * seen).then(|| {
@@ -48,6 +66,21 @@ impl ValidRange {
     }
 
     /// Why a speed, m/s, is beyond the range, in words.
+    ///
+    /// ```
+    /// use seatrial::identification::ValidRange;
+    ///
+    /// let range = ValidRange {
+    ///     rudder: [-0.26, 0.26],
+    ///     heading_amplitude_rad: 0.35,
+    ///     surge_speed_m_s: Some([1.2, 1.5]),
+    ///     usual_surge_speed_m_s: None,
+    ///     band_rad_s: [0.1, 4.0],
+    /// };
+    /// assert_eq!(range.beyond_speed(1.6), None);
+    /// let beyond = range.beyond_speed(3.0);
+    /// assert_eq!(beyond.as_deref(), Some("the model was seen at 1.20 to 1.50 m/s; 3.00 m/s is beyond"));
+    /// ```
     pub fn beyond_speed(&self, speed_m_s: f64) -> Option<String> {
         let [low, high] = self.surge_speed_m_s?;
         let is_beyond = speed_m_s > NOTED_BEYOND * high || NOTED_BEYOND * speed_m_s < low;
@@ -81,6 +114,21 @@ impl ValidRange {
     }
 
     /// `rudder -14.9 to 14.9 deg, heading within 20 deg, 1.2 to 1.5 m/s, 0.1 to 4 rad/s`
+    ///
+    /// ```
+    /// use seatrial::identification::ValidRange;
+    /// use seatrial::log::RudderUnit;
+    ///
+    /// let range = ValidRange {
+    ///     rudder: [-0.5, 0.5],
+    ///     heading_amplitude_rad: 0.35,
+    ///     surge_speed_m_s: None,
+    ///     usual_surge_speed_m_s: None,
+    ///     band_rad_s: [0.1, 4.0],
+    /// };
+    /// let text = range.text(RudderUnit::FullRudder);
+    /// assert!(text.starts_with("rudder -50.0 to 50.0 % of full, heading within 20.1 deg"));
+    /// ```
     pub fn text(&self, unit: RudderUnit) -> String {
         let (scale, name) = unit.for_people();
         let [low, high] = self.rudder.map(|angle| three_figures(scale * angle));

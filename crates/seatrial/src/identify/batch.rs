@@ -42,6 +42,20 @@ impl BatchLeastSquares {
     }
 
     /// The solution. `None` where Phi has not full rank: nothing excited the vehicle.
+    ///
+    /// ```
+    /// use seatrial::identify::batch::BatchLeastSquares;
+    /// use seatrial_core::YawModel;
+    ///
+    /// let (truth, mut batch) = (YawModel::from_theta([-1.0, 2.0, 0.1]), BatchLeastSquares::default());
+    /// for (yaw_rate, rudder) in [(0.0, 0.2), (0.1, 0.2), (0.2, -0.2)] {
+    ///     batch.add([yaw_rate, rudder, 1.0], truth.yaw_acceleration(yaw_rate, rudder));
+    /// }
+    /// let found = batch.solve().ok_or("three rows of full rank")?;
+    /// assert!((found.b2_per_s2 - 2.0).abs() < 1e-9);
+    /// assert!(BatchLeastSquares::default().solve().is_none());
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn solve(&self) -> Option<YawModel<f64>> {
         let r = &self.triangle;
         let largest = (0..3).map(|k| r[k][k].abs()).fold(0.0, f64::max);

@@ -27,6 +27,29 @@ pub struct Noise {
 ///
 /// X holds the whitened responses to b2, C0 and the initial state, which are estimated too. The headings of
 /// the samples do not matter. `None` where the rudder does not excite the model.
+///
+/// ```
+/// use seatrial::identify::cramer_rao::{Noise, cramer_rao_bound};
+///
+/// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+/// # let mut state = seatrial_core::model::YawState::<f64>::default();
+/// # let sample = |k: u32| {
+/// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+/// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+/// #     state = vehicle.advance(state, rudder_rad, 0.05);
+/// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+/// # };
+/// # let record: seatrial::Record = (0..660).map(sample).collect();
+/// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+/// let bound = |heading_rad| {
+///     let noise = Noise { heading_rad, disturbance_rad_s2: 0.0, disturbance_time_s: 1.0 };
+///     cramer_rao_bound(&record.samples, vehicle, noise).map(|bound| bound[(0, 0)].sqrt())
+/// };
+/// // Twice the noise of the compass, twice the deviation of a22.
+/// let (half, full) = bound(0.005).zip(bound(0.01)).ok_or("the rudder excites the model")?;
+/// assert!((full / half - 2.0).abs() < 1e-6 && full < 0.05);
+/// # Ok::<(), &str>(())
+/// ```
 pub fn cramer_rao_bound(
     samples: &[Sample<f64>],
     truth: YawModel<f64>,

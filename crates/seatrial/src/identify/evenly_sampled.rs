@@ -96,6 +96,32 @@ impl<'a> EvenlySampled<'a> {
     /// Source: (16)-(34) with filters from zero state and both signals held between samples, as `--as-paper` has them. For
     /// records of a million samples, which it reads once and of which it keeps nine sums: a damaged or uneven sample is an
     /// error, and there is no interval and no verdict.
+    ///
+    /// ```
+    /// use seatrial::identify::evenly_sampled::EvenlySampled;
+    ///
+    /// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+    /// # let mut state = seatrial_core::model::YawState::<f64>::default();
+    /// # let sample = |k: u32| {
+    /// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+    /// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+    /// #     state = vehicle.advance(state, rudder_rad, 0.05);
+    /// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+    /// # };
+    /// # let record: seatrial::Record = (0..660).map(sample).collect();
+    /// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+    /// let column =
+    ///     |of: fn(&seatrial::Sample<f64>) -> f64| record.samples.iter().map(of).collect::<Vec<_>>();
+    /// let (time_s, heading_rad) = (column(|s| s.time_s), column(|s| s.heading_rad));
+    /// let rudder_rad = column(|s| s.rudder_rad);
+    /// let even = EvenlySampled { time_s: &time_s, heading_rad: &heading_rad, rudder_rad: &rudder_rad };
+    /// let found = even.least_squares(1.0)?;
+    /// // The heading held between samples biases it by a few per cent, as in the paper.
+    /// assert!((found.model.b2_per_s2 / 1.08 - 1.0).abs() < 0.1);
+    /// let shorter = EvenlySampled { rudder_rad: &rudder_rad[1..], ..even };
+    /// assert!(shorter.within(seatrial::Window::ALL).is_err());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn least_squares(self, lambda_rad_s: f64) -> Result<BatchEstimate, BatchError> {
         let count = self.time_s.len();
         let (Some(first_s), Some(last_s)) = (self.time_s.first(), self.time_s.last()) else {

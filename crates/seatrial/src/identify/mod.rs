@@ -98,6 +98,33 @@ const LEAST_PROBABILITY: f64 = 0.01;
 /// The filters are warmed on what the record holds before the window. The excitation counts as over when the
 /// rudder has been deflected to both sides and comes back from the second: the end of a doublet, the end of
 /// the first cycle of a zig-zag. From there on convergence is watched and the instrument is used.
+///
+/// ```
+/// use seatrial::Window;
+/// use seatrial::identify::{IdentifySettings, ValidationData, identify};
+///
+/// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+/// # let mut state = seatrial_core::model::YawState::<f64>::default();
+/// # let sample = |k: u32| {
+/// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+/// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+/// #     state = vehicle.advance(state, rudder_rad, 0.05);
+/// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+/// # };
+/// # let record: seatrial::Record = (0..660).map(sample).collect();
+/// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+/// let training = Window { from_s: 0.0, to_s: 16.5 };
+/// let window = Window { from_s: 16.5, to_s: 33.0 };
+/// let data = ValidationData { record: &record, window };
+/// let found = identify(&record, training, Some(data), &IdentifySettings::default())?;
+/// assert!(found.verdict.accepted);
+/// assert!(found.validation.is_some_and(|validation| validation.r2_heading > Some(0.99)));
+/// // A rudder that lies still tells nothing.
+/// let mut still = record.clone();
+/// still.samples.iter_mut().for_each(|sample| sample.rudder_rad = 0.0);
+/// assert!(identify(&still, training, None, &IdentifySettings::default()).is_err());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn identify(
     record: &Record,
     training: Window,

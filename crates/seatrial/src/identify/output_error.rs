@@ -32,6 +32,26 @@ pub struct OutputError {
 /// state estimated too.
 ///
 /// Efficient for white heading noise; the covariance also holds for residuals correlated in time.
+///
+/// ```
+/// use seatrial::identify::output_error::output_error;
+///
+/// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+/// # let mut state = seatrial_core::model::YawState::<f64>::default();
+/// # let sample = |k: u32| {
+/// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+/// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+/// #     state = vehicle.advance(state, rudder_rad, 0.05);
+/// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+/// # };
+/// # let record: seatrial::Record = (0..660).map(sample).collect();
+/// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+/// let found = output_error(&record.samples, None)?;
+/// assert!((found.model.a22_per_s + 1.07).abs() < 0.01);
+/// // A compass that rounds to 0.001 rad leaves the deviation of a uniform distribution.
+/// assert!((found.residual_rms_rad * 12_f64.sqrt() - 0.001).abs() < 2e-4);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn output_error(
     samples: &[Sample<f64>],
     start: Option<YawModel<f64>>,
@@ -54,6 +74,27 @@ pub struct NearestSimulation {
 }
 
 /// [`output_error`] without its covariance, which takes longer than the search.
+///
+/// ```
+/// use seatrial::identify::output_error::{nearest_simulation, output_error};
+///
+/// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+/// # let mut state = seatrial_core::model::YawState::<f64>::default();
+/// # let sample = |k: u32| {
+/// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+/// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+/// #     state = vehicle.advance(state, rudder_rad, 0.05);
+/// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+/// # };
+/// # let record: seatrial::Record = (0..660).map(sample).collect();
+/// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+/// // From a rough start; the same parameters in less time.
+/// let start = seatrial_core::YawModel::from_theta([-0.8, 0.9, 0.0]);
+/// let found = nearest_simulation(&record.samples, Some(start))?;
+/// let full = output_error(&record.samples, Some(start))?;
+/// assert_eq!(found.model(), full.model);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn nearest_simulation(
     samples: &[Sample<f64>],
     start: Option<YawModel<f64>>,

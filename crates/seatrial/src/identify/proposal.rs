@@ -113,6 +113,27 @@ impl Key {
 ///
 /// Empty where there is nothing to choose from: no manoeuvre to both sides, a record that is one manoeuvre with little
 /// before and after it, or one manoeuvre beside which the rudder did more without the form of one.
+///
+/// ```
+/// use seatrial::identify::propose;
+/// use seatrial::log::segmentation::find;
+///
+/// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+/// # let mut state = seatrial_core::model::YawState::<f64>::default();
+/// # let sample = |k: u32| {
+/// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+/// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+/// #     state = vehicle.advance(state, rudder_rad, 0.05);
+/// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+/// # };
+/// # let record: seatrial::Record = (0..660).map(sample).collect();
+/// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+/// // One doublet to learn from, the other to validate with.
+/// let found = propose(&record, &find(&record.samples));
+/// let [one_speed] = &found[..] else { panic!("one speed") };
+/// assert_eq!(one_speed.training.len(), 1);
+/// assert!(one_speed.validation.is_some());
+/// ```
 pub fn propose(record: &Record, segments: &[Segment]) -> Vec<Proposal> {
     let manoeuvres = manoeuvres(segments);
     by_speed(record, &manoeuvres)
@@ -123,6 +144,24 @@ pub fn propose(record: &Record, segments: &[Segment]) -> Vec<Proposal> {
 
 /// Each manoeuvre to both sides by itself, in order of time, with the windows that [`propose`] gives them. Empty where
 /// [`propose`] is: the record is then to be taken as a whole.
+///
+/// ```
+/// use seatrial::identify::singles;
+/// use seatrial::log::segmentation::find;
+///
+/// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+/// # let mut state = seatrial_core::model::YawState::<f64>::default();
+/// # let sample = |k: u32| {
+/// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+/// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+/// #     state = vehicle.advance(state, rudder_rad, 0.05);
+/// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+/// # };
+/// # let record: seatrial::Record = (0..660).map(sample).collect();
+/// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+/// let found = singles(&record, &find(&record.samples));
+/// assert_eq!(found.len(), 2);
+/// ```
 pub fn singles(record: &Record, segments: &[Segment]) -> Vec<Single> {
     let manoeuvres = manoeuvres(segments);
     let mut singles: Vec<Single> = by_speed(record, &manoeuvres)

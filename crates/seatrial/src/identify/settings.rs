@@ -26,6 +26,13 @@ pub struct IdentifySettings {
 
 impl IdentifySettings {
     /// The paper's: least squares at lambda 1 rad/s.
+    ///
+    /// ```
+    /// use seatrial::identify::IdentifySettings;
+    ///
+    /// // No interval: the paper has none.
+    /// assert!(IdentifySettings::default().refine && !IdentifySettings::paper().refine);
+    /// ```
     pub const fn paper() -> Self {
         Self {
             as_paper: true,

@@ -66,6 +66,25 @@ pub fn fit(
 
 /// The paper's offline method on a training record with unwrapped headings: from rest at the mean heading of
 /// the quiet lead-in. `None` without a sample.
+///
+/// ```
+/// use seatrial::identify::simplex::fit_as_paper;
+///
+/// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+/// # let mut state = seatrial_core::model::YawState::<f64>::default();
+/// # let sample = |k: u32| {
+/// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+/// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+/// #     state = vehicle.advance(state, rudder_rad, 0.05);
+/// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+/// # };
+/// # let record: seatrial::Record = (0..660).map(sample).collect();
+/// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+/// let found = fit_as_paper(&record.samples[..330]).ok_or("a record with samples")?;
+/// assert!((found.at[0] + 1.07).abs() < 0.05);
+/// assert!(fit_as_paper(&[]).is_none());
+/// # Ok::<(), &str>(())
+/// ```
 pub fn fit_as_paper(samples: &[Sample<f64>]) -> Option<Minimum<3>> {
     let first = samples.first()?;
     let lead_in_s = quiet_lead_in_s(samples);
@@ -119,6 +138,19 @@ fn runge_kutta_4(
 ///
 /// Source: J. A. Nelder, R. Mead, A simplex method for function minimization, Computer Journal 7
 /// (1965), reference 24 of the paper. A cost that is not a number counts as infinite.
+///
+/// ```
+/// use seatrial::identify::simplex::{SimplexSettings, minimise};
+///
+/// let settings = SimplexSettings {
+///     first_edge: 0.1,
+///     parameter_tolerance: 1e-6,
+///     function_tolerance: 1e-9,
+///     iteration_limit: 500,
+/// };
+/// let found = minimise(|[x, y]| (x - 1.0).powi(2) + 4.0 * (y + 2.0).powi(2), [0.0; 2], &settings);
+/// assert!(found.converged && (found.at[1] + 2.0).abs() < 1e-4);
+/// ```
 pub fn minimise<const N: usize>(
     mut objective: impl FnMut(&[f64; N]) -> f64,
     start: [f64; N],

@@ -19,6 +19,29 @@ pub struct RecordSurvey<'a> {
 
 impl<'a> RecordSurvey<'a> {
     /// Looks through a record.
+    ///
+    /// ```
+    /// use seatrial::Window;
+    /// use seatrial::identify::{ExaminedRecord, IdentifySettings, identify};
+    ///
+    /// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+    /// # let mut state = seatrial_core::model::YawState::<f64>::default();
+    /// # let sample = |k: u32| {
+    /// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+    /// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+    /// #     state = vehicle.advance(state, rudder_rad, 0.05);
+    /// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+    /// # };
+    /// # let record: seatrial::Record = (0..660).map(sample).collect();
+    /// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+    /// let (examined, settings) = (ExaminedRecord::of(&record), IdentifySettings::paper());
+    /// for from_s in [0.0, 16.5] {
+    ///     let window = Window { from_s, to_s: from_s + 16.5 };
+    ///     let found = examined.identify(window, None, &settings)?;
+    ///     assert_eq!(found, identify(&record, window, None, &settings)?);
+    /// }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn of(record: &'a Record) -> Self {
         Self {
             record,

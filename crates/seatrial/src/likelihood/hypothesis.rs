@@ -86,6 +86,15 @@ impl Structure {
     ];
 
     /// The structure of the table whose solution this one starts from.
+    ///
+    /// ```
+    /// use seatrial::likelihood::Structure;
+    ///
+    /// assert_eq!(Structure::FIRST_ORDER.parent(), None);
+    /// // First order with a shifted record, then first order.
+    /// let steps = std::iter::successors(Some(Structure::LAG), Structure::parent).count();
+    /// assert_eq!(steps, 3);
+    /// ```
     pub fn parent(&self) -> Option<Self> {
         match *self {
             Self::FIRST_ORDER => None,
@@ -101,11 +110,26 @@ impl Structure {
     }
 
     /// Does more than linear damping and a shift of the record explain the heading?
+    ///
+    /// ```
+    /// use seatrial::likelihood::Structure;
+    ///
+    /// assert!(Structure::LAG.exceeds_first_order() && !Structure::LAG.has_own_hull());
+    /// assert!(Structure::SWAY_QUADRATIC.has_own_hull());
+    /// ```
     pub fn exceeds_first_order(&self) -> bool {
         self.has_own_hull() || self.lag || self.rate_limit || self.play
     }
 
     /// Its parameters.
+    ///
+    /// ```
+    /// use seatrial::likelihood::Structure;
+    ///
+    /// // Damping and authority; sway adds its coupling and its time, and both shift the record.
+    /// assert_eq!(Structure::FIRST_ORDER.parameters().len(), 2);
+    /// assert_eq!(Structure::SWAY_QUADRATIC.parameters().len(), 6);
+    /// ```
     pub fn parameters(&self) -> Vec<Parameter> {
         let has = |parameter: &Parameter| match parameter {
             Parameter::Damping | Parameter::Authority => true,
@@ -120,6 +144,12 @@ impl Structure {
     }
 
     /// In words.
+    ///
+    /// ```
+    /// use seatrial::likelihood::Structure;
+    ///
+    /// assert_eq!(Structure::LAG.in_words(), "first order with a lagging rudder");
+    /// ```
     pub fn in_words(&self) -> &'static str {
         if self.play {
             return "first order behind a steering gear with play";
@@ -199,6 +229,13 @@ impl Parameter {
     ];
 
     /// Standard deviation of what is believed of the scaled parameter, whose mean is 0; `None` where nothing is.
+    ///
+    /// ```
+    /// use seatrial::likelihood::hypothesis::Parameter;
+    ///
+    /// assert_eq!(Parameter::Damping.prior_deviation(), None);
+    /// assert_eq!(Parameter::Shift.prior_deviation(), Some(0.6));
+    /// ```
     pub fn prior_deviation(self) -> Option<f64> {
         match self {
             Self::Damping | Self::Authority => None,

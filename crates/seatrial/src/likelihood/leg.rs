@@ -40,6 +40,24 @@ impl Leg {
     /// Means of `block` samples each. The command is kept whole: thinning the heading never thins the rudder.
     ///
     /// `samples` are finite and increase in time; headings may be wrapped.
+    ///
+    /// ```
+    /// use seatrial::Sample;
+    /// use seatrial::likelihood::Leg;
+    ///
+    /// // Means of four samples each, across north.
+    /// let samples: Vec<_> = (0..40)
+    ///     .map(|k| Sample {
+    ///         time_s: 0.1 * f64::from(k),
+    ///         heading_rad: (6.2 + 0.01 * f64::from(k)) % 6.2832,
+    ///         ..Sample::default()
+    ///     })
+    ///     .collect();
+    /// let leg = Leg::new(&samples, 4);
+    /// assert_eq!(leg.len(), 10);
+    /// assert!((leg.duration_s() - 3.6).abs() < 1e-9);
+    /// assert!((leg.heading_rad[9] - leg.heading_rad[0] - 0.36).abs() < 1e-3);
+    /// ```
     pub fn new(samples: &[Sample<f64>], block: usize) -> Self {
         let block = block.max(1);
         let series = RecordSeries::new(samples, 1);

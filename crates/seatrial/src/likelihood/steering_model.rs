@@ -81,6 +81,14 @@ pub struct SecondOrderNomoto {
 
 impl SteeringModel {
     /// Of first order behind a rudder that lags by so much, s.
+    ///
+    /// ```
+    /// use seatrial::likelihood::SteeringModel;
+    /// use seatrial_core::YawModel;
+    ///
+    /// let model = SteeringModel::first_order(&YawModel::from_theta([-1.0, 2.0, 0.1]), 0.4);
+    /// assert_eq!((model.rudder_lag_s, model.a21_per_s2), (0.4, 0.0));
+    /// ```
     pub fn first_order(model: &YawModel<f64>, rudder_lag_s: f64) -> Self {
         Self {
             a22_per_s: model.a22_per_s,
@@ -131,6 +139,15 @@ impl SteeringModel {
     }
 
     /// Time by which the gear is late in the mean of a stroke from neutral to an amplitude, rad, s.
+    ///
+    /// ```
+    /// use seatrial::likelihood::SteeringModel;
+    ///
+    /// let gear =
+    ///     SteeringModel { rudder_lag_s: 0.5, rate_limit_rad_s: Some(0.1), ..SteeringModel::default() };
+    /// // Half of the 3 s that 0.3 rad take at 0.1 rad/s come to the lag.
+    /// assert!((gear.gear_delay_s(0.3) - 2.0).abs() < 1e-12);
+    /// ```
     pub fn gear_delay_s(&self, amplitude_rad: f64) -> f64 {
         let on_the_way_s = self
             .rate_limit_rad_s
@@ -145,6 +162,23 @@ impl SteeringModel {
     /// ```
     ///
     /// `None` where the time constants are complex or infinite.
+    ///
+    /// ```
+    /// use seatrial::likelihood::SteeringModel;
+    ///
+    /// // Sway: T1 T2 = 1/D and K = -a11 b2/D with D = a11 a22 - a21 = 1.
+    /// let model = SteeringModel {
+    ///     a22_per_s: -1.0,
+    ///     b2_per_s2: 0.5,
+    ///     a21_per_s2: 1.0,
+    ///     a11_per_s: -2.0,
+    ///     ..SteeringModel::default()
+    /// };
+    /// let nomoto = model.nomoto().ok_or("real time constants")?;
+    /// assert!((nomoto.t1_s * nomoto.t2_s - 1.0).abs() < 1e-9);
+    /// assert!((nomoto.k_per_s - 1.0).abs() < 1e-9 && nomoto.t3_s == 0.5);
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn nomoto(&self) -> Option<SecondOrderNomoto> {
         let stiffness = self.a11_per_s * self.a22_per_s - self.a21_per_s2;
         let half_sum_s = -0.5 * (self.a11_per_s + self.a22_per_s) / stiffness;
@@ -161,6 +195,24 @@ impl SteeringModel {
     }
 
     /// The free-running simulation at each sample, from `start` and a gear at rest. `samples` are finite and increase in time.
+    ///
+    /// ```
+    /// use seatrial::Sample;
+    /// use seatrial::likelihood::{SteeringModel, steering_model::SteeringState};
+    ///
+    /// let model = SteeringModel {
+    ///     a22_per_s: -1.0,
+    ///     b2_per_s2: 1.0,
+    ///     quadratic_per_rad: 2.0,
+    ///     ..SteeringModel::default()
+    /// };
+    /// let samples: Vec<_> = (0..400)
+    ///     .map(|k| Sample { time_s: 0.05 * f64::from(k), rudder_rad: 0.24, ..Sample::default() })
+    ///     .collect();
+    /// let states = model.simulate(&samples, SteeringState::default());
+    /// // Damping that grows with the turn: (1 + 2 r) r = 0.24 at r = 0.177 rad/s, not 0.24.
+    /// assert!((states[399].yaw_rate_rad_s - 0.1772).abs() < 1e-3);
+    /// ```
     pub fn simulate(&self, samples: &[Sample<f64>], start: SteeringState) -> Vec<SteeringState> {
         let start = Start {
             heading_rad: start.heading_rad,
@@ -191,6 +243,18 @@ impl SteeringModel {
 /// Half of a rudder's play never reaches the blade: delta is less by it than the amplitude, and b2 smaller in the same ratio.
 ///
 /// An amplitude of 0 gives the small-signal model. Not a number where no first-order model is near: m under a fifth.
+///
+/// ```
+/// use seatrial::likelihood::SteeringModel;
+/// use seatrial::likelihood::steering_model::first_order_at;
+/// use seatrial_core::YawModel;
+///
+/// let model = SteeringModel::first_order(&YawModel::from_theta([-1.0, 1.0, 0.0]), 0.0);
+/// let quadratic = SteeringModel { quadratic_per_rad: 2.0, ..model }.vehicle();
+/// // Small rudder is damped by a22 alone, a larger one by more.
+/// assert_eq!(first_order_at(&quadratic, 0.0, 0.0)[0], -1.0);
+/// assert!(first_order_at(&quadratic, 0.0, 0.24)[0] < -1.3);
+/// ```
 pub fn first_order_at(vehicle: &Vehicle, offset_rad_s2: f64, amplitude_rad: f64) -> [f64; 3] {
     const LEAST_INERTIA: f64 = 0.2;
     let sway_s = sway_s(vehicle);
@@ -207,6 +271,16 @@ pub fn first_order_at(vehicle: &Vehicle, offset_rad_s2: f64, amplitude_rad: f64)
 }
 
 /// ln |K|, K in 1/s, of the steady turn at a rudder amplitude, rad. Where nothing ends the turn, that of a twentieth of the damping without sway.
+///
+/// ```
+/// use seatrial::likelihood::SteeringModel;
+/// use seatrial::likelihood::steering_model::log_steady_gain;
+/// use seatrial_core::YawModel;
+///
+/// let model = SteeringModel::first_order(&YawModel::from_theta([-0.5, 1.0, 0.0]), 0.0);
+/// // K = 1.0/0.5 1/s, whatever the rudder.
+/// assert!((log_steady_gain(&model.vehicle(), 0.2) - 2_f64.ln()).abs() < 1e-12);
+/// ```
 pub fn log_steady_gain(vehicle: &Vehicle, amplitude_rad: f64) -> f64 {
     const LEAST_DAMPING: f64 = 0.05;
     let [secant, authority] = secant_at(vehicle, amplitude_rad);

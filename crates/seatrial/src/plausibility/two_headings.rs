@@ -26,6 +26,26 @@ const ALIKE: f64 = 1.5;
 const LEAST_S: f64 = 0.1;
 
 /// The time by which the heading of one reading of a log is later than that of another reading, s; `None` where it is not.
+///
+/// ```
+/// use seatrial::Sample;
+/// use seatrial::log::heading_later_s;
+///
+/// let read = |late_s: f64| {
+///     let at = |k: i32| 0.1 * f64::from(k);
+///     let heading_rad = |time_s: f64| (0.3 * time_s).sin() + 0.5 * (0.71 * time_s).sin();
+///     (0..600)
+///         .map(|k| Sample {
+///             time_s: at(k),
+///             heading_rad: heading_rad(at(k) - late_s),
+///             ..Sample::default()
+///         })
+///         .collect::<Vec<_>>()
+/// };
+/// let late_s = heading_later_s(&read(1.0), &read(0.0));
+/// assert!(late_s.is_some_and(|late_s| (late_s - 1.0).abs() < 0.11));
+/// assert_eq!(heading_later_s(&read(0.0), &read(0.0)), None);
+/// ```
 pub fn heading_later_s(read: &[Sample<f64>], other: &[Sample<f64>]) -> Option<f64> {
     let interval_s = median_interval_s(read)?;
     let (read, other) = (unwrapped(read), unwrapped(other));

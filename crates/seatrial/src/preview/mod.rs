@@ -49,6 +49,33 @@ pub struct Prior {
 impl Prior {
     /// A vehicle that does all the same in `times` the time: rates are divided by `times`, accelerations by its square; angles,
     /// gains from heading to rudder and speeds stay.
+    ///
+    /// ```
+    /// use seatrial::identify::cramer_rao::Noise;
+    /// use seatrial::preview::{Prior, PriorSpeed};
+    /// use seatrial_core::YawModel;
+    ///
+    /// # let speed = PriorSpeed {
+    /// #     thrust: 0.8,
+    /// #     surge_speed_m_s: Some(1.6),
+    /// #     model: YawModel::from_theta([-1.0, 1.0, 0.01]),
+    /// #     hold_gain: 0.5,
+    /// #     noise: Noise { heading_rad: 0.005, disturbance_rad_s2: 0.0, disturbance_time_s: 1.0 },
+    /// # };
+    /// # let prior = Prior {
+    /// #     speeds: vec![speed],
+    /// #     speed_before_m_s: Some(1.6),
+    /// #     surge_time_constant_s: 0.0,
+    /// #     heading_rad: 0.0,
+    /// #     depth_m: None,
+    /// #     rudder_limit_rad: 0.26,
+    /// #     hold_limit_rad: 0.26,
+    /// #     sample_interval_s: 0.05,
+    /// # };
+    /// // a22 = -1 1/s and b2 = 1 1/s^2 of a vehicle ten times slower.
+    /// let [a22, b2, _] = prior.slowed(10.0).speeds[0].model.theta();
+    /// assert!((a22 + 0.1).abs() < 1e-12 && (b2 - 0.01).abs() < 1e-12);
+    /// ```
     pub fn slowed(mut self, times: f64) -> Self {
         self.surge_time_constant_s *= times;
         for speed in &mut self.speeds {
@@ -138,6 +165,37 @@ pub struct SpeedPreview {
 ///
 /// # Errors
 /// A plan out of its range, or one whose samples are more than [`Budget::OWN_SAMPLES`].
+///
+/// ```
+/// use seatrial::identify::cramer_rao::Noise;
+/// use seatrial::preview::{Prior, PriorSpeed, preview};
+/// use seatrial_core::{List, Outcome, Plan, YawModel};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let plan = Plan { thrusts: List::from_slice(&[0.8]).unwrap_or_default(), ..Plan::paper() };
+/// let speed = PriorSpeed {
+///     thrust: 0.8,
+///     surge_speed_m_s: Some(1.6),
+///     model: YawModel::from_theta([-1.07, 1.08, 0.012]),
+///     hold_gain: 0.5,
+///     noise: Noise { heading_rad: 0.005, disturbance_rad_s2: 0.0, disturbance_time_s: 1.0 },
+/// };
+/// let prior = Prior {
+///     speeds: vec![speed],
+///     speed_before_m_s: Some(1.6),
+///     surge_time_constant_s: 0.0,
+///     heading_rad: 0.0,
+///     depth_m: None,
+///     rudder_limit_rad: 0.26,
+///     hold_limit_rad: 0.26,
+///     sample_interval_s: 0.05,
+/// };
+/// let foreseen = preview(&plan, &prior)?;
+/// assert_eq!(foreseen.outcome, Some(Outcome::Finished));
+/// assert!(foreseen.speeds[0].expected.as_ref().is_some_and(|expected| expected.is_enough()));
+/// # Ok(())
+/// # }
+/// ```
 pub fn preview(plan: &Plan<f64>, prior: &Prior) -> Result<Preview, InvalidSetting> {
     preview_within(plan, prior, &Budget::of(Budget::OWN_SAMPLES))
 }

@@ -43,12 +43,28 @@ pub struct Target {
 
 impl Target {
     /// The larger of the widths of a22 and b2 as a part of its target: 1 just reaches it.
+    ///
+    /// ```
+    /// use seatrial::preview::Target;
+    ///
+    /// let target = Target { a22: Some(0.1), b2: None };
+    /// // 8 % of the 10 % wanted of a22; b2 does not matter.
+    /// assert!((target.share([0.08, 0.5]) - 0.8).abs() < 1e-12);
+    /// ```
     pub fn share(&self, [a22, b2]: [f64; 2]) -> f64 {
         let share = |width: f64, target: Option<f64>| target.map_or(0.0, |target| width / target);
         share(a22, self.a22).max(share(b2, self.b2))
     }
 
     /// Is it of a22, b2 or both, each a fraction above 0 and below 1?
+    ///
+    /// ```
+    /// use seatrial::preview::Target;
+    ///
+    /// assert!(Target { a22: Some(0.1), b2: None }.is_valid());
+    /// assert!(!Target { a22: None, b2: None }.is_valid());
+    /// assert!(!Target { a22: Some(1.5), b2: None }.is_valid());
+    /// ```
     pub fn is_valid(&self) -> bool {
         let within = |width: Option<f64>| width.is_none_or(|w| w > 0.0 && w < 1.0);
         within(self.a22) && within(self.b2) && (self.a22.is_some() || self.b2.is_some())
@@ -74,6 +90,15 @@ impl fmt::Display for InvalidTarget {
 impl std::error::Error for InvalidTarget {}
 
 /// Reads a target such as `a22:10%,b2:5%`.
+///
+/// ```
+/// use seatrial::preview::parse_target;
+///
+/// let target = parse_target("a22:10%,b2:5%")?;
+/// assert_eq!((target.a22, target.b2), (Some(0.1), Some(0.05)));
+/// assert!(parse_target("c0:10%").is_err());
+/// # Ok::<(), seatrial::preview::InvalidTarget>(())
+/// ```
 pub fn parse_target(text: &str) -> Result<Target, InvalidTarget> {
     let invalid = |found: &str| InvalidTarget {
         found: found.into(),

@@ -137,6 +137,25 @@ pub struct Segment {
 /// Everything is measured in the record's own angles and stroke lengths; only movements of less than 0.1 deg are none.
 /// A rudder that is never held, as a helmsman's or an autopilot's, makes no manoeuvre. Samples that are not
 /// finite or go back in time are passed over. A million samples take half a second.
+///
+/// ```
+/// use seatrial::log::segmentation::{Kind, find};
+///
+/// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+/// # let mut state = seatrial_core::model::YawState::<f64>::default();
+/// # let sample = |k: u32| {
+/// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+/// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+/// #     state = vehicle.advance(state, rudder_rad, 0.05);
+/// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+/// # };
+/// # let record: seatrial::Record = (0..660).map(sample).collect();
+/// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+/// let doublets: Vec<_> =
+///     find(&record.samples).into_iter().filter(|segment| segment.kind == Kind::Doublet).collect();
+/// assert_eq!(doublets.len(), 2);
+/// assert!((doublets[0].window.from_s - 2.0).abs() < 0.06);
+/// ```
 pub fn find(samples: &[Sample<f64>]) -> Vec<Segment> {
     let Some(trace) = Trace::of(samples) else {
         return Vec::new();
@@ -161,6 +180,27 @@ pub fn find(samples: &[Sample<f64>]) -> Vec<Segment> {
 
 /// [`find`] in each of several parts of a record that have nothing to do with each other. A part without a manoeuvre to both sides is one as a
 /// whole, where the rudder was deflected to both.
+///
+/// ```
+/// use seatrial::Window;
+/// use seatrial::log::segmentation::{Kind, find_in_each};
+///
+/// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+/// # let mut state = seatrial_core::model::YawState::<f64>::default();
+/// # let sample = |k: u32| {
+/// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+/// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+/// #     state = vehicle.advance(state, rudder_rad, 0.05);
+/// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+/// # };
+/// # let record: seatrial::Record = (0..660).map(sample).collect();
+/// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+/// // Two logs one after the other.
+/// let parts = [Window { from_s: 0.0, to_s: 16.5 }, Window { from_s: 16.5, to_s: 33.0 }];
+/// let found = find_in_each(&record.samples, &parts);
+/// let doublets = found.iter().filter(|segment| segment.kind == Kind::Doublet).count();
+/// assert_eq!(doublets, 2);
+/// ```
 pub fn find_in_each(samples: &[Sample<f64>], parts: &[Window]) -> Vec<Segment> {
     let of_part = |part: &Window| {
         let samples = part.of(samples);

@@ -152,6 +152,29 @@ struct MethodEstimate {
 /// Runs every method on the training window and validates each model on the validation data.
 ///
 /// `clock_ms` gives the time, ms, since any instant; each method is timed by it.
+///
+/// ```
+/// use seatrial::Window;
+/// use seatrial::identify::ValidationData;
+/// use seatrial::study::compare;
+///
+/// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+/// # let mut state = seatrial_core::model::YawState::<f64>::default();
+/// # let sample = |k: u32| {
+/// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+/// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+/// #     state = vehicle.advance(state, rudder_rad, 0.05);
+/// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+/// # };
+/// # let record: seatrial::Record = (0..660).map(sample).collect();
+/// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+/// let data = ValidationData { record: &record, window: Window { from_s: 16.5, to_s: 33.0 } };
+/// let found = compare(&record, Window { from_s: 0.0, to_s: 16.5 }, data, None, &|| 0.0)?;
+/// // Every method on the same record; each of them finds this vehicle.
+/// let models = found.methods.iter().filter_map(|method| method.model);
+/// assert!(models.map(|model| model.b2_per_s2).all(|b2| (b2 / 1.08 - 1.0).abs() < 0.1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn compare(
     record: &Record,
     training: Window,
@@ -277,6 +300,25 @@ fn validated(row: MethodResult, data: ValidationData) -> Result<MethodResult, Id
 
 /// Splits a record with several strokes of the rudder into a first half for training and a second one for
 /// validation, at the start of the second half's lead-in.
+///
+/// ```
+/// use seatrial::study::split;
+///
+/// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+/// # let mut state = seatrial_core::model::YawState::<f64>::default();
+/// # let sample = |k: u32| {
+/// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+/// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+/// #     state = vehicle.advance(state, rudder_rad, 0.05);
+/// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+/// # };
+/// # let record: seatrial::Record = (0..660).map(sample).collect();
+/// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+/// // The second doublet validates, with its own lead-in.
+/// let (training, validation) = split(&record).ok_or("two doublets")?;
+/// assert!(training.to_s <= validation.from_s && validation.contains(16.6));
+/// # Ok::<(), &str>(())
+/// ```
 pub fn split(record: &Record) -> Option<(Window, Window)> {
     let manoeuvre = Manoeuvre::find(&record.samples)?;
     let middle = manoeuvre.strokes.len() / 2;

@@ -13,6 +13,22 @@ pub struct Part<'a> {
 
 /// The verdict on the accepted models of several speeds, which is no better than that of any of them. `unit` is that of their names;
 /// `others` is what else stands in the way, such as speeds without a model.
+///
+/// ```
+/// use seatrial::campaign::speeds::{Part, whole};
+/// use seatrial::identification::{Outcome, Reason, ReasonCode, Verdict};
+///
+/// let accepted = |codes: &[ReasonCode]| Verdict {
+///     accepted: true,
+///     reasons: codes.iter().map(|code| Reason::new(code.clone(), "")).collect(),
+/// };
+/// let verdicts = [accepted(&[ReasonCode::Ok]), accepted(&[ReasonCode::Ok, ReasonCode::LagUnknown])];
+/// let parts = [0, 1].map(|k| Part { name: ["60", "80"][k], verdict: &verdicts[k] });
+/// let whole = whole(&parts, "% thrust", Vec::new());
+/// // No better than the worst of them, and it says which.
+/// assert_eq!(whole.outcome(), Outcome::UseWithCare);
+/// assert!(whole.cause().is_some_and(|cause| cause.text.starts_with("At 80 % thrust: ")));
+/// ```
 pub fn whole(accepted: &[Part], unit: &str, others: Vec<Reason>) -> Verdict {
     let ok = Reason::new(
         ReasonCode::Ok,
@@ -29,6 +45,18 @@ pub fn whole(accepted: &[Part], unit: &str, others: Vec<Reason>) -> Verdict {
 }
 
 /// A reason for those of all speeds that have no model, once for each cause, with what to do about it.
+///
+/// ```
+/// use seatrial::campaign::speeds::{Part, missing};
+/// use seatrial::identification::{Reason, ReasonCode, Verdict};
+///
+/// let refused = Verdict::refused(Reason::new(ReasonCode::RudderConstant, ""));
+/// let parts = ["60", "80"].map(|name| Part { name, verdict: &refused });
+/// // One cause, one reason.
+/// let reasons = missing(&parts, "% thrust");
+/// assert_eq!(reasons.len(), 1);
+/// assert!(reasons[0].text.starts_with("None of 2 speeds has a model: "));
+/// ```
 pub fn missing(parts: &[Part], unit: &str) -> Vec<Reason> {
     let mut found: Vec<(&Reason, Vec<&str>)> = Vec::new();
     for part in parts.iter().filter(|part| !part.verdict.accepted) {

@@ -95,6 +95,27 @@ impl Evidence {
 }
 
 /// The settings for a boat whose autopilot has these now. The filter of the rate error and the limit of the integral stay as they are.
+///
+/// ```
+/// use seatrial::gains::commission::{Evidence, NoProposal, propose};
+/// use seatrial_core::{CascadeSettings, YawModel};
+///
+/// let evidence = |a22| Evidence {
+///     model: YawModel::from_theta([a22, 1.0, 0.0]),
+///     covariance: [[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 1e-6]],
+///     lag_s: 0.1,
+///     delay_s: 0.0,
+///     rate_noise_rad_s: 0.002,
+///     heading_noise_rad: 0.005,
+///     disturbance_rad_s2: 0.0,
+///     loop_interval_s: 0.02,
+///     steering_taken: 0.0,
+/// };
+/// assert!(propose(&evidence(-1.0), &CascadeSettings::default())?.angle_gain_per_s > 0.0);
+/// let unstable = propose(&evidence(0.1), &CascadeSettings::default());
+/// assert_eq!(unstable, Err(NoProposal::CourseUnstable));
+/// # Ok::<(), NoProposal>(())
+/// ```
 pub fn propose(
     evidence: &Evidence,
     found: &CascadeSettings<f64>,

@@ -43,6 +43,26 @@ pub enum ModelCheck {
 }
 
 /// Holds a model against the record of steps.
+///
+/// ```
+/// use seatrial::gains::commission::{Boat, ModelCheck, StepTest, check_model};
+/// use seatrial_core::{CascadeSettings, YawModel};
+///
+/// let boat = |b2| Boat { model: YawModel::from_theta([-1.0, b2, 0.0]), ..Boat::default() };
+/// let settings =
+///     CascadeSettings { angle_gain_per_s: 0.4, feed_forward_s: 1.0, ..CascadeSettings::default() };
+/// let test = StepTest {
+///     step_rad: 0.5,
+///     settle_s: 5.0,
+///     hold_s: 20.0,
+///     sample_interval_s: 0.1,
+///     loop_interval_s: 0.02,
+/// };
+/// let legs = test.simulate(&boat(1.0), &settings, 1);
+/// assert!(matches!(check_model(&boat(1.0), &legs), ModelCheck::Holds { .. }));
+/// // A model that turns the other way is not this boat's.
+/// assert!(matches!(check_model(&boat(-1.0), &legs), ModelCheck::Fails { .. }));
+/// ```
 pub fn check_model(boat: &Boat, legs: &[Vec<StepInstant>]) -> ModelCheck {
     let mut sums = [0.0; 3];
     let mut count = 0.0;

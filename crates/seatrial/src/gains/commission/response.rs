@@ -34,6 +34,23 @@ impl Response {
     /// Measures steps of this size. `smoothing_s`: the heading is averaged over so long, against the noise of the compass.
     /// `scatter_rad`: what sea and compass move a heading by that is held, after that.
     /// `None` where a leg has too few samples.
+    ///
+    /// ```
+    /// use seatrial::gains::commission::{Response, StepInstant};
+    ///
+    /// // A heading that swings past a step of 0.5 rad by a tenth of it.
+    /// let leg: Vec<_> = (0..300)
+    ///     .map(|k| 0.1 * f64::from(k))
+    ///     .map(|time_s| StepInstant {
+    ///         time_s,
+    ///         turned_rad: 0.5 * (1.0 - (-0.733 * time_s).exp() * time_s.cos()),
+    ///         ..StepInstant::default()
+    ///     })
+    ///     .collect();
+    /// let response = Response::measure(&[leg.clone(), leg.clone()], 0.5, 0.0, 0.0);
+    /// assert!(response.is_some_and(|found| (0.05..0.15).contains(&found.overshoot)));
+    /// assert!(Response::measure(&[leg[..1].to_vec()], 0.5, 0.0, 0.0).is_none());
+    /// ```
     pub fn measure(
         legs: &[Vec<StepInstant>],
         step_rad: f64,

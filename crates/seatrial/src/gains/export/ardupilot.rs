@@ -11,6 +11,31 @@ const GRAVITY_M_S2: f64 = 9.80665;
 const SCALING_SPEED_M_S: f64 = 1.0;
 
 /// The parameters that the model determines.
+///
+/// ```
+/// use seatrial::gains::export::{OperatingPoint, VehicleType, ardupilot};
+/// use seatrial_core::{SchedulePoint, YawModel};
+///
+/// let point = OperatingPoint {
+///     source: "trial 3".into(),
+///     at: SchedulePoint {
+///         thrust: Some(0.8),
+///         surge_speed_m_s: Some(1.0),
+///         model: YawModel::from_theta([-1.0, 2.0, 0.0]),
+///     },
+///     damping_ratio: 0.7,
+///     full_rudder_rad: 0.5,
+///     seen_rudder_rad: Some(0.26),
+///     allowance: Default::default(),
+///     covariance: None,
+///     notes: Vec::new(),
+/// };
+/// let parameters = ardupilot::parameters(&point, VehicleType::Surface);
+/// // alpha/B with B = 2 1/s^2 times 0.5 rad.
+/// let found = parameters.iter().find(|parameter| parameter.name == "ATC_STR_RAT_FF");
+/// assert_eq!(found.map(|parameter| parameter.value), Some(1.0));
+/// assert!(point.extrapolation().is_some_and(|words| words.contains("EXTRAPOLATED")));
+/// ```
 pub fn parameters(point: &OperatingPoint, vehicle: VehicleType) -> Vec<Parameter> {
     point.parameters(match vehicle {
         VehicleType::Surface => rover,
@@ -19,6 +44,28 @@ pub fn parameters(point: &OperatingPoint, vehicle: VehicleType) -> Vec<Parameter
 }
 
 /// A `.param` file: comments and `NAME,value`.
+///
+/// ```
+/// use seatrial::gains::export::{OperatingPoint, VehicleType, ardupilot};
+/// use seatrial_core::{SchedulePoint, YawModel};
+///
+/// # let point = OperatingPoint {
+/// #     source: "trial 3".into(),
+/// #     at: SchedulePoint {
+/// #         thrust: Some(0.8),
+/// #         surge_speed_m_s: Some(1.0),
+/// #         model: YawModel::from_theta([-1.0, 2.0, 0.0]),
+/// #     },
+/// #     damping_ratio: 0.7,
+/// #     full_rudder_rad: 0.5,
+/// #     seen_rudder_rad: Some(0.26),
+/// #     allowance: Default::default(),
+/// #     covariance: None,
+/// #     notes: Vec::new(),
+/// # };
+/// let file = ardupilot::param_file(&point, VehicleType::Surface);
+/// assert!(file.lines().any(|line| line == "ATC_STR_RAT_FF,1"));
+/// ```
 pub fn param_file(point: &OperatingPoint, vehicle: VehicleType) -> String {
     let firmware = match vehicle {
         VehicleType::Surface => "Rover",

@@ -6,6 +6,19 @@ use super::{Schedule, comment, decimal};
 
 impl Schedule {
     /// The schedule as a table in C99, slowest first.
+    ///
+    /// ```
+    /// use seatrial::GainAllowance;
+    /// use seatrial::gains::{DAMPING_RATIO, export::Schedule};
+    /// use seatrial_core::{NoGain, SchedulePoint, YawModel};
+    ///
+    /// let model = YawModel::from_theta([-1.0, 1.0, 0.0]);
+    /// let point = SchedulePoint { thrust: Some(0.8), surge_speed_m_s: Some(1.6), model };
+    /// let schedule =
+    ///     Schedule::design("trial 3", &[(point, GainAllowance::default())], DAMPING_RATIO, 0.26)?;
+    /// assert!(schedule.c_header().contains("#ifndef"));
+    /// # Ok::<(), NoGain>(())
+    /// ```
     pub fn c_header(&self) -> String {
         let columns = self.columns();
         let mut text = format!(

@@ -54,6 +54,17 @@ impl Cascade {
     ///
     /// a would be the angle gain without an integral; p, the pole that the integral adds, is five times slower.
     /// `None` under a damping ratio of 1/4, where no real gains place these poles.
+    ///
+    /// ```
+    /// use seatrial::gains::export::cascade::{Cascade, Steering};
+    ///
+    /// let steering = Steering { damping_per_s: 1.0, authority_rad_s2: 0.5 };
+    /// // A steady turn of 0.1 rad/s takes alpha/B = 2 times as much steering.
+    /// let cascade = Cascade::with_feed_forward(steering, 0.7).ok_or("real gains")?;
+    /// assert_eq!(cascade.feed_forward_s, 2.0);
+    /// assert_eq!(Cascade::with_feed_forward(steering, 0.2), None);
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn with_feed_forward(steering: Steering, damping_ratio: f64) -> Option<Self> {
         let Steering {
             damping_per_s: alpha,
@@ -81,6 +92,16 @@ impl Cascade {
     /// ```
     ///
     /// I/P cancels the vehicle's own pole, so that r = alpha/(s + alpha) r_d as with feed-forward.
+    ///
+    /// ```
+    /// use seatrial::gains::export::cascade::{Cascade, Steering};
+    ///
+    /// let steering = Steering { damping_per_s: 1.0, authority_rad_s2: 0.5 };
+    /// let cascade = Cascade::without_feed_forward(steering, 0.5);
+    /// // P = alpha/B, A = alpha/(4 zeta^2), and I/P cancels the pole of the vehicle.
+    /// assert_eq!((cascade.rate_gain_s, cascade.angle_gain_per_s), (2.0, 1.0));
+    /// assert_eq!(cascade.rate_integral_gain / cascade.rate_gain_s, 1.0);
+    /// ```
     pub fn without_feed_forward(steering: Steering, damping_ratio: f64) -> Self {
         let Steering {
             damping_per_s: alpha,

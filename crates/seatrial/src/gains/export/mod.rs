@@ -79,6 +79,21 @@ struct Point {
 
 impl Schedule {
     /// The gains of each model for this damping ratio, in order of speed, or of thrust where a speed is missing.
+    ///
+    /// ```
+    /// use seatrial::GainAllowance;
+    /// use seatrial::gains::{DAMPING_RATIO, export::Schedule};
+    /// use seatrial_core::{NoGain, SchedulePoint, YawModel};
+    ///
+    /// let at = |a22| {
+    ///     let model = YawModel::from_theta([a22, 1.0, 0.0]);
+    ///     let point = SchedulePoint { thrust: Some(0.8), surge_speed_m_s: Some(1.6), model };
+    ///     [(point, GainAllowance::default())]
+    /// };
+    /// assert!(Schedule::design("trial 3", &at(-1.0), DAMPING_RATIO, 0.26).is_ok());
+    /// let unstable = Schedule::design("trial 3", &at(0.1), DAMPING_RATIO, 0.26);
+    /// assert_eq!(unstable.err(), Some(NoGain::CourseUnstable));
+    /// ```
     pub fn design(
         source: &str,
         models: &[(SchedulePoint<f64>, GainAllowance)],

@@ -17,6 +17,30 @@ pub fn parameters(point: &OperatingPoint, vehicle: VehicleType) -> Vec<Parameter
 }
 
 /// A `.params` file as QGroundControl loads it: comments and vehicle, component, name, value and type between tabs.
+///
+/// ```
+/// use seatrial::gains::export::{OperatingPoint, VehicleType, px4};
+/// use seatrial_core::{SchedulePoint, YawModel};
+///
+/// # let point = OperatingPoint {
+/// #     source: "trial 3".into(),
+/// #     at: SchedulePoint {
+/// #         thrust: Some(0.8),
+/// #         surge_speed_m_s: Some(1.0),
+/// #         model: YawModel::from_theta([-1.0, 2.0, 0.0]),
+/// #     },
+/// #     damping_ratio: 0.7,
+/// #     full_rudder_rad: 0.5,
+/// #     seen_rudder_rad: Some(0.26),
+/// #     allowance: Default::default(),
+/// #     covariance: None,
+/// #     notes: Vec::new(),
+/// # };
+/// let file = px4::params_file(&point, VehicleType::Surface);
+/// // As QGroundControl has them: vehicle, component, name, value and type between tabs.
+/// let line = file.lines().find(|line| !line.starts_with('#')).unwrap_or_default();
+/// assert_eq!(line.split('\t').count(), 5);
+/// ```
 pub fn params_file(point: &OperatingPoint, vehicle: VehicleType) -> String {
     let module = match vehicle {
         VehicleType::Surface => "Ackermann rover",

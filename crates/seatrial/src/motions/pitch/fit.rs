@@ -97,6 +97,30 @@ impl Fit {
 /// what the model leaves unexplained: heave, a servo, depth control. First order, and for a residual that is small
 /// beside the pitch. The elevator after the doublet is that of the depth controller, which acts on measured
 /// pitch: it carries the noise of the pitch sensor, which this neglects.
+///
+/// ```
+/// use seatrial::Sample;
+/// use seatrial::motions::pitch::{fit, simulate};
+/// use seatrial_core::{PitchModel, PitchState};
+///
+/// let rudder_rad = |k| match k {
+///     20..60 => 0.15,
+///     60..100 => -0.15,
+///     _ => 0.0,
+/// };
+/// let mut samples: Vec<_> = (0..240)
+///     .map(|k| Sample { time_s: 0.05 * f64::from(k), rudder_rad: rudder_rad(k), ..Sample::default() })
+///     .collect();
+/// let truth = PitchModel::from_theta([-1.2, -0.4, 0.8, 0.0]);
+/// let pitch_rad = simulate(&truth, PitchState::default(), &samples);
+/// for (sample, pitch_rad) in samples.iter_mut().zip(pitch_rad) {
+///     sample.heading_rad = (1e4 * pitch_rad).round() / 1e4;
+/// }
+/// let found = fit(&samples, &PitchModel::from_theta([-1.0, -0.3, 1.0, 0.0])).ok_or("excited")?;
+/// assert!((found.model.restoring_per_s2 + 0.4).abs() < 0.01);
+/// assert!(!found.authority_may_be_zero());
+/// # Ok::<(), &str>(())
+/// ```
 pub fn fit(samples: &[Sample<f64>], first: &PitchModel<f64>) -> Option<Fit> {
     let measured = DVector::from_iterator(samples.len(), samples.iter().map(|s| s.heading_rad));
     let first_pitches = samples.iter().take(FIRST_SAMPLES).map(|s| s.heading_rad);
@@ -144,6 +168,20 @@ fn simulated(samples: &[Sample<f64>], at: &Parameters) -> DVector<f64> {
 }
 
 /// The pitch that a model gives at each sample, from the elevator alone, rad.
+///
+/// ```
+/// use seatrial::Sample;
+/// use seatrial::motions::pitch::simulate;
+/// use seatrial_core::{PitchModel, PitchState};
+///
+/// // An elevator of 0.1 rad ends at a pitch of -b delta/m.
+/// let samples: Vec<_> = (0..600)
+///     .map(|k| Sample { time_s: 0.1 * f64::from(k), rudder_rad: 0.1, ..Sample::default() })
+///     .collect();
+/// let model = PitchModel::from_theta([-1.2, -0.4, 0.8, 0.0]);
+/// let pitch_rad = simulate(&model, PitchState::default(), &samples);
+/// assert!((pitch_rad[599] - 0.2).abs() < 1e-6);
+/// ```
 pub fn simulate(
     model: &PitchModel<f64>,
     start: PitchState<f64>,

@@ -96,6 +96,18 @@ impl ExpectedSurge {
     }
 
     /// The wider of both.
+    ///
+    /// ```
+    /// use seatrial::motions::surge::ExpectedSurge;
+    ///
+    /// let of = |factor, half_width_s| ExpectedSurge {
+    ///     drag_length_factor_95: Some(factor),
+    ///     thrust_lag_half_width_95_s: half_width_s,
+    /// };
+    /// assert_eq!(of(1.1, Some(0.2)).wider(of(1.3, Some(0.1))), of(1.3, Some(0.2)));
+    /// // What one of them does not tell is not told.
+    /// assert!(!of(1.1, Some(0.2)).wider(of(1.1, None)).is_identified());
+    /// ```
     pub fn wider(self, other: Self) -> Self {
         let wider = |a: Option<f64>, b: Option<f64>| Some(f64::max(a?, b?));
         Self {

@@ -119,6 +119,14 @@ impl Coefficient {
 }
 
 /// The change of thrust that tells how fast the speed follows, of trials whose greatest thrust this is: from and to, fractions of full.
+///
+/// ```
+/// use seatrial::motions::surge::step_wanted;
+///
+/// // Down from a trial at full thrust, up from one at 30 %.
+/// assert_eq!(step_wanted(1.0), [1.0, 0.4]);
+/// assert_eq!(step_wanted(0.3), [0.3, 1.0]);
+/// ```
 pub fn step_wanted(greatest_thrust: f64) -> [f64; 2] {
     let low = (0.4 * greatest_thrust).max(0.05);
     match greatest_thrust >= 0.5 {

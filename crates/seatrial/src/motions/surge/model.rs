@@ -135,6 +135,23 @@ impl SurgeModel {
     /// ```text
     /// u_t + (u_s - u_t) (T/t) (1 - e^{-t/T})
     /// ```
+    ///
+    /// ```
+    /// use seatrial::motions::surge::SurgeModel;
+    ///
+    /// let surge = SurgeModel {
+    ///     speed_per_thrust_m_s: 2.0,
+    ///     dead_band: 0.1,
+    ///     rms_residual_m_s: 0.0,
+    ///     drag_length_m: Some(6.0),
+    ///     turning_drag_m: Some(2.0),
+    ///     points: Vec::new(),
+    /// };
+    /// // u/sqrt(1 + l d/R^2) in a turn of 2 m that lasts, nearly u in a short one.
+    /// let mean_m_s = |lasts_s| surge.mean_speed_in_turn_m_s(1.0, 2.0, lasts_s);
+    /// assert!(mean_m_s(1e4).is_some_and(|speed_m_s| (speed_m_s - 0.5).abs() < 1e-3));
+    /// assert!(mean_m_s(0.01) > Some(0.99));
+    /// ```
     pub fn mean_speed_in_turn_m_s(
         &self,
         surge_speed_m_s: f64,
@@ -149,6 +166,22 @@ impl SurgeModel {
     }
 
     /// The steady speed at a thrust, m/s; 0 inside the dead band.
+    ///
+    /// ```
+    /// use seatrial::motions::surge::SurgeModel;
+    ///
+    /// let surge = SurgeModel {
+    ///     speed_per_thrust_m_s: 2.0,
+    ///     dead_band: 0.1,
+    ///     rms_residual_m_s: 0.0,
+    ///     drag_length_m: Some(6.0),
+    ///     turning_drag_m: None,
+    ///     points: Vec::new(),
+    /// };
+    /// assert_eq!((surge.speed_m_s(0.6), surge.thrust(1.0)), (1.0, 0.6));
+    /// // Nothing moves inside the dead band.
+    /// assert_eq!(surge.speed_m_s(0.05), 0.0);
+    /// ```
     pub fn speed_m_s(&self, thrust: f64) -> f64 {
         (self.speed_per_thrust_m_s * (thrust - self.dead_band)).max(0.0)
     }
@@ -159,6 +192,21 @@ impl SurgeModel {
     }
 
     /// Time constant of small changes about a speed, s.
+    ///
+    /// ```
+    /// use seatrial::motions::surge::SurgeModel;
+    ///
+    /// let surge = SurgeModel {
+    ///     speed_per_thrust_m_s: 2.0,
+    ///     dead_band: 0.1,
+    ///     rms_residual_m_s: 0.0,
+    ///     drag_length_m: Some(6.0),
+    ///     turning_drag_m: None,
+    ///     points: Vec::new(),
+    /// };
+    /// // l/(2 u): the faster, the sooner.
+    /// assert_eq!([1.0, 2.0].map(|speed_m_s| surge.time_constant_s(speed_m_s)), [Some(3.0), Some(1.5)]);
+    /// ```
     pub fn time_constant_s(&self, surge_speed_m_s: f64) -> Option<f64> {
         Some(self.drag_length_m? / (2.0 * surge_speed_m_s))
     }

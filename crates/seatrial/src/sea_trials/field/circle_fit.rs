@@ -85,6 +85,20 @@ pub enum NoCircle {
 
 impl CircleFit {
     /// The circle closest to the points, each in any two rectangular axes, m.
+    ///
+    /// ```
+    /// use seatrial::sea_trials::field::{CircleFit, NoCircle};
+    ///
+    /// let circle: Vec<_> = (0..60)
+    ///     .map(|k| 0.1 * f64::from(k))
+    ///     .map(|angle| [3.0 + 10.0 * angle.cos(), -2.0 + 10.0 * angle.sin()])
+    ///     .collect();
+    /// let fit = CircleFit::new(&circle)?;
+    /// assert!((fit.radius_m - 10.0).abs() < 1e-6);
+    /// // Three points say nothing about their error.
+    /// assert_eq!(CircleFit::new(&circle[..3]), Err(NoCircle::TooFewPoints { found: 3 }));
+    /// # Ok::<(), NoCircle>(())
+    /// ```
     pub fn new(points: &[[f64; 2]]) -> Result<Self, NoCircle> {
         if let Some(index) = points.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
             return Err(NoCircle::NonFinite { index });

@@ -23,6 +23,24 @@ pub struct Criterion {
 
 /// Paragraph 5.3.4: the track reach of a stop with full astern is at most 15 ship lengths. An administration may allow 20 for a ship of large
 /// displacement. Of a ship that was not dead in the water at the end there is no criterion.
+///
+/// ```
+/// use seatrial::sea_trials::ship_manoeuvres::{Stopping, stopping_criterion};
+///
+/// let stop = |track_reach_m| Stopping {
+///     is_dead_in_the_water: true,
+///     track_reach_m,
+///     head_reach_m: 900.0,
+///     lateral_deviation_m: 50.0,
+///     time_s: 300.0,
+///     surge_speed_m_s: 7.0,
+/// };
+/// // 10 and 20 lengths of a ship of 100 m.
+/// let holds = |stop| stopping_criterion(100.0, &stop).map(|criterion| criterion.holds);
+/// assert_eq!([holds(stop(1000.0)), holds(stop(2000.0))], [Some(true), Some(false)]);
+/// let coasting = Stopping { is_dead_in_the_water: false, ..stop(1000.0) };
+/// assert_eq!(stopping_criterion(100.0, &coasting), None);
+/// ```
 pub fn stopping_criterion(length_m: f64, stop: &Stopping) -> Option<Criterion> {
     let reach = stop.track_reach_m / length_m;
     let criterion = criterion("5.3.4", "track reach of the stop", "L", reach, 15.0);
@@ -40,6 +58,24 @@ pub fn stopping_criterion(length_m: f64, stop: &Stopping) -> Option<Criterion> {
 /// ```
 ///
 /// with L in m and V in m/s. They are made for ships of 100 m and more with rudder and propeller.
+///
+/// ```
+/// use seatrial::sea_trials::ship_manoeuvres::{TurningCircle, criteria};
+/// use seatrial_core::Side;
+///
+/// let circle = TurningCircle {
+///     side: Side::Starboard,
+///     rudder_rad: 0.61,
+///     advance_m: 400.0,
+///     transfer_m: 200.0,
+///     tactical_diameter_m: 550.0,
+///     times_s: [60.0, 120.0],
+/// };
+/// // 4 of 4.5 lengths, and 5.5 of 5.
+/// let holds =
+///     criteria(100.0, 7.0, [None, None], &[circle]).iter().map(|c| c.holds).collect::<Vec<_>>();
+/// assert_eq!(holds, [true, false]);
+/// ```
 pub fn criteria(
     length_m: f64,
     surge_speed_m_s: f64,

@@ -111,6 +111,25 @@ impl ZigZag {
     /// first of them the first order. `None` under two swings.
     ///
     /// An overshoot angle is how far the heading goes on past the one at which the rudder was ordered over.
+    ///
+    /// ```
+    /// use seatrial::sea_trials::ship_manoeuvres::{Instant, ZigZag};
+    ///
+    /// // Headings at the first order, at 10 deg, at the furthest and at 10 deg to the other side.
+    /// let at = |time_s: f64, heading_deg: f64| Instant {
+    ///     time_s,
+    ///     heading_rad: heading_deg.to_radians(),
+    ///     surge_speed_m_s: 4.0,
+    ///     north_m: 4.0 * time_s,
+    ///     east_m: 0.0,
+    /// };
+    /// let track = [at(0.0, 0.0), at(20.0, 10.0), at(30.0, 16.0), at(60.0, -10.0)];
+    /// let found = ZigZag::of(&track, &[0, 1, 3], 0.1745).ok_or("two swings")?;
+    /// assert!((found.overshoots_rad[0].to_degrees() - 6.0).abs() < 1e-9);
+    /// assert_eq!((found.initial_turning_time_s, found.initial_turning_track_m), (20.0, 80.0));
+    /// assert!(found.is_of(10.0));
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn of(track: &[Instant], executes: &[usize], rudder_rad: f64) -> Option<Self> {
         let at = |k: usize| track.get(*executes.get(k)?);
         let (first, second) = (at(0)?, at(1)?);
@@ -172,6 +191,30 @@ fn track_m(track: &[Instant]) -> f64 {
 
 impl TurningCircle {
     /// What a track says, from the execute at its first instant on. `None` where it turns by less than 180 degrees.
+    ///
+    /// ```
+    /// use seatrial::sea_trials::ship_manoeuvres::{Instant, TurningCircle};
+    ///
+    /// // A circle of 200 m to port at 0.02 rad/s, from north.
+    /// let track: Vec<_> = (0..200)
+    ///     .map(|k| {
+    ///         let turned = 0.02 * f64::from(k);
+    ///         Instant {
+    ///             time_s: f64::from(k),
+    ///             heading_rad: -turned,
+    ///             surge_speed_m_s: 4.0,
+    ///             north_m: 200.0 * turned.sin(),
+    ///             east_m: -200.0 * (1.0 - turned.cos()),
+    ///         }
+    ///     })
+    ///     .collect();
+    /// let circle = TurningCircle::of(&track, 0.6).ok_or("half a turn")?;
+    /// assert!((circle.advance_m - 200.0).abs() < 0.1);
+    /// // Across the course to the side of the turn, whichever it is.
+    /// assert!((circle.tactical_diameter_m - 400.0).abs() < 0.1);
+    /// assert_eq!(TurningCircle::of(&track[..100], 0.6), None);
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn of(track: &[Instant], rudder_rad: f64) -> Option<Self> {
         let start = track.first()?;
         let last = track.last()?;

@@ -46,6 +46,13 @@ impl Kind {
     ];
 
     /// As `seatrial manoeuvres read` takes it.
+    ///
+    /// ```
+    /// use seatrial::sea_trials::ship_manoeuvres::Kind;
+    ///
+    /// let names: Vec<_> = Kind::ALL.into_iter().map(Kind::name).collect();
+    /// assert!(names.contains(&"zig-zag"));
+    /// ```
     pub fn name(self) -> &'static str {
         match self {
             Self::ZigZag => "zig-zag",
@@ -136,6 +143,17 @@ pub enum NoManoeuvre {
 ///
 /// # Errors
 /// Why the wanted manoeuvre is not there or, where none is named, why none is.
+///
+/// ```
+/// use seatrial::Sample;
+/// use seatrial::sea_trials::ship_manoeuvres::recorded;
+///
+/// // A rudder that lies still makes no manoeuvre.
+/// let still: Vec<_> = (0..100)
+///     .map(|k| Sample { time_s: f64::from(k), surge_speed_m_s: Some(4.0), ..Sample::default() })
+///     .collect();
+/// assert!(recorded(&still, None).is_err());
+/// ```
 pub fn recorded(
     samples: &[Sample<f64>],
     wanted: Option<Kind>,
