@@ -175,6 +175,14 @@ pub struct EnvelopeUse<T> {
 
 impl<T: Real> EnvelopeUse<T> {
     /// Each limit by the reason for which its excess aborts a trial, most pressing first.
+    ///
+    /// ```
+    /// use seatrial_core::{AbortReason, EnvelopeUse};
+    ///
+    /// let [(most_pressing, used), ..] =
+    ///     EnvelopeUse { altitude: Some(0.5), ..EnvelopeUse::default() }.limits();
+    /// assert_eq!((most_pressing, used), (AbortReason::Altitude, Some(0.5)));
+    /// ```
     pub fn limits(&self) -> [(AbortReason, Option<T>); 10] {
         [
             (AbortReason::Altitude, self.altitude),

@@ -172,6 +172,31 @@ impl<T: Real> Estimator<T> {
 
     /// The doublet is over: convergence counts from now on, and the instrument takes over, unless the
     /// estimate is unstable (a22 >= 0, or a moment that overturns) and its auxiliary model would be, too.
+    ///
+    /// ```
+    /// use seatrial_core::model::YawState;
+    /// use seatrial_core::{Estimator, EstimatorSettings, YawModel};
+    ///
+    /// let vehicle = YawModel::from_theta([-1.07, 1.08, 0.012]);
+    /// let (mut state, mut estimator) =
+    ///     (YawState::default(), Estimator::new(EstimatorSettings::<f64>::default())?);
+    /// for k in 0..320 {
+    ///     if k == 120 {
+    ///         estimator.excitation_ended();
+    ///     }
+    ///     let rudder_rad = match k {
+    ///         40..80 => 0.26,
+    ///         80..120 => -0.26,
+    ///         _ => 0.0,
+    ///     };
+    ///     estimator.update(0.05 * f64::from(k), state.heading_rad, rudder_rad);
+    ///     state = vehicle.advance(state, rudder_rad, 0.05);
+    /// }
+    /// assert!((estimator.model().a22_per_s + 1.07).abs() < 0.01);
+    /// // Seconds since the first sample; without the doublet's end there is no convergence.
+    /// assert!(estimator.converged_s().is_some_and(|converged_s| converged_s > 6.0));
+    /// # Ok::<(), seatrial_core::InvalidSetting>(())
+    /// ```
     pub fn excitation_ended(&mut self) {
         self.convergence.arm();
         let stable = self.is_stable(&self.least_squares.theta());

@@ -184,6 +184,16 @@ impl<T: Real> FixedRateEstimator<T> {
     }
 
     /// Forgets the estimate for the next speed; the filters run on.
+    ///
+    /// ```
+    /// use seatrial_core::{FixedRateEstimator, FixedRateSettings};
+    ///
+    /// let mut estimator = FixedRateEstimator::<f64>::new(&FixedRateSettings::paper(0.05), 0.0, 0.2)?;
+    /// estimator.update(0.01, 0.2);
+    /// estimator.restart();
+    /// assert_eq!((estimator.model().theta(), estimator.covariance()[0][0]), ([0.0; 3], 100.0));
+    /// # Ok::<(), seatrial_core::InvalidSetting>(())
+    /// ```
     pub fn restart(&mut self) {
         let (p, zero) = (self.initial_covariance, T::ZERO);
         self.theta = [zero; 3];
@@ -207,6 +217,17 @@ impl<T: Real> FixedRateEstimator<T> {
     }
 
     /// Takes in a sample of the settling phase: moves the filters, learns nothing. `false`: refused.
+    ///
+    /// ```
+    /// use seatrial_core::{FixedRateEstimator, FixedRateSettings};
+    ///
+    /// let mut estimator = FixedRateEstimator::<f64>::new(&FixedRateSettings::paper(0.05), 0.0, 0.0)?;
+    /// assert!(estimator.settle(0.01, 0.1));
+    /// // The filters moved, and nothing was learnt.
+    /// assert_eq!(estimator.model().theta(), [0.0; 3]);
+    /// assert!(!estimator.settle(f64::INFINITY, 0.1));
+    /// # Ok::<(), seatrial_core::InvalidSetting>(())
+    /// ```
     pub fn settle(&mut self, heading_rad: T, rudder_rad: T) -> bool {
         self.filter(heading_rad, rudder_rad).is_some()
     }

@@ -91,6 +91,16 @@ impl<T: Real> AuxiliaryModel<T> {
     }
 
     /// Moves pitch on by an interval with the filtered elevator at its end.
+    ///
+    /// ```
+    /// use seatrial_core::{AuxiliaryModel, PitchModel};
+    ///
+    /// let model = PitchModel::from_theta([-1.2, -0.4, 0.8, 0.0]);
+    /// let mut auxiliary = AuxiliaryModel::new(0.1);
+    /// auxiliary.advance_righted(&model, 0.1, 60.0);
+    /// // The angle that the elevator alone explains: -b delta/m.
+    /// assert!((auxiliary.heading_rad() - 0.2_f64).abs() < 1e-6);
+    /// ```
     pub fn advance_righted(&mut self, model: &PitchModel<T>, elevator_rad: T, interval_s: T) {
         let state = PitchState {
             pitch_rad: self.heading_rad,
@@ -162,6 +172,14 @@ impl<T: Real, const N: usize> RecursiveInstrument<T, N> {
     }
 
     /// Forgets the first parameter, as if nothing but its variance were known of it.
+    ///
+    /// ```
+    /// use seatrial_core::{RecursiveInstrument, RecursiveLeastSquares};
+    ///
+    /// let mut instrument = RecursiveInstrument::take_over(&RecursiveLeastSquares::<f64, 2>::new(100.0));
+    /// instrument.reset_first(4.0);
+    /// assert_eq!(instrument.covariance(), [[4.0, 0.0], [0.0, 100.0]]);
+    /// ```
     pub fn reset_first(&mut self, variance: T) {
         for row in &mut self.covariance {
             row[0] = T::ZERO;

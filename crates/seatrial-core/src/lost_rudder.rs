@@ -136,6 +136,18 @@ impl<T: Real> UnseenRudder<T> {
     }
 
     /// Adds a movement of the rudder that nobody saw during the last `unseen_s`.
+    ///
+    /// ```
+    /// use seatrial_core::{FilterStep, UnseenRudder};
+    ///
+    /// let (mut unseen, mut step) = (UnseenRudder::none(), FilterStep::new(1.5));
+    /// // The rudder moved by 0.26 rad at an unknown instant of the last 0.15 s.
+    /// unseen.add(0.26, 0.15, &mut step);
+    /// assert!(unseen.has_pulse() && !unseen.is_learnt(1.5));
+    /// // After 1/lambda another movement may have a parameter of its own.
+    /// unseen.advance(0.7, &mut step);
+    /// assert!(unseen.is_learnt(1.5) && unseen.pulse_rad() > 0.0);
+    /// ```
     pub fn add(&mut self, moved_rad: T, unseen_s: T, step: &mut FilterStep<T>) {
         step.set_interval(unseen_s);
         let mut pulse = StateVariableFilter::new(moved_rad, FilterStart::Zero);

@@ -152,6 +152,14 @@ impl<T: Real> Default for Plan<T> {
 
 impl<T: Real> Plan<T> {
     /// The paper's plan: thrust 60 to 100 %, doublets of 0.26 and 0.15 rad and 4 s.
+    ///
+    /// ```
+    /// use seatrial_core::{Excitation, Plan};
+    ///
+    /// let plan = Plan::<f64>::paper();
+    /// assert_eq!(plan.training.excitation, Excitation::Doublet { amplitude_rad: 0.26, period_s: 4.0 });
+    /// assert_eq!((plan.accept_from_r2, plan.thrusts.first().copied()), (0.6, Some(0.6)));
+    /// ```
     pub fn paper() -> Self {
         Self::paced(1.0, 0.05)
     }

@@ -92,6 +92,22 @@ impl<T: Real> RateCascade<T> {
     }
 
     /// Takes other settings, the steering going on.
+    ///
+    /// ```
+    /// use seatrial_core::{CascadeSettings, RateCascade};
+    ///
+    /// let of = |rate_integral_gain| CascadeSettings {
+    ///     angle_gain_per_s: 1.0,
+    ///     rate_integral_gain,
+    ///     integral_limit: 1.0,
+    ///     ..CascadeSettings::default()
+    /// };
+    /// let mut cascade = RateCascade::new(of(0.5));
+    /// let first: f64 = cascade.step(0.2, 0.0, 0.0, 0.1);
+    /// // The integral goes on from where it stood: 0.5 and 1.0 times 0.2 rad/s times 0.1 s.
+    /// cascade.set(of(1.0));
+    /// assert!((cascade.step(0.2, 0.0, 0.0, 0.1) - first - 0.02).abs() < 1e-12);
+    /// ```
     pub fn set(&mut self, settings: CascadeSettings<T>) {
         self.settings = settings;
     }

@@ -164,6 +164,15 @@ impl<T: Real> StateVariableFilter<T> {
     }
 
     /// Adds another filter's state, scaled: the filter is linear in its signal.
+    ///
+    /// ```
+    /// use seatrial_core::{FilterStart, StateVariableFilter};
+    ///
+    /// // A filter is linear in its signal.
+    /// let mut sum = StateVariableFilter::new(0.1, FilterStart::Equilibrium);
+    /// sum.add_scaled(&StateVariableFilter::new(0.4, FilterStart::Equilibrium), 0.5);
+    /// assert!((sum.smoothed() - 0.3_f64).abs() < 1e-12);
+    /// ```
     pub fn add_scaled(&mut self, other: &Self, factor: T) {
         self.signal += factor * other.signal;
         self.deviation += factor * other.deviation;

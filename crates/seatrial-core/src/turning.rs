@@ -156,6 +156,18 @@ impl<T: Real> Turn<T> {
     }
 
     /// R (50), m: path length of the paper's U-turn over pi.
+    ///
+    /// ```
+    /// use seatrial_core::{Side, Turn, YawModel};
+    ///
+    /// let turn = Turn::new(&YawModel::from_theta([-1.0, 1.0, 0.0]), 0.26, Side::Starboard)?;
+    /// // (50): V T_pi/pi = V (1/0.26 + 4/pi).
+    /// assert!(
+    ///     (turn.u_turn_mean_radius_m(1.5) - 1.5 * (1.0 / 0.26 + 4.0 / core::f64::consts::PI)).abs()
+    ///         < 1e-9
+    /// );
+    /// # Ok::<(), seatrial_core::turning::NoTurn>(())
+    /// ```
     pub fn u_turn_mean_radius_m(&self, surge_speed_m_s: T) -> T {
         surge_speed_m_s * self.u_turn_time_s() / T::PI
     }
@@ -178,6 +190,17 @@ impl<T: Real> Turn<T> {
     /// Time of a heading change by the paper's profile, from rest to rest, s: yaw rate rises and
     /// falls along straight lines of t1 each. A change too small to reach the full rate is a triangle
     /// with the same slopes.
+    ///
+    /// ```
+    /// use seatrial_core::{Side, Turn, YawModel};
+    ///
+    /// let turn = Turn::new(&YawModel::from_theta([-1.0, 1.0, 0.0]), 0.5, Side::Starboard)?;
+    /// // Half a turn takes T_pi; a quarter the time less of its constant part.
+    /// let half = turn.trapezoid_time_s(core::f64::consts::PI);
+    /// assert!((half - turn.u_turn_time_s()).abs() < 1e-9);
+    /// assert!(turn.trapezoid_time_s(0.1) < half);
+    /// # Ok::<(), seatrial_core::turning::NoTurn>(())
+    /// ```
     pub fn trapezoid_time_s(&self, heading_change_rad: T) -> T {
         let change = heading_change_rad.abs();
         let rise = self.rise_time_s();
@@ -258,6 +281,23 @@ pub struct RadiusMinimum<T> {
 
 impl<T: Real> TurningOverSpeed<T> {
     /// The turn at a speed.
+    ///
+    /// ```
+    /// use seatrial_core::turning::{NoTurn, TurningOverSpeed};
+    /// use seatrial_core::{AuthorityFit, AuthorityForm};
+    ///
+    /// let authority = AuthorityFit {
+    ///     form: AuthorityForm::ThroughZero,
+    ///     per_speed_squared_per_m2: 0.5,
+    ///     constant_per_s2: 0.0,
+    ///     rms_residual_per_s2: 0.0,
+    ///     speed_range_m_s: [0.5, 3.0],
+    /// };
+    /// let vehicle = TurningOverSpeed { a22_per_s: -1.0, authority, rudder_limit_rad: 0.26 };
+    /// // 0.5 V^2 delta_max over 1 1/s.
+    /// assert!((vehicle.turn_at(2.0)?.yaw_rate_rad_s - 0.52_f64).abs() < 1e-12);
+    /// # Ok::<(), NoTurn>(())
+    /// ```
     pub fn turn_at(&self, surge_speed_m_s: T) -> Result<Turn<T>, NoTurn> {
         let model = YawModel {
             a22_per_s: self.a22_per_s,

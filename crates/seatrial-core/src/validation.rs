@@ -240,6 +240,25 @@ impl<T: Real> Validation<T> {
 
     /// R^2 of the samples so far from any start: psi_0 and r_0 are fitted to each signal by least squares, with the offset
     /// where that is estimated again. For a window that begins in a turn, where no lead-in tells them.
+    ///
+    /// ```
+    /// use seatrial_core::{Sample, Validation, YawModel};
+    ///
+    /// // In a turn of 0.2 rad/s from the first sample on, which no lead-in at rest tells.
+    /// let mut validation = Validation::new(YawModel::from_theta([-1.0, 1.0, 0.0]), 0.0);
+    /// for k in 0..200 {
+    ///     let time_s = 0.05 * f64::from(k);
+    ///     validation.compare(&Sample {
+    ///         time_s,
+    ///         heading_rad: 0.2 * time_s,
+    ///         rudder_rad: 0.2,
+    ///         ..Sample::default()
+    ///     });
+    /// }
+    /// let r2 = [validation.goodness_of_fit(), validation.goodness_of_fit_from_any_start()]
+    ///     .map(|fit| fit.r2_heading);
+    /// assert!(r2[0] < Some(0.999) && r2[1] > Some(0.999_999));
+    /// ```
     pub fn goodness_of_fit_from_any_start(&self) -> GoodnessOfFit<T> {
         let of = |signal: &Comparison<T>| {
             let r2 = |[heading, rate, offset]: [T; 3]| signal.r2([heading, rate], offset);

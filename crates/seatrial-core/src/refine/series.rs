@@ -206,6 +206,15 @@ impl Series<'_> {
     /// -1/2 [(n - 4) log(RSS) + sum log S_k + log |X^T X|].
     ///
     /// `None` where the columns are not independent: nothing to estimate from.
+    ///
+    /// ```
+    /// use seatrial_core::refine::{Disturbance, Series};
+    ///
+    /// // A rudder that lies still does not tell b2 from C0.
+    /// let still =
+    ///     Series { interval_s: &[0.05; 40], heading_rad: &[0.1; 40], rudder_rad: &[0.0; 40], block: 1 };
+    /// assert!(still.fit(-1.0, Disturbance::NONE).is_none());
+    /// ```
     pub fn fit(&self, a22_per_s: f64, disturbance: Disturbance) -> Option<Fit> {
         let [fit] = self.fits([a22_per_s], disturbance);
         fit
