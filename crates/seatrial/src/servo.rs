@@ -76,6 +76,23 @@ impl Servo {
     }
 
     /// A record with the rudder that acts in place of the command.
+    ///
+    /// ```
+    /// use seatrial::log::Servo;
+    /// use seatrial::{Record, Sample};
+    ///
+    /// // 0.2 s of dead time: the step of the command at 1 s acts at 1.2 s.
+    /// let at = |k: u32| Sample {
+    ///     time_s: 0.1 * f64::from(k),
+    ///     rudder_rad: if k < 10 { 0.0 } else { 0.2 },
+    ///     ..Sample::default()
+    /// };
+    /// let record: Record = (0..20).map(at).collect();
+    /// let acting = Servo::new(0.2, 0.0)?.behind(&record);
+    /// assert!(acting.samples[11].rudder_rad.abs() < 1e-9);
+    /// assert!((acting.samples[12].rudder_rad - 0.2).abs() < 1e-9);
+    /// # Ok::<(), seatrial::log::InvalidServo>(())
+    /// ```
     pub fn behind(&self, record: &Record) -> Record {
         Record {
             samples: self.acting(&record.samples),

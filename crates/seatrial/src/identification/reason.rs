@@ -141,6 +141,15 @@ impl Verdict {
     }
 
     /// The verdict on a run of a trial: where the cure of a reason is of columns, units and windows of a log, what cures it in a trial.
+    ///
+    /// ```
+    /// use seatrial::identification::{Reason, ReasonCode, Verdict};
+    ///
+    /// let verdict = Verdict::refused(Reason::new(ReasonCode::NotValidated, ""));
+    /// let of_a_trial = verdict.clone().of_a_trial();
+    /// // Only what is to be done changes.
+    /// assert_eq!(of_a_trial.reasons[0].text, verdict.reasons[0].text);
+    /// ```
     pub fn of_a_trial(mut self) -> Self {
         for reason in &mut self.reasons {
             let is_own = words::of(&reason.code)
@@ -155,6 +164,17 @@ impl Verdict {
     }
 
     /// The reasons that speak against the model or limit its use.
+    ///
+    /// ```
+    /// use seatrial::identification::{Reason, ReasonCode, Verdict};
+    ///
+    /// let codes = [ReasonCode::Ok, ReasonCode::SignReversed, ReasonCode::LagUnknown];
+    /// let verdict = Verdict { accepted: true, reasons: codes.map(|code| Reason::new(code, "")).into() };
+    /// // The sign of the rudder is told by itself and limits nothing.
+    /// let causes: Vec<_> = verdict.causes().map(|reason| &reason.code).collect();
+    /// assert_eq!(causes, [&ReasonCode::LagUnknown]);
+    /// assert_eq!(verdict.other_causes(), 0);
+    /// ```
     pub fn causes(&self) -> impl Iterator<Item = &Reason> {
         self.reasons.iter().filter(|reason| reason.is_cause())
     }

@@ -91,6 +91,22 @@ impl ValidRange {
     }
 
     /// Where another range leaves this one, in words.
+    ///
+    /// ```
+    /// use seatrial::identification::ValidRange;
+    /// use seatrial::log::RudderUnit;
+    ///
+    /// let of = |rudder_rad: f64, heading_amplitude_rad| ValidRange {
+    ///     rudder: [-rudder_rad, rudder_rad],
+    ///     heading_amplitude_rad,
+    ///     surge_speed_m_s: None,
+    ///     usual_surge_speed_m_s: None,
+    ///     band_rad_s: [0.1, 4.0],
+    /// };
+    /// // Twice the rudder and twice the heading: two remarks.
+    /// assert_eq!(of(0.2, 0.3).left_by(&of(0.4, 0.6), RudderUnit::Rad).len(), 2);
+    /// assert!(of(0.4, 0.6).left_by(&of(0.2, 0.3), RudderUnit::Rad).is_empty());
+    /// ```
     pub fn left_by(&self, other: &Self, unit: RudderUnit) -> Vec<String> {
         let rudder = self.beyond_rudder(other.largest_rudder(), unit);
         let headings = [self, other].map(|range| range.heading_amplitude_rad.to_degrees());

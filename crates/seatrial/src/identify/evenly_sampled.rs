@@ -64,6 +64,20 @@ pub enum BatchError {
 
 impl<'a> EvenlySampled<'a> {
     /// The samples in a window. An error where the columns have different lengths.
+    ///
+    /// ```
+    /// use seatrial::Window;
+    /// use seatrial::identify::evenly_sampled::EvenlySampled;
+    ///
+    /// let columns = [[0.0, 0.1, 0.2, 0.3]; 3];
+    /// let record =
+    ///     EvenlySampled { time_s: &columns[0], heading_rad: &columns[1], rudder_rad: &columns[2] };
+    /// let part = record.within(Window { from_s: 0.1, to_s: 0.3 })?;
+    /// assert_eq!(part.time_s, [0.1, 0.2]);
+    /// let uneven = EvenlySampled { rudder_rad: &columns[2][1..], ..record };
+    /// assert!(uneven.within(Window::ALL).is_err());
+    /// # Ok::<(), seatrial::identify::evenly_sampled::BatchError>(())
+    /// ```
     pub fn within(self, window: Window) -> Result<Self, BatchError> {
         let count = self.time_s.len();
         for (name, column) in [("heading", self.heading_rad), ("rudder", self.rudder_rad)] {

@@ -234,6 +234,28 @@ fn identify_with(
 /// Identifies one model from several manoeuvres of one speed, validates it on validation data and judges it.
 ///
 /// Each manoeuvre is refined by itself; [`joined`] says how they are put together. Such as give no model are left out.
+///
+/// ```
+/// use seatrial::Window;
+/// use seatrial::identify::{IdentifySettings, identify_joined};
+///
+/// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+/// # let mut state = seatrial_core::model::YawState::<f64>::default();
+/// # let sample = |k: u32| {
+/// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+/// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+/// #     state = vehicle.advance(state, rudder_rad, 0.05);
+/// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+/// # };
+/// # let record: seatrial::Record = (0..660).map(sample).collect();
+/// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+/// let windows = [0.0, 16.5].map(|from_s| Window { from_s, to_s: from_s + 16.5 });
+/// let (found, joined) = identify_joined(&record, &windows, None, &IdentifySettings::default())?;
+/// // What two manoeuvres tell together, and each by itself.
+/// assert!((found.model().b2_per_s2 - 1.08).abs() < 0.02);
+/// assert_eq!(joined.map(|joined| joined.manoeuvres.len()), Some(2));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn identify_joined(
     record: &Record,
     training: &[Window],

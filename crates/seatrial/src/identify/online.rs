@@ -71,6 +71,29 @@ pub fn run(
 }
 
 /// Runs an estimator over the segment and keeps what a report needs.
+///
+/// ```
+/// use seatrial::identify::online::{Segment, estimate};
+/// use seatrial_core::{EstimatorSettings, InvalidSetting};
+///
+/// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
+/// # let mut state = seatrial_core::model::YawState::<f64>::default();
+/// # let sample = |k: u32| {
+/// #     let rudder_rad = match k % 330 { 40..80 => 0.26, 80..120 => -0.26, _ => 0.0 };
+/// #     let heading_rad = (1000.0 * state.heading_rad).round() / 1000.0;
+/// #     state = vehicle.advance(state, rudder_rad, 0.05);
+/// #     seatrial::Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Default::default() }
+/// # };
+/// # let record: seatrial::Record = (0..660).map(sample).collect();
+/// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
+/// let (settling, training) = record.samples[..330].split_at(20);
+/// // The doublet ends after 6 s.
+/// let segment = Segment { settling, training, learns_from_s: 1.0, excited_by_s: Some(6.0) };
+/// let pass = estimate(&segment, EstimatorSettings::default(), false)?;
+/// assert!((pass.online.model.b2_per_s2 - 1.08).abs() < 0.03);
+/// assert!(pass.online.convergence.detected_s.is_some());
+/// # Ok::<(), InvalidSetting>(())
+/// ```
 pub fn estimate(
     segment: &Segment,
     settings: EstimatorSettings<f64>,

@@ -25,6 +25,12 @@ pub struct SimplexSettings {
 
 impl SimplexSettings {
     /// Section V: parameter tolerance 0.01, function tolerance 0.0001.
+    ///
+    /// ```
+    /// use seatrial::identify::simplex::SimplexSettings;
+    ///
+    /// assert!(SimplexSettings::paper().iteration_limit > 100);
+    /// ```
     pub const fn paper() -> Self {
         Self {
             first_edge: 0.05,

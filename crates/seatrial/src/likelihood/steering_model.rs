@@ -120,6 +120,16 @@ impl SteeringModel {
     }
 
     /// As the likelihood takes it.
+    ///
+    /// ```
+    /// use seatrial::likelihood::SteeringModel;
+    ///
+    /// // Signs and rates become sizes and times.
+    /// let model = SteeringModel { a22_per_s: -1.0, a11_per_s: -0.5, ..SteeringModel::default() };
+    /// let vehicle = model.vehicle();
+    /// assert_eq!((vehicle.damping_per_s, vehicle.sway_s), (1.0, 2.0));
+    /// assert_eq!(vehicle.rate_limit_rad_s, f64::INFINITY);
+    /// ```
     pub fn vehicle(&self) -> Vehicle {
         Vehicle {
             damping_per_s: -self.a22_per_s,

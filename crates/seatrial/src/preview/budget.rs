@@ -49,6 +49,14 @@ impl<'a> Budget<'a> {
     }
 
     /// Refuses where nobody waits for the answer any more; from then on nothing is left.
+    ///
+    /// ```
+    /// use seatrial::preview::Budget;
+    ///
+    /// assert_eq!(Budget::of(1000).look(), Ok(()));
+    /// // Whoever waited has gone: the preview ends.
+    /// assert!(Budget::while_wanted(1000, &|| false).look().is_err());
+    /// ```
     pub fn look(&self) -> Result<(), InvalidSetting> {
         if !self.is_given_up.get() && (self.is_wanted)() {
             return Ok(());

@@ -70,6 +70,12 @@ pub enum Kind {
 
 impl Kind {
     /// For people.
+    ///
+    /// ```
+    /// use seatrial::log::segmentation::Kind;
+    ///
+    /// assert_eq!(Kind::Doublet.name(), "doublet");
+    /// ```
     pub fn name(self) -> &'static str {
         match self {
             Self::Doublet => "doublet",
@@ -82,6 +88,13 @@ impl Kind {
     }
 
     /// Was the rudder deflected to both sides, so that damping, rudder and offset can be distinguished?
+    ///
+    /// ```
+    /// use seatrial::log::segmentation::Kind;
+    ///
+    /// // A model needs both: damping, rudder effect and offset cannot be told apart from one side alone.
+    /// assert!(Kind::Doublet.uses_both_sides() && !Kind::Step.uses_both_sides());
+    /// ```
     pub fn uses_both_sides(self) -> bool {
         matches!(self, Self::Doublet | Self::Multistep | Self::ZigZag)
     }

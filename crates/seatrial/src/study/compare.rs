@@ -96,6 +96,12 @@ impl ComparedMethod {
     ];
 
     /// In words: `batch least squares`.
+    ///
+    /// ```
+    /// use seatrial::study::ComparedMethod;
+    ///
+    /// assert_eq!(ComparedMethod::OutputError.words(), "output error");
+    /// ```
     pub fn words(self) -> String {
         self.to_string().replace('_', " ")
     }

@@ -202,6 +202,12 @@ impl Estimator {
     ];
 
     /// The name that people type.
+    ///
+    /// ```
+    /// use seatrial::study::Estimator;
+    ///
+    /// assert_eq!(Estimator::InstrumentalVariable.name(), "instrumental-variable");
+    /// ```
     pub fn name(self) -> &'static str {
         match self {
             Self::Refined => "refined",

@@ -119,6 +119,26 @@ impl Evidence {
     }
 
     /// Can such a boat be steered at all?
+    ///
+    /// ```
+    /// use seatrial::gains::commission::{Evidence, NoProposal};
+    /// use seatrial_core::YawModel;
+    ///
+    /// let evidence = |b2| Evidence {
+    ///     model: YawModel::from_theta([-1.0, b2, 0.0]),
+    ///     covariance: [[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 1e-6]],
+    ///     lag_s: 0.1,
+    ///     delay_s: 0.0,
+    ///     rate_noise_rad_s: 0.002,
+    ///     heading_noise_rad: 0.005,
+    ///     disturbance_rad_s2: 0.0,
+    ///     loop_interval_s: 0.02,
+    ///     steering_taken: 0.0,
+    /// };
+    /// assert_eq!(evidence(1.0).check(), Ok(()));
+    /// // Steering to starboard turns to port.
+    /// assert!(matches!(evidence(-1.0).check(), Err(NoProposal::NoAuthority(_))));
+    /// ```
     pub fn check(&self) -> Result<(), NoProposal> {
         let [of_a22, of_b] = self.deviations().map(|deviation| DEVIATIONS * deviation);
         let YawModel {

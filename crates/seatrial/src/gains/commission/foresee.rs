@@ -61,6 +61,34 @@ impl Range {
 }
 
 /// What these settings are foreseen to make of a test.
+///
+/// ```
+/// use seatrial::gains::commission::{Evidence, StepTest, foresee};
+/// use seatrial_core::{CascadeSettings, YawModel};
+///
+/// let evidence = Evidence {
+///     model: YawModel::from_theta([-1.0, 1.0, 0.0]),
+///     covariance: [[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 1e-6]],
+///     lag_s: 0.0,
+///     delay_s: 0.0,
+///     rate_noise_rad_s: 0.0,
+///     heading_noise_rad: 0.0,
+///     disturbance_rad_s2: 0.0,
+///     loop_interval_s: 0.05,
+///     steering_taken: 0.0,
+/// };
+/// let settings =
+///     CascadeSettings { angle_gain_per_s: 0.4, feed_forward_s: 1.0, ..CascadeSettings::default() };
+/// let test = StepTest {
+///     step_rad: 0.5,
+///     settle_s: 5.0,
+///     hold_s: 20.0,
+///     sample_interval_s: 0.1,
+///     loop_interval_s: 0.05,
+/// };
+/// // Known well and calm: every boat settles.
+/// assert_eq!(foresee(&evidence, &settings, &test, 0.0).settled, 1.0);
+/// ```
 pub fn foresee(
     evidence: &Evidence,
     settings: &CascadeSettings<f64>,

@@ -136,6 +136,15 @@ pub struct Judgement {
 
 impl Judgement {
     /// May a wave have done it, so that the step is worth repeating? A heading that swings is left alone.
+    ///
+    /// ```
+    /// use seatrial::gains::commission::{Against, Judgement};
+    ///
+    /// let against = |against| Judgement { keep: false, against: vec![against] };
+    /// // A wave may carry the heading too far once; it does not make it swing.
+    /// assert!(against(Against::Overshoot { found: 0.3, most: 0.1 }).is_worth_repeating());
+    /// assert!(!against(Against::Oscillation { found: 0.3, most: 0.1 }).is_worth_repeating());
+    /// ```
     pub fn is_worth_repeating(&self) -> bool {
         let swings = |against: &Against| matches!(against, Against::Oscillation { .. });
         !self.keep && !self.against.iter().any(swings)

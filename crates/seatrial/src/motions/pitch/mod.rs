@@ -34,6 +34,29 @@ const LEAST_SAMPLES: usize = 40;
 ///
 /// The filters are those of [`Plan::pitch`], warmed on what lies before the window. Excitation ends with the last large
 /// movement of the elevator.
+///
+/// ```
+/// use seatrial::motions::pitch::{identify, simulate};
+/// use seatrial::{Record, Sample, Window};
+/// use seatrial_core::{PitchModel, PitchState};
+///
+/// let rudder_rad = |k| match k % 400 {
+///     120..160 => 0.15,
+///     160..200 => -0.15,
+///     _ => 0.0,
+/// };
+/// let mut record: Record = (0..400)
+///     .map(|k| Sample { time_s: 0.05 * f64::from(k), rudder_rad: rudder_rad(k), ..Sample::default() })
+///     .collect();
+/// let truth = PitchModel::from_theta([-1.2, -0.4, 0.8, 0.0]);
+/// let pitch_rad = simulate(&truth, PitchState::default(), &record.samples);
+/// for (sample, pitch_rad) in record.samples.iter_mut().zip(pitch_rad) {
+///     sample.heading_rad = (1e4 * pitch_rad).round() / 1e4;
+/// }
+/// let found = identify(&record, Window { from_s: 4.0, to_s: 20.0 }, None)?;
+/// assert!(found.restoring.is_some_and(|restoring| (restoring.refined_per_s2 + 0.4).abs() < 0.01));
+/// # Ok::<(), seatrial::identify::IdentifyError>(())
+/// ```
 pub fn identify(
     record: &Record,
     training: Window,

@@ -127,6 +127,26 @@ pub struct StepMeasure {
 impl HeadingSteps {
     /// Runs the experiment at every point of a schedule with both controllers. The gains are looked up by the key of their own
     /// schedule.
+    ///
+    /// ```
+    /// use seatrial::sea_trials::field::{HeadingSteps, NoExperiment};
+    /// use seatrial_core::heading_loop::LoopTiming;
+    /// use seatrial_core::schedule::{ScheduleKey, SchedulePoint};
+    /// use seatrial_core::{GainSchedule, SpeedSchedule, YawModel};
+    ///
+    /// let at = |thrust, b2| SchedulePoint {
+    ///     thrust: Some(thrust),
+    ///     surge_speed_m_s: None,
+    ///     model: YawModel::from_theta([-1.0, b2, 0.0]),
+    /// };
+    /// let schedule = SpeedSchedule::new(ScheduleKey::Thrust, &[at(0.6, 1.0), at(1.0, 3.0)])?;
+    /// let gains = GainSchedule::design(schedule, 0.7, LoopTiming::default())?;
+    /// let runs = HeadingSteps::default().run(&schedule, &gains)?;
+    /// // The gain of the lowest speed is too large for the highest.
+    /// let most = runs.iter().map(|run| run.measures[0].overshoot).fold(0.0, f64::max);
+    /// assert!(most > 0.1);
+    /// # Ok::<(), NoExperiment>(())
+    /// ```
     pub fn run(
         &self,
         schedule: &SpeedSchedule<f64>,
