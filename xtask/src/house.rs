@@ -39,6 +39,7 @@ struct Survey {
     faults: Vec<String>,
     counts: Counts,
     function_lengths: Vec<usize>,
+    example_lines: usize,
     long_functions: Vec<String>,
 }
 
@@ -139,6 +140,7 @@ impl Survey {
             self.faults
                 .push(format!("file {path}  ({} lines)", source.production_lines));
         }
+        self.example_lines += source.example_lines;
         for function in &source.functions {
             self.function_lengths.push(function.lines);
             let place = format!(
@@ -179,7 +181,8 @@ impl Survey {
         }
         self.function_lengths.sort_unstable();
         println!(
-            "{total:>7}  lines of production code; {} functions, half of them of at most {} lines, {} over {LONG_FUNCTION_LINES}",
+            "{total:>7}  lines of production code, {} of them examples in docs, which run as tests; {} functions, half of them of at most {} lines, {} over {LONG_FUNCTION_LINES}",
+            self.example_lines,
             self.function_lengths.len(),
             self.function_lengths[self.function_lengths.len() / 2],
             self.long_functions.len()

@@ -20,6 +20,8 @@ pub struct Source {
     pub items: Vec<Item>,
     /// Lines that belong to no test.
     pub production_lines: usize,
+    /// Of these, lines of examples in docs, which run as tests.
+    pub example_lines: usize,
     /// Every function that has a body.
     pub functions: Vec<Function>,
     /// The lines that write a `Result` whose error is a `String`.
@@ -32,6 +34,27 @@ pub struct Source {
     pub verbs: usize,
     /// Options with a long name.
     pub options: usize,
+}
+
+/// Lines of blocks of Rust in the docs of a file.
+fn example_lines(text: &str) -> usize {
+    let mut is_rust = None;
+    let in_docs = text
+        .lines()
+        .map(str::trim_start)
+        .filter(|line| line.starts_with("//"));
+    let in_examples = in_docs.filter(|line| {
+        let fence = line.trim_start_matches(['/', '!', ' ']).strip_prefix("```");
+        match (fence, is_rust) {
+            (Some(_), Some(was_rust)) => {
+                is_rust = None;
+                was_rust
+            }
+            (Some(language), None) => *is_rust.insert(["", "rust"].contains(&language)),
+            (None, _) => is_rust == Some(true),
+        }
+    });
+    in_examples.count()
 }
 
 /// A function with the lines from its `fn` to its closing brace.
@@ -55,6 +78,7 @@ impl Source {
         let File { mut items, .. } = syn::parse_file(&text)?;
         let mut source = Self {
             production_lines: text.lines().count(),
+            example_lines: example_lines(&text),
             text,
             ..Self::default()
         };

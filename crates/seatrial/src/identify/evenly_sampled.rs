@@ -79,6 +79,13 @@ impl<'a> EvenlySampled<'a> {
     /// # Ok::<(), seatrial::identify::evenly_sampled::BatchError>(())
     /// ```
     pub fn within(self, window: Window) -> Result<Self, BatchError> {
+        self.check_lengths()?;
+        let first_at = |time_s: f64| self.time_s.partition_point(|t| *t < time_s);
+        let (from, to) = (first_at(window.from_s), first_at(window.to_s));
+        Ok(self.part(from..to.max(from)))
+    }
+
+    fn check_lengths(&self) -> Result<(), BatchError> {
         let count = self.time_s.len();
         for (name, column) in [("heading", self.heading_rad), ("rudder", self.rudder_rad)] {
             if column.len() != count {
@@ -88,9 +95,7 @@ impl<'a> EvenlySampled<'a> {
                 )));
             }
         }
-        let first_at = |time_s: f64| self.time_s.partition_point(|t| *t < time_s);
-        let (from, to) = (first_at(window.from_s), first_at(window.to_s));
-        Ok(self.part(from..to.max(from)))
+        Ok(())
     }
 
     fn part(self, range: Range<usize>) -> Self {
@@ -137,6 +142,7 @@ impl<'a> EvenlySampled<'a> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn least_squares(self, lambda_rad_s: f64) -> Result<BatchEstimate, BatchError> {
+        self.check_lengths()?;
         let count = self.time_s.len();
         let (Some(first_s), Some(last_s)) = (self.time_s.first(), self.time_s.last()) else {
             return Err(BatchError::Record("no sample lies in the window".into()));
@@ -321,6 +327,13 @@ mod tests {
     fn error_of(columns: &[Vec<f64>; 3]) -> String {
         let estimate = record(columns).least_squares(1.5);
         estimate.unwrap_err().to_string()
+    }
+
+    #[test]
+    fn regress_columns_of_different_lengths_are_an_error() {
+        let columns = [vec![0.0; 9], vec![0.0; 9], vec![0.0; 8]];
+        let found = record(&columns).least_squares(1.5);
+        assert!(matches!(found, Err(BatchError::Record(_))), "{found:?}");
     }
 
     #[test]
