@@ -83,6 +83,16 @@ mod tests {
         faults
     }
 
+    /// Somebody who upgrades reads it whole.
+    #[test]
+    fn exact_a_release_takes_sixty_lines_of_the_changelog() {
+        let releases = include_str!("../../CHANGELOG.md").split("\n## ").skip(1);
+        for release in releases {
+            let (lines, title) = (release.lines().count(), release.lines().next());
+            assert!(lines <= 60, "{title:?}: {lines} lines");
+        }
+    }
+
     #[test]
     fn exact_every_published_crate_has_what_its_page_needs() {
         let published = packages(metadata().unwrap())
