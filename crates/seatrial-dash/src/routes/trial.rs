@@ -166,7 +166,7 @@ const ENTERED_WITHIN: Duration = Duration::from_millis(50);
 /// Aborts the trial: neutral rudder, heading hold, the vehicle handed back. A commission ends with the old gains. Every operator may,
 /// with control or without.
 #[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/trial/abort", tag = "trial",
-    responses((status = 202, description = "FromQuery for; the live stream tells the end", body = TrialState),
+    responses((status = 202, description = "Asked for; the live stream tells the end", body = TrialState),
         (status = 204, description = "A commission is asked to end; the live stream tells how"),
         (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn abort(
