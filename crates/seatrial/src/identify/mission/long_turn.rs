@@ -5,8 +5,8 @@
 //! ```
 //!
 //! Course changes tell d and b of the first seconds of a turn. With sway a long turn ends up to several times as fast, with damping that grows
-//! slower. Of 51 missions of simulated boats with growing damping, sway or play the interval of first order held the steady turn in 2; of 140 others,
-//! some with a slow gear or course-unstable, this one does in 123 (`examples/missions`, mode `hulls`). Cost: a tenth of the fit of first order where
+//! slower. Of 51 missions of simulated boats with growing damping, sway or play the interval of first order held the steady turn in 2; of 135 others,
+//! some with a slow gear or course-unstable, this one does in 121 (`examples/missions`, mode `hulls`). Cost: a tenth of the fit of first order where
 //! no step of scoring promises a hull.
 
 use super::filter::Run;
