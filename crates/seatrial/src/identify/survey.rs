@@ -22,7 +22,7 @@ impl<'a> RecordSurvey<'a> {
     ///
     /// ```
     /// use seatrial::Window;
-    /// use seatrial::identify::{ExaminedRecord, IdentifySettings, identify};
+    /// use seatrial::identify::{IdentifySettings, RecordSurvey, identify};
     ///
     /// # let vehicle = seatrial_core::YawModel::from_theta([-1.07, 1.08, 0.012]);
     /// # let mut state = seatrial_core::model::YawState::<f64>::default();
@@ -34,10 +34,10 @@ impl<'a> RecordSurvey<'a> {
     /// # };
     /// # let record: seatrial::Record = (0..660).map(sample).collect();
     /// // Two doublets of 0.26 rad on a vehicle with a22 = -1.07 1/s, b2 = 1.08 1/s^2.
-    /// let (examined, settings) = (ExaminedRecord::of(&record), IdentifySettings::paper());
+    /// let (survey, settings) = (RecordSurvey::of(&record), IdentifySettings::paper());
     /// for from_s in [0.0, 16.5] {
     ///     let window = Window { from_s, to_s: from_s + 16.5 };
-    ///     let found = examined.identify(window, None, &settings)?;
+    ///     let found = survey.identify(window, None, &settings)?;
     ///     assert_eq!(found, identify(&record, window, None, &settings)?);
     /// }
     /// # Ok::<(), Box<dyn std::error::Error>>(())
