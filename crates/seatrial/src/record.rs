@@ -263,12 +263,14 @@ pub(crate) fn median(mut numbers: Vec<f64>) -> Option<f64> {
 
 /// By how much the heading turns over each interval, rad, by at most half a turn.
 pub(crate) fn turns_rad(samples: &[Sample<f64>]) -> impl Iterator<Item = f64> {
-    samples.windows(2).map(turned_rad)
+    samples
+        .windows(2)
+        .map(|pair| turned_rad(&pair[0], &pair[1]))
 }
 
-/// By how much the heading turns from one of two samples to the other, rad.
-pub(crate) fn turned_rad(pair: &[Sample<f64>]) -> f64 {
-    (pair[1].heading_rad - pair[0].heading_rad).wrapped()
+/// By how much the heading turns from one sample to another, rad.
+pub(crate) fn turned_rad(from: &Sample<f64>, to: &Sample<f64>) -> f64 {
+    (to.heading_rad - from.heading_rad).wrapped()
 }
 
 /// Headings without jumps at a full turn, rad, the first as it is given here.

@@ -225,11 +225,11 @@ fn manoeuvres(record: &Record, new: Window, options: &Options) -> Vec<Row> {
     if is_whole && (found.is_empty() || is_ordinary_steering(&record.samples)) {
         return vec![whole(record, &segments, options)];
     }
-    let examined = RecordSurvey::of(record);
+    let survey = RecordSurvey::of(record);
     found
         .iter()
         .filter(|single| new.contains(single.segment.window.from_s))
-        .map(|single| one(&examined, single, options))
+        .map(|single| one(&survey, single, options))
         .collect()
 }
 
@@ -261,7 +261,7 @@ fn whole(record: &Record, segments: &[Segment], options: &Options) -> Row {
     row
 }
 
-fn one(examined: &RecordSurvey, single: &Single, options: &Options) -> Row {
+fn one(survey: &RecordSurvey, single: &Single, options: &Options) -> Row {
     let mut row = Row {
         manoeuvre: Some(single.segment.kind.to_string()),
         thrust: single.segment.thrust,
@@ -270,21 +270,21 @@ fn one(examined: &RecordSurvey, single: &Single, options: &Options) -> Row {
         ..Row::default()
     };
     let held_out = single.validation.map(|window| ValidationData {
-        record: examined.record(),
+        record: survey.record(),
         window,
     });
-    estimate(&mut row, examined, single.training, held_out, options);
+    estimate(&mut row, survey, single.training, held_out, options);
     row
 }
 
 fn estimate(
     row: &mut Row,
-    examined: &RecordSurvey,
+    survey: &RecordSurvey,
     training: Window,
     held_out: Option<ValidationData>,
     options: &Options,
 ) {
-    match examined.identify(training, held_out, &options.settings()) {
+    match survey.identify(training, held_out, &options.settings()) {
         Ok(found) => row.identified(&found),
         Err(error) => {
             row.window(training);

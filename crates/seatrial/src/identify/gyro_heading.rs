@@ -37,13 +37,13 @@ type Answer = (Identification, Option<Joined>);
 
 /// The identification of windows of a record, by the gyro's heading where the compass jumped and that makes the verdict a better one.
 pub(super) fn where_the_compass_jumped(
-    examined: &RecordSurvey,
+    survey: &RecordSurvey,
     windows: &[Window],
     data: Option<ValidationData>,
     identify: impl Fn(&RecordSurvey, Option<ValidationData>) -> Result<Answer, IdentifyError>,
 ) -> Result<Answer, IdentifyError> {
-    let record = examined.record();
-    let (found, joined) = identify(examined, data)?;
+    let record = survey.record();
+    let (found, joined) = identify(survey, data)?;
     let is_refused = found.verdict.outcome() == Outcome::DoNotUse;
     if !(is_refused && found.verdict.has(&ReasonCode::CompassError)) {
         return Ok((found, joined));

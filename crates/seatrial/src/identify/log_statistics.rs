@@ -67,13 +67,13 @@ pub struct LogStatistics {
 impl LogStatistics {
     /// Statistics of a training window and of what the estimator let through of it.
     pub fn of(
-        examined: &RecordSurvey,
+        survey: &RecordSurvey,
         training: Window,
         manoeuvre: &Manoeuvre,
         pass: &Pass,
         hidden_edges: usize,
     ) -> Self {
-        let record = examined.record();
+        let record = survey.record();
         let samples = record.window(training);
         Self {
             samples_used: pass.samples_used,
@@ -91,14 +91,14 @@ impl LogStatistics {
             compass: CompassError::of(&pass.accepted),
             jump_beside: jump_beside(record, training.known_part(samples)),
             hidden_edges,
-            unit_doubts: examined
+            unit_doubts: survey
                 .unit_doubts()
                 .iter()
                 .cloned()
                 .chain(plausibility::heading_stood(&record.usable(training)))
                 .collect(),
             times_are_shared: record.units.times_are_shared,
-            unchecked: examined.unchecked().to_vec(),
+            unchecked: survey.unchecked().to_vec(),
         }
     }
 

@@ -3,14 +3,14 @@
 //! Both are looked for without a gyro and without a measured rudder. They name the cause of a verdict; alone they reject
 //! nothing.
 
-use seatrial_core::{Real, Sample, YawModel};
+use seatrial_core::{Sample, YawModel};
 
 use super::compass::Jump;
 use super::validation::{fit_of_what_is_measured, goodness_of_fit};
 use crate::identification::LEAST_R2;
 use crate::line::Line;
 use crate::manoeuvre::Manoeuvre;
-use crate::record::{between_gaps, unwrapped_rad};
+use crate::record::{between_gaps, turned_rad, unwrapped_rad};
 
 /// Samples on either side that say where the heading goes, beside the nearest one, which may be an outlier.
 const SIDE: usize = 10;
@@ -87,7 +87,7 @@ impl Mishaps {
 pub fn heading_jump(samples: &[Sample<f64>]) -> Option<Jump> {
     let usable = || samples.iter().filter(|s| s.heading_rad.is_finite());
     let is_large = |(one, next): (&Sample<f64>, &Sample<f64>)| {
-        Real::wrapped(next.heading_rad - one.heading_rad).abs() > AT_ONCE * LEAST_JUMP_RAD
+        turned_rad(one, next).abs() > AT_ONCE * LEAST_JUMP_RAD
     };
     if !usable().zip(usable().skip(1)).any(is_large) {
         return None;
@@ -211,6 +211,8 @@ fn held(samples: &[Sample<f64>], from: usize, to: usize) -> Vec<Sample<f64>> {
 
 #[cfg(test)]
 mod tests {
+    use seatrial_core::Real;
+
     use super::*;
 
     const MODEL: YawModel<f64> = YawModel {

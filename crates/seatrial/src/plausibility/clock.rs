@@ -88,7 +88,7 @@ pub(super) fn counts_by(record: &Record, interval_s: f64) -> bool {
 fn noise_rad(samples: &[Sample<f64>]) -> f64 {
     let mut differences: Vec<f64> = samples
         .windows(3)
-        .map(|three| (turned_rad(&three[1..]) - turned_rad(&three[..2])).abs())
+        .map(|three| (turned_rad(&three[1], &three[2]) - turned_rad(&three[0], &three[1])).abs())
         .collect();
     if differences.is_empty() {
         return 0.0;

@@ -16,7 +16,7 @@
 
 use crate::record::turned_rad;
 use nalgebra::{DMatrix, DVector};
-use seatrial_core::{Real, Sample};
+use seatrial_core::Sample;
 
 /// Neighbours of the yaw rate on one side: those of a filter of third order that runs both ways.
 const NEIGHBOURS: usize = 3;
@@ -151,12 +151,9 @@ pub fn heading_is_smoothed(samples: &[Sample<f64>]) -> bool {
 }
 
 fn slopes(samples: &[Sample<f64>]) -> Vec<f64> {
-    let slope = |pair: &[Sample<f64>]| turned_rad(pair) / (pair[1].time_s - pair[0].time_s);
+    let slope =
+        |pair: &[Sample<f64>]| turned_rad(&pair[0], &pair[1]) / (pair[1].time_s - pair[0].time_s);
     samples.windows(2).map(slope).collect()
-}
-
-fn change(one: &Sample<f64>, other: &Sample<f64>) -> f64 {
-    Real::wrapped(other.heading_rad - one.heading_rad)
 }
 
 /// Nearly all yaw rates of a column that was computed agree; ends and turns through north may not.
@@ -187,13 +184,14 @@ fn resolution(changes: impl Iterator<Item = f64> + Clone) -> f64 {
 
 /// Is the yaw rate a difference of the heading over the row before, the next, or both, within the rounding of the heading?
 fn is_difference(samples: &[Sample<f64>]) -> bool {
-    let slope =
-        |one: &Sample<f64>, other: &Sample<f64>| change(one, other) / (other.time_s - one.time_s);
+    let slope = |one: &Sample<f64>, other: &Sample<f64>| {
+        turned_rad(one, other) / (other.time_s - one.time_s)
+    };
     if samples.len() < LEAST_ROWS {
         return false;
     }
     let pairs = || samples.windows(2).map(|pair| (&pair[0], &pair[1]));
-    let resolution_rad = resolution(pairs().map(|(one, other)| change(one, other)));
+    let resolution_rad = resolution(pairs().map(|(one, other)| turned_rad(one, other)));
     let resolution_rad_s = resolution(
         pairs().filter_map(|(one, other)| Some(other.yaw_rate_rad_s? - one.yaw_rate_rad_s?)),
     );

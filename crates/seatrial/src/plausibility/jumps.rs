@@ -62,7 +62,8 @@ pub(super) fn take_off(record: &mut Record) {
 fn jumps(samples: &[Sample<f64>]) -> Vec<(usize, f64)> {
     let beside = |pair: &[Sample<f64>]| {
         let mean_rad_s = 0.5 * (pair[0].yaw_rate_rad_s? + pair[1].yaw_rate_rad_s?);
-        let beside = turned_rad(pair) - mean_rad_s * (pair[1].time_s - pair[0].time_s);
+        let beside =
+            turned_rad(&pair[0], &pair[1]) - mean_rad_s * (pair[1].time_s - pair[0].time_s);
         beside.is_finite().then_some(beside)
     };
     let Some(beside): Option<Vec<f64>> = samples.windows(2).map(beside).collect() else {

@@ -258,13 +258,15 @@ fn exact_a_rudder_without_scale_is_found() {
         let mut record = without_rate(record(stated_degrees()));
         record.rudder_unit = RudderUnit::FullRudder;
         record.units.rudder = unit(per_si, Origin::Assumed);
-        let refusals = refusals(&record);
-        refusals.iter().map(Doubt::code).collect::<Vec<_>>()
+        record
     };
-    // Pulse widths, and shares of two motors.
-    assert_eq!(of_full_rudder(400.0), []);
-    assert_eq!(of_full_rudder(1.0), []);
-    assert_eq!(of_full_rudder(100.0), [ReasonCode::RudderScaleUnknown]);
+    let pulses = of_full_rudder(400.0);
+    assert_eq!(codes(&pulses), []);
+    // Shares of two motors are used, and their unit is said to be assumed.
+    let shares = of_full_rudder(1.0);
+    assert_eq!(codes(&shares), [ReasonCode::RudderScaleUnknown]);
+    assert_eq!(refusals(&shares), []);
+    assert_eq!(refusals(&of_full_rudder(100.0)).len(), 1);
 }
 
 /// One motor's throttle stays on one side; one that stops at neutral, and an angle, do not show it.

@@ -53,7 +53,7 @@ pub struct Scale {
     pub yaw_rate_rad_s: f64,
     /// Amplitude of the rudder, rad.
     pub rudder_rad: f64,
-    /// A third of the largest rate of the rudder, rad/s.
+    /// A third of the largest rate of the rudder, rad/s; 0 before a slow gear is looked for.
     pub slew_rad_s: f64,
     /// Mean size of the yaw rate that a filter saw, rad/s; 0 before one ran.
     pub turning_rad_s: f64,
@@ -153,7 +153,6 @@ impl<'a> Problem<'a> {
             .fold(0.0, f64::max);
         let yaw_rate_rad_s = legs.yaw_rate_deviation_rad_s();
         let rudder_rad = legs.rudder_amplitude_rad();
-        let slew_rad_s = legs.rudder_rate_rad_s() / 3.0;
         let has_gyro = legs.legs.iter().any(|leg| !leg.yaw_rate_rad_s.is_empty());
         let (slowest, fastest) = (
             libm::log(10.0 / longest_s),
@@ -177,7 +176,7 @@ impl<'a> Problem<'a> {
                     rate_per_s: rate,
                     yaw_rate_rad_s,
                     rudder_rad,
-                    slew_rad_s,
+                    slew_rad_s: 0.0,
                     turning_rad_s: 0.0,
                     has_gyro,
                 },

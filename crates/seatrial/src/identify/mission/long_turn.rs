@@ -48,6 +48,7 @@ pub fn hulls(legs: &Legs, scale: Scale, heaviest: &Fit) -> Vec<(Fit, Uncertainty
     let legs = &with_turning(legs, heaviest);
     let scale = Scale {
         turning_rad_s: legs.mean_turning_rad_s(),
+        slew_rad_s: legs.rudder_rate_rad_s() / 3.0,
         ..scale
     };
     let problem = Problem { legs, scale };
@@ -60,20 +61,14 @@ pub fn hulls(legs: &Legs, scale: Scale, heaviest: &Fit) -> Vec<(Fit, Uncertainty
         rate_limit: true,
         ..heaviest.hypothesis
     };
-    let mut fits: Vec<Fit> = Vec::new();
-    for hypothesis in [slow_gear, of(true, false), of(false, true)] {
-        fits.extend(problem.with_hull(heaviest, hypothesis));
-    }
-    let of_hull = |growth, sway| {
-        (fits.iter())
-            .find(move |fit| [fit.hypothesis.growth, fit.hypothesis.sway] == [growth, sway])
-    };
-    let from_sway = of_hull(false, true).and_then(|sway| problem.extended(sway, of(true, true)));
-    let from_growth =
-        of_hull(true, false).and_then(|growth| problem.with_hull(growth, of(true, true)));
-    let both = from_sway.into_iter().chain(from_growth);
-    let both = both.min_by(|a, b| a.cost.total_cmp(&b.cost));
-    fits.extend(both);
+    let [slow, growth, sway] = [slow_gear, of(true, false), of(false, true)]
+        .map(|hypothesis| problem.with_hull(heaviest, hypothesis));
+    let both = [
+        (sway.as_ref()).and_then(|sway| problem.extended(sway, of(true, true))),
+        (growth.as_ref()).and_then(|growth| problem.with_hull(growth, of(true, true))),
+    ];
+    let both = (both.into_iter().flatten()).min_by(|a, b| a.cost.total_cmp(&b.cost));
+    let fits = [slow, growth, sway, both].into_iter().flatten().collect();
     uncertain(&problem, fits)
 }
 

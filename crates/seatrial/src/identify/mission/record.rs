@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use seatrial_core::{Real, Sample};
+use seatrial_core::Sample;
 
 use crate::identify::pace::Pace;
 use crate::identify::robust::play::fin_behind;
 use crate::likelihood::leg::{Commands, deviation};
-use crate::record::{GAP, logged_s, median, median_interval_s};
+use crate::record::{GAP, logged_s, median, median_interval_s, turned_rad};
 use crate::record_series::RecordSeries;
 
 /// Most comparisons of a log: of more, those where the rudder works most are taken.
@@ -261,10 +261,7 @@ fn has_gyro(samples: &[Sample<f64>]) -> bool {
     }
     let (mut product, mut square) = (0.0, 0.0);
     for part in rated.windows(OVER + 1).step_by(OVER) {
-        let turned: f64 = part
-            .windows(2)
-            .map(|p| (p[1].heading_rad - p[0].heading_rad).wrapped())
-            .sum();
+        let turned: f64 = part.windows(2).map(|p| turned_rad(p[0], p[1])).sum();
         let rate = |s: &Sample<f64>| s.yaw_rate_rad_s.unwrap_or(0.0);
         let by_gyro: f64 = part
             .windows(2)
