@@ -1,10 +1,12 @@
 //! What is published on crates.io: whether every crate can be packed with what its page there needs.
 
+use std::path::PathBuf;
+
 use anyhow::{Result, ensure};
 use serde_json::{Value, json};
 
-use crate::shell::{Run, command};
-use crate::workspace::{metadata, packages, text};
+use crate::shell::{Run, command, shell};
+use crate::workspace::{in_target, metadata, packages, text};
 
 /// What a packed crate holds besides its code.
 const FILES: [&str; 4] = ["Cargo.toml", "README.md", "LICENSE-APACHE", "LICENSE-MIT"];
@@ -26,12 +28,35 @@ pub fn check(builds: bool) -> Result<()> {
         .iter()
         .flat_map(|package| ["--exclude", text(package, "name")]);
     let what = if builds {
+        forget_unpacked()?;
         ["publish", "--dry-run"]
     } else {
         ["package", "--no-verify"]
     };
-    command!("cargo {what...} --workspace --quiet --allow-dirty {others...}").run()?;
+    let mut cargo = command!("cargo {what...} --workspace --quiet --allow-dirty {others...}");
+    let built = in_target("publish");
+    cargo.env("CARGO_TARGET_DIR", &built).run()?;
+    shell().remove_path(built)?;
     eprintln!("== {} crates can be published", published.len());
+    Ok(())
+}
+
+/// Removes the crates that an earlier check unpacked and built: cargo keeps them by their version, and their version is the same.
+fn forget_unpacked() -> Result<()> {
+    shell().remove_path(in_target("publish"))?;
+    let of_user = || std::env::home_dir().map(|home| home.join(".cargo"));
+    let cargo = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+    let Some(cargo) = cargo.or_else(of_user) else {
+        return Ok(());
+    };
+    for registry in shell().read_dir(cargo.join("registry/src"))? {
+        let is_of_check =
+            (registry.file_name()).is_some_and(|name| name.as_encoded_bytes()[0] == b'-');
+        for package in packages(metadata()?).iter().filter(|_| is_of_check) {
+            let [name, version] = ["name", "version"].map(|field| text(package, field));
+            shell().remove_path(registry.join(format!("{name}-{version}")))?;
+        }
+    }
     Ok(())
 }
 

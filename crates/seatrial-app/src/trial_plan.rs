@@ -7,6 +7,8 @@ use seatrial::log::{InvalidServo, Servo};
 use seatrial::preview::Target;
 use seatrial_core::{Axis, InvalidSetting, Plan};
 use serde::{Deserialize, Serialize};
+use toml::Spanned;
+use toml::de::{DeTable, Deserializer};
 
 use crate::Error;
 
@@ -110,11 +112,20 @@ impl TrialPlan {
 
     /// The plan of a TOML text. An error names its line.
     pub fn parse(text: &str) -> Result<Self, toml::de::Error> {
-        // Flattened, a plan's error has no line: only texts with fields of the conductor are read so.
-        match CONDUCTORS_FIELDS.iter().any(|field| text.contains(field)) {
-            true => toml::from_str(text),
-            false => Ok(toml::from_str::<Plan<f64>>(text)?.into()),
+        let with_line = |mut error: toml::de::Error| {
+            error.set_input(Some(text));
+            error
+        };
+        let mut table = DeTable::parse(text)?;
+        let mut of_conductor = Spanned::new(table.span(), DeTable::new());
+        for field in CONDUCTORS_FIELDS {
+            let entry = table.get_mut().remove_entry(field);
+            of_conductor.get_mut().extend(entry);
         }
+        // Flattened, a plan's error has no line: the plan is read by itself.
+        let plan = Plan::deserialize(Deserializer::from(table)).map_err(with_line)?;
+        let conducted = Self::deserialize(Deserializer::from(of_conductor)).map_err(with_line)?;
+        Ok(Self { plan, ..conducted })
     }
 
     /// The paper's plan in the time of a vehicle whose yaw rate follows the rudder with this time constant, s.
@@ -280,7 +291,9 @@ mod tests {
                 "stop_when = { a22 = 0.1 }\nsail = 1\n",
                 "unknown field `sail`",
             ),
+            ("stop_when = { a22 = 0.1 }\nsail = 1\n", "line 2"),
             ("stop_when = { a22 = \"x\" }\n", "invalid type"),
+            ("thrusts = [0.6]\nstop_when = { a22 = \"x\" }\n", "line 2"),
             ("thrusts = [0.6]\nsail = 1\n", "line 2"),
         ] {
             let refused = TrialPlan::parse(text).unwrap_err().to_string();
