@@ -12,16 +12,16 @@ const AT_A_TIME: usize = 5000;
 
 /// The commission that runs, or the last one.
 #[derive(Clone, Debug, Default)]
-pub struct Board(Arc<Mutex<Shown>>);
+pub struct Board(Arc<Mutex<BoardState>>);
 
 #[derive(Debug, Default)]
-struct Shown {
+struct BoardState {
     state: Option<CommissionState>,
     samples: Vec<CommissionSample>,
 }
 
 impl Board {
-    fn shown(&self) -> MutexGuard<'_, Shown> {
+    fn shown(&self) -> MutexGuard<'_, BoardState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -40,7 +40,7 @@ impl Board {
 
     /// A commission begins.
     pub fn begin(&self, state: CommissionState) {
-        *self.shown() = Shown {
+        *self.shown() = BoardState {
             state: Some(state),
             samples: Vec::new(),
         };

@@ -159,7 +159,7 @@ fn run(
         ));
     }
     let taken = reached.take();
-    let mut vehicle = Watched {
+    let mut vehicle = WatchedVehicle {
         inner: taken.map_err(|error| Refusal::unprocessable("vehicle_refused", error))?,
         board: shared.commission.clone(),
         wanted_rad: None,
@@ -332,13 +332,13 @@ fn measured(response: &Response) -> MeasuredSteps {
 }
 
 /// A vehicle whose samples are shown.
-struct Watched {
+struct WatchedVehicle {
     inner: Box<dyn GainedVehicle>,
     board: Board,
     wanted_rad: Option<f64>,
 }
 
-impl GainedVehicle for Watched {
+impl GainedVehicle for WatchedVehicle {
     fn next_sample(&mut self) -> Result<Sample<f64>, Lost> {
         let sample = self.inner.next_sample()?;
         let finite = |value: f64| Some(value).filter(|value| value.is_finite());

@@ -82,7 +82,7 @@ fn admitted(shared: &Shared, peer: SocketAddr, request: &Request) -> Result<Call
     let is_abort = *request.method() == Method::POST && request.uri().path() == ABORT;
     let is_urgent = is_abort && matches!(role, Ok(Some(Role::Operator)));
     let cost = match role {
-        Err(Refused::WrongToken) => WRONG_TOKEN,
+        Err(NoRole::WrongToken) => WRONG_TOKEN,
         _ => 1.0,
     };
     if !shared.rates.allows(address, cost) && !is_urgent {
@@ -93,8 +93,8 @@ fn admitted(shared: &Shared, peer: SocketAddr, request: &Request) -> Result<Call
         ));
     }
     let role = role.map_err(|refused| match refused {
-        Refused::Foreign(refusal) => refusal,
-        Refused::WrongToken => token_needed("the token is not known"),
+        NoRole::Foreign(refusal) => refusal,
+        NoRole::WrongToken => token_needed("the token is not known"),
     })?;
     let path = request.uri().path();
     let is_open = !path.starts_with("/api/") || path == LIVE || path == OPENAPI;
@@ -113,7 +113,7 @@ fn admitted(shared: &Shared, peer: SocketAddr, request: &Request) -> Result<Call
 }
 
 /// Why a request has no role.
-enum Refused {
+enum NoRole {
     /// The request comes from another site, or asks for another server.
     Foreign(Refusal),
     /// Its token is not one of ours.
@@ -121,10 +121,10 @@ enum Refused {
 }
 
 /// What a request may do by its token; `None` where it has none.
-fn role_of(shared: &Shared, request: &Request) -> Result<Option<Role>, Refused> {
+fn role_of(shared: &Shared, request: &Request) -> Result<Option<Role>, NoRole> {
     let (headers, path) = (request.headers(), request.uri().path());
     let forbidden =
-        |code, message| Refused::Foreign(Refusal::new(StatusCode::FORBIDDEN, code, message));
+        |code, message| NoRole::Foreign(Refusal::new(StatusCode::FORBIDDEN, code, message));
     let host = own_host(headers, shared.is_loopback, &shared.hosts).ok_or_else(|| {
         forbidden(
             "host_refused",
@@ -142,7 +142,7 @@ fn role_of(shared: &Shared, request: &Request) -> Result<Option<Role>, Refused> 
         return Ok(Some(Role::Operator));
     };
     bearer(headers)
-        .map(|token| tokens.role(token).ok_or(Refused::WrongToken))
+        .map(|token| tokens.role(token).ok_or(NoRole::WrongToken))
         .transpose()
 }
 

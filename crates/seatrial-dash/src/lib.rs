@@ -29,4 +29,4 @@ pub use routes::OPENAPI_JSON;
 #[cfg(feature = "openapi")]
 pub use routes::openapi_of_types;
 pub use server::{Server, Settings, StartError};
-pub use slot::Shown;
+pub use slot::TrialPlace;

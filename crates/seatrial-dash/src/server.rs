@@ -21,7 +21,7 @@ use crate::connections;
 use crate::live::Live;
 use crate::routes::router;
 use crate::shared::Shared;
-use crate::slot::{Shown, Slot};
+use crate::slot::{Slot, TrialPlace};
 use crate::trials::conductor;
 use crate::uploads::Uploads;
 
@@ -249,7 +249,7 @@ impl Server {
     }
 
     /// Shows a trial that the caller conducts, which is to end when the flag is set. `None` where a trial runs already.
-    pub fn attach(&self, stop: &Arc<AtomicBool>) -> Option<Shown> {
+    pub fn attach(&self, stop: &Arc<AtomicBool>) -> Option<TrialPlace> {
         self.shared.slot.take(stop, self.shared.live.tap()).ok()
     }
 

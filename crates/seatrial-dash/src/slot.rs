@@ -92,9 +92,9 @@ impl Slot {
     }
 
     /// Takes the place for a trial that ends when the flag is set, and that is shown through the tap.
-    pub fn take(&self, stop: &Arc<AtomicBool>, tap: Tap) -> Result<Shown, Refusal> {
+    pub fn take(&self, stop: &Arc<AtomicBool>, tap: Tap) -> Result<TrialPlace, Refusal> {
         self.enter(stop, false)?;
-        Ok(Shown {
+        Ok(TrialPlace {
             slot: self.clone(),
             tap,
             has_place: true,
@@ -104,13 +104,13 @@ impl Slot {
 
 /// A trial that the dashboard shows. It has the place of the one trial until it has ended or this is dropped.
 #[derive(Debug)]
-pub struct Shown {
+pub struct TrialPlace {
     slot: Slot,
     tap: Tap,
     has_place: bool,
 }
 
-impl Drop for Shown {
+impl Drop for TrialPlace {
     fn drop(&mut self) {
         if self.has_place {
             *self.slot.running() = None;
@@ -118,7 +118,7 @@ impl Drop for Shown {
     }
 }
 
-impl View for Shown {
+impl View for TrialPlace {
     fn begun(&mut self, begun: &Begun) {
         if let Some(running) = self.slot.running().as_mut() {
             running.campaign = Some(begun.campaign.0);
@@ -136,7 +136,7 @@ impl View for Shown {
     }
 }
 
-impl Watch for Shown {
+impl Watch for TrialPlace {
     fn run_started(&mut self, number: u32, thrust: f64, attempt: u32) {
         self.tap.run_started(number, thrust, attempt);
     }

@@ -21,7 +21,7 @@ use crate::api::{
 };
 use crate::refusal::Refusal;
 use crate::shared::{Caller, LONGEST_NOTE, Shared, Work};
-use crate::slot::Shown;
+use crate::slot::TrialPlace;
 
 /// Slower than this an abort would have to wait for the vehicle's next sample.
 const SLOWEST: f64 = 0.1;
@@ -229,7 +229,7 @@ fn begin(
     vehicle: &str,
     faulty: Option<&Simulator>,
     order: Order,
-    shown: Shown,
+    shown: TrialPlace,
 ) -> Result<UnderWay, Refusal> {
     let vehicle = match faulty {
         Some(simulator) => simulator,

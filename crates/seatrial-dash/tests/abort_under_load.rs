@@ -16,7 +16,7 @@ use seatrial::{Campaign, Run, Step};
 use seatrial_app::conduct::{Pace, Watch, conduct};
 use seatrial_app::trial_run::{Begun, View};
 use seatrial_core::{Plan, Trial};
-use seatrial_dash::{Server, Settings, Shown};
+use seatrial_dash::{Server, Settings, TrialPlace};
 use seatrial_logbook::{Keeper, Logbook, NewCampaign, Recorder};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 use tungstenite::{Message, WebSocket};
@@ -123,7 +123,7 @@ impl Drop for Over<'_> {
 /// Keeps and shows a trial that goes on until the measurement is over, whatever is asked for.
 struct Going<'a> {
     keeper: Keeper,
-    shown: Shown,
+    shown: TrialPlace,
     pace: Pace,
     is_over: &'a AtomicBool,
 }

@@ -14,7 +14,7 @@ use seatrial::{Campaign, Run, Step};
 use seatrial_app::conduct::{Conducted, Pace, Watch, conduct};
 use seatrial_app::trial_run::{Begun, View};
 use seatrial_core::{Action, Plan, Sample, Trial, Vehicle};
-use seatrial_dash::{Server, Settings, Shown};
+use seatrial_dash::{Server, Settings, TrialPlace};
 use seatrial_logbook::{Keeper, Logbook, NewCampaign, Recorder};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 use tungstenite::{Message, WebSocket};
@@ -125,7 +125,7 @@ impl Vehicle<f64> for Timed {
 
 struct Watched {
     keeper: Keeper,
-    shown: Shown,
+    shown: TrialPlace,
     pace: Pace,
     /// From the command to the end of telling.
     after_command: Times,

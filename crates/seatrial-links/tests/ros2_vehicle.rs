@@ -9,8 +9,8 @@ use seatrial_app::conduct::{Unwatched, conduct};
 use seatrial_core::{AbortReason, List, Outcome, Plan, YawModel};
 use seatrial_links::ros2_vehicle::{
     Actuator, CommandType, Demand, Description, Diagnosis, Enable, Feedback, FeedbackType, Frame,
-    Graph, Heard, Matched, Middleware, Motion, Odometry, RosVehicle, RudderCommand, Settings, Stop,
-    ThrustCommand,
+    Graph, GraphPeers, Heard, Middleware, Motion, Odometry, RosVehicle, RudderCommand, Settings,
+    Stop, ThrustCommand,
 };
 
 const INTERVAL_S: f64 = 0.05;
@@ -186,9 +186,9 @@ impl Graph for Sea {
         self.waiting.push_back(Heard::Answered(true));
     }
 
-    fn matched(&self) -> Matched {
+    fn matched(&self) -> GraphPeers {
         let command = || vec!["/rudder".to_string()];
-        Matched {
+        GraphPeers {
             not_heard: if self.is(Mishap::Deaf) {
                 command()
             } else {

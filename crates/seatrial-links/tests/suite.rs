@@ -2,9 +2,9 @@
 
 mod any_number;
 mod autopilot;
+mod autopilot_thread;
 mod commission;
 mod examples;
 mod mavlink_frames;
 mod ros2_vehicle;
-mod tended;
 mod transport;

@@ -38,7 +38,7 @@ const LIMITS: [(Limit, i32); 10] = [
 
 /// A connection to a file.
 #[derive(Debug)]
-pub(super) struct Connected {
+pub(super) struct Database {
     pub connection: Connection,
     /// The folder of the copy that it is to, where the file cannot be read in its own.
     pub copy: Option<TempDir>,
@@ -46,11 +46,11 @@ pub(super) struct Connected {
 
 /// A logbook that nobody can write to until this is dropped, as on a disk that hangs.
 #[derive(Debug)]
-pub struct Held {
+pub struct WriteLock {
     _connection: Connection,
 }
 
-impl Held {
+impl WriteLock {
     pub(super) fn of(path: &Path) -> Result<Self, rusqlite::Error> {
         let connection = connect(path, OpenFlags::SQLITE_OPEN_READ_WRITE)?;
         connection.execute_batch("BEGIN IMMEDIATE")?;
@@ -107,8 +107,8 @@ pub(super) fn harden(connection: &Connection) -> Result<(), rusqlite::Error> {
 /// removes them when it closes. So a logbook without them is opened by one that may write and does not, and one that nobody
 /// may write to as a file that does not change. Where they exist, a writer is at work or was killed: they are read and left; on a
 /// medium that is read-only, in a copy.
-pub(super) fn connect_for_reading(path: &Path) -> Result<Connected, rusqlite::Error> {
-    let in_place = |connection| Connected {
+pub(super) fn connect_for_reading(path: &Path) -> Result<Database, rusqlite::Error> {
+    let in_place = |connection| Database {
         connection,
         copy: None,
     };
@@ -154,7 +154,7 @@ fn is_refused(connection: &Connection) -> bool {
     })
 }
 
-fn copied(path: &Path) -> Result<Connected, rusqlite::Error> {
+fn copied(path: &Path) -> Result<Database, rusqlite::Error> {
     let copy = || -> io::Result<(TempDir, PathBuf)> {
         let folder = tempfile::tempdir()?;
         let place = folder.path().join("logbook.db");
@@ -171,7 +171,7 @@ fn copied(path: &Path) -> Result<Connected, rusqlite::Error> {
         copy().map_err(|error| rusqlite::Error::ToSqlConversionFailure(error.into()))?;
     let connection = connect(&place, OpenFlags::SQLITE_OPEN_READ_WRITE)?;
     connection.pragma_update(None, "query_only", true)?;
-    Ok(Connected {
+    Ok(Database {
         connection,
         copy: Some(folder),
     })

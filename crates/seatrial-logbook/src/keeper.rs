@@ -25,10 +25,10 @@ pub struct Keeper {
     entries: Option<SyncSender<Entry>>,
     /// An answer to each run that has ended: it has been seen to.
     seen_to: Receiver<()>,
-    thread: Option<JoinHandle<Kept>>,
+    thread: Option<JoinHandle<KeeperReport>>,
     is_live: bool,
     /// What did not get to the thread.
-    left_out: Kept,
+    left_out: KeeperReport,
 }
 
 #[derive(Debug)]
@@ -45,7 +45,7 @@ enum Entry {
 
 /// What came of keeping a trial.
 #[derive(Debug, Default)]
-pub struct Kept {
+pub struct KeeperReport {
     /// Why something could not be kept.
     pub unsaved: Vec<String>,
     /// Runs that the logbook does not have, whole.
@@ -64,7 +64,7 @@ impl Keeper {
             seen_to,
             thread: Some(thread),
             is_live,
-            left_out: Kept::default(),
+            left_out: KeeperReport::default(),
         }
     }
 
@@ -101,7 +101,11 @@ impl Keeper {
 
     /// Enters how the campaign ended, and waits until all is written; a disk that is held up is given up soon after
     /// `is_asked_to_end` says so.
-    pub fn end(mut self, outcome: Option<Outcome>, is_asked_to_end: impl Fn() -> bool) -> Kept {
+    pub fn end(
+        mut self,
+        outcome: Option<Outcome>,
+        is_asked_to_end: impl Fn() -> bool,
+    ) -> KeeperReport {
         if let Some(outcome) = outcome {
             self.enter(Entry::Ended(outcome));
         }
@@ -130,22 +134,22 @@ impl Keeper {
         }
     }
 
-    fn written(&mut self, is_asked_to_end: impl Fn() -> bool) -> Kept {
+    fn written(&mut self, is_asked_to_end: impl Fn() -> bool) -> KeeperReport {
         let Some(thread) = self.thread.take() else {
-            return Kept::default();
+            return KeeperReport::default();
         };
         let begun = Instant::now();
         while !thread.is_finished() {
             if is_asked_to_end() && begun.elapsed() > ASKED_TO_END {
                 let why = "the logbook's disk does not answer; the end of the trial was not kept";
-                return Kept {
+                return KeeperReport {
                     unsaved: vec![why.into()],
                     runs: Vec::new(),
                 };
             }
             std::thread::sleep(LOOK);
         }
-        thread.join().unwrap_or_else(|_| Kept {
+        thread.join().unwrap_or_else(|_| KeeperReport {
             unsaved: vec!["the logbook was not written to its end: a fault of the program".into()],
             runs: Vec::new(),
         })
@@ -161,8 +165,8 @@ impl Drop for Keeper {
 }
 
 /// Enters one after the other until nobody has any more.
-fn keep(mut recorder: Recorder, entries: &Receiver<Entry>, seen_to: &Sender<()>) -> Kept {
-    let mut kept = Kept::default();
+fn keep(mut recorder: Recorder, entries: &Receiver<Entry>, seen_to: &Sender<()>) -> KeeperReport {
+    let mut kept = KeeperReport::default();
     for entry in entries {
         let entered = match entry {
             Entry::RunStarted {
@@ -189,7 +193,7 @@ fn keep(mut recorder: Recorder, entries: &Receiver<Entry>, seen_to: &Sender<()>)
     kept
 }
 
-impl Kept {
+impl KeeperReport {
     fn entered(&mut self, entered: Result<(), Error>) {
         if let Err(error) = entered {
             self.note(&error.to_string());

@@ -90,7 +90,7 @@ use tempfile::TempDir;
 
 pub use damage::Damage;
 pub use error::Error;
-pub use keeper::{Keeper, Kept};
+pub use keeper::{Keeper, KeeperReport};
 pub use operators::{Circumstances, CommandEntry, NewCommand, Review};
 pub use read::RunEntry;
 pub use recorder::Recorder;
@@ -99,8 +99,8 @@ pub use stored::{CampaignEntry, State};
 pub use verify::Verification;
 pub use write::NewCampaign;
 
-pub use connect::Held;
-use connect::{Connected, beside, connect, connect_for_reading, file_identity, harden};
+pub use connect::WriteLock;
+use connect::{Database, beside, connect, connect_for_reading, file_identity, harden};
 use open_here::OpenHere;
 use schema::{Identity, MIGRATIONS, altered, identity, migrate};
 
@@ -145,7 +145,7 @@ impl Logbook {
         let (open, _) = OpenHere::after(|| ());
         let access = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_CREATE;
         let connection = connect(&path, access).map_err(|error| Error::opening(&path, &error))?;
-        let connected = Connected {
+        let connected = Database {
             connection,
             copy: None,
         };
@@ -228,7 +228,7 @@ impl Logbook {
         Ok(logbook)
     }
 
-    fn of(connected: Connected, path: PathBuf, open: OpenHere) -> Self {
+    fn of(connected: Database, path: PathBuf, open: OpenHere) -> Self {
         Self {
             connection: connected.connection,
             path,
@@ -258,8 +258,8 @@ impl Logbook {
     }
 
     /// Keeps everybody from writing to a logbook: to try what a disk that hangs does.
-    pub fn hold(path: &Path) -> Result<Held, Error> {
-        Held::of(path).map_err(|error| Error::writing(path, &error))
+    pub fn hold(path: &Path) -> Result<WriteLock, Error> {
+        WriteLock::of(path).map_err(|error| Error::writing(path, &error))
     }
 
     /// What the file lacks, in words: it was copied or moved during a trial, without the write-ahead log beside it.

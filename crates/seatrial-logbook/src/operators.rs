@@ -75,7 +75,7 @@ const CONDUCT: &str = "conduct_trial";
 
 /// What the audit trail says of a campaign's circumstances.
 #[derive(Serialize, Deserialize)]
-struct Conducted {
+struct CampaignCircumstances {
     campaign: i64,
     #[serde(flatten)]
     circumstances: Circumstances,
@@ -150,7 +150,7 @@ impl Logbook {
         campaign: CampaignId,
         circumstances: &Circumstances,
     ) -> Result<(), Error> {
-        let conducted = Conducted {
+        let conducted = CampaignCircumstances {
             campaign: campaign.0,
             circumstances: circumstances.clone(),
         };
@@ -175,11 +175,10 @@ impl Logbook {
         let conducted = entered
             .first()
             .and_then(|details| serde_json::from_str(details).ok());
-        Ok(
-            conducted.map_or_else(Circumstances::default, |conducted: Conducted| {
-                conducted.circumstances
-            }),
-        )
+        Ok(conducted.map_or_else(
+            Circumstances::default,
+            |conducted: CampaignCircumstances| conducted.circumstances,
+        ))
     }
 
     /// Enters an operator's word on a run of a campaign. `None` where there is no such run, or where one without a model

@@ -10,7 +10,7 @@ use crate::Unit::*;
 use crate::bytes::{Bytes, text_of};
 use crate::error::{Fault, clipped};
 use crate::input::Input;
-use crate::joined::{Kind, Message, Messages, has, names};
+use crate::message_table::{Kind, Message, Messages, has, names};
 use crate::number::Primitive;
 use crate::table::{Known, KnownField};
 use seatrial_mavlink::ardupilot::{Parameters, Steering};

@@ -51,13 +51,13 @@ impl<T: AsRef<[u8]> + Send + Sync> Source for T {
 }
 
 /// Bytes that were made of a file.
-struct Made {
+struct DerivedBytes {
     bytes: Vec<u8>,
     /// Of the file.
     sha256: [u8; 32],
 }
 
-impl Source for Made {
+impl Source for DerivedBytes {
     fn length(&self) -> u64 {
         self.bytes.length()
     }
@@ -74,9 +74,9 @@ impl Source for Made {
 /// Files by the paths that they are opened by: where there is no file system, as in a browser, or a log was
 /// never written to one. A path that is not held is one of the file system.
 #[derive(Clone, Default)]
-pub struct Held(BTreeMap<PathBuf, Arc<dyn Source>>);
+pub struct MemoryFiles(BTreeMap<PathBuf, Arc<dyn Source>>);
 
-impl Held {
+impl MemoryFiles {
     /// Holds a file, in place of one of the same path.
     pub fn insert(&mut self, path: impl Into<PathBuf>, bytes: impl Source + 'static) {
         self.0.insert(path.into(), Arc::new(bytes));
@@ -84,7 +84,7 @@ impl Held {
 
     pub(crate) fn get(&self, path: &Path) -> Option<Input> {
         let source = Arc::clone(self.0.get(path)?);
-        Some(Input::Held(Cursor {
+        Some(Input::Memory(Cursor {
             source,
             position: 0,
         }))
@@ -112,14 +112,14 @@ pub(crate) fn opened(path: &Path) -> io::Result<File> {
 }
 
 /// Equal are the same files in the same places, not equal bytes.
-impl PartialEq for Held {
+impl PartialEq for MemoryFiles {
     fn eq(&self, other: &Self) -> bool {
         let mut pairs = self.0.values().zip(other.0.values());
         self.0.keys().eq(other.0.keys()) && pairs.all(|(one, two)| Arc::ptr_eq(one, two))
     }
 }
 
-impl fmt::Debug for Held {
+impl fmt::Debug for MemoryFiles {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let lengths = self.0.iter().map(|(path, source)| (path, source.length()));
         f.debug_map().entries(lengths).finish()
@@ -129,7 +129,7 @@ impl fmt::Debug for Held {
 /// The bytes of a file, from any place.
 pub(crate) enum Input {
     File(File),
-    Held(Cursor),
+    Memory(Cursor),
 }
 
 /// A place in a source.
@@ -142,7 +142,7 @@ pub(crate) struct Cursor {
 impl Input {
     /// Bytes in memory.
     pub fn of_memory(bytes: Vec<u8>) -> Self {
-        Self::Held(Cursor {
+        Self::Memory(Cursor {
             source: Arc::new(bytes),
             position: 0,
         })
@@ -151,8 +151,8 @@ impl Input {
     /// Bytes in memory that were made of a file, with the file's own SHA-256.
     pub fn made_of(bytes: Vec<u8>, file: &mut Self) -> io::Result<Self> {
         let sha256 = file.digest()?;
-        Ok(Self::Held(Cursor {
-            source: Arc::new(Made { bytes, sha256 }),
+        Ok(Self::Memory(Cursor {
+            source: Arc::new(DerivedBytes { bytes, sha256 }),
             position: 0,
         }))
     }
@@ -160,7 +160,7 @@ impl Input {
     pub fn is_folder(&self) -> io::Result<bool> {
         match self {
             Self::File(file) => Ok(file.metadata()?.is_dir()),
-            Self::Held(_) => Ok(false),
+            Self::Memory(_) => Ok(false),
         }
     }
 
@@ -173,7 +173,7 @@ impl Input {
     pub fn length(&self) -> io::Result<u64> {
         match self {
             Self::File(file) => Ok(file.metadata()?.len()),
-            Self::Held(held) => Ok(held.source.length()),
+            Self::Memory(held) => Ok(held.source.length()),
         }
     }
 
@@ -183,7 +183,7 @@ impl Input {
     }
 
     fn digest(&mut self) -> io::Result<[u8; 32]> {
-        if let Self::Held(held) = self
+        if let Self::Memory(held) = self
             && let Some(known) = held.source.sha256()
         {
             return Ok(known);
@@ -206,7 +206,7 @@ impl Input {
     pub fn path<'a>(&self, path: &'a Path) -> &'a Path {
         match self {
             Self::File(_) => path,
-            Self::Held(_) => Path::new(""),
+            Self::Memory(_) => Path::new(""),
         }
     }
 
@@ -219,7 +219,7 @@ impl Input {
     pub fn another(&self) -> io::Result<Self> {
         match self {
             Self::File(file) => file.try_clone().map(Self::File),
-            Self::Held(held) => Ok(Self::Held(held.clone())),
+            Self::Memory(held) => Ok(Self::Memory(held.clone())),
         }
     }
 }
@@ -248,7 +248,7 @@ impl Read for Input {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         match self {
             Self::File(file) => file.read(buffer),
-            Self::Held(held) => held.read(buffer),
+            Self::Memory(held) => held.read(buffer),
         }
     }
 }
@@ -257,7 +257,7 @@ impl Seek for Input {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         match self {
             Self::File(file) => file.seek(to),
-            Self::Held(held) => held.seek(to),
+            Self::Memory(held) => held.seek(to),
         }
     }
 }

@@ -25,7 +25,6 @@ mod error;
 pub mod formats;
 mod infer;
 mod input;
-mod joined;
 #[cfg(feature = "containers")]
 mod key_value;
 mod languages;
@@ -37,6 +36,7 @@ mod matching;
 mod matlab;
 #[cfg(feature = "mcap-reader")]
 mod mcap;
+mod message_table;
 mod motors;
 mod name;
 mod nmea0183;
@@ -71,14 +71,14 @@ mod workbook;
 mod write;
 
 pub use choice::{ChannelChoice, Correction};
-pub use content::{columns, columns_held, is_log};
+pub use content::{columns, columns_with_files, is_log};
 pub use csv::DAMAGE_MARK;
 pub use description::{Channel, Counts, Format, LogDescription, UnitSource};
 pub use error::{Fault, Place, ReadError};
-pub use input::{Held, Source, sha256};
+pub use input::{MemoryFiles, Source, sha256};
 pub use name::names_a_course;
 pub use quantity::{Quantity, UnknownQuantity};
-pub use reader::{LogReader, open, open_held};
+pub use reader::{LogReader, open, open_with_files};
 pub use runs::{Run, Runs};
 pub use unit::{Unit, UnknownUnit};
 #[cfg(feature = "foxglove")]

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use crate::bytes::Bytes;
 use crate::error::Fault;
-use crate::joined::{Kind, Message, Messages};
+use crate::message_table::{Kind, Message, Messages};
 use crate::table::Known;
 
 /// Channels of a log; those beyond are left out.

@@ -1,6 +1,6 @@
 //! Rows that are no samples yet: one value a row with its name, or columns that are filled at different rates.
 //!
-//! Both become messages: each name or column is a kind of its own, and [`Joined`] makes samples of them.
+//! Both become messages: each name or column is a kind of its own, and [`MessageTable`] makes samples of them.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::vec::IntoIter;
@@ -10,9 +10,9 @@ use crate::choice::ChannelChoice;
 use crate::clock::Clock;
 use crate::error::Fault;
 use crate::input::Input;
-use crate::joined::{Joined, Kind, Message, Messages};
 use crate::look_ahead::Row;
 use crate::matching::Matches;
+use crate::message_table::{Kind, Message, MessageTable, Messages};
 use crate::name::{ColumnName, StatedUnit};
 use crate::table::{Cell, Table};
 use crate::words::{is_among, words};
@@ -127,7 +127,7 @@ impl Heap {
             bytes: Bytes::new(nothing)?,
             left_out: self.left_out,
         };
-        Ok(Box::new(Joined::new(format, Box::new(loose))))
+        Ok(Box::new(MessageTable::new(format, Box::new(loose))))
     }
 }
 

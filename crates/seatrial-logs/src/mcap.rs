@@ -11,7 +11,7 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 use crate::bytes::Bytes;
 use crate::error::{Fault, clipped};
 use crate::input::Input;
-use crate::joined::{Kind, Message, Messages};
+use crate::message_table::{Kind, Message, Messages};
 use crate::number::number;
 use crate::ros2::{Topics, nothing_in};
 use crate::table::Known;

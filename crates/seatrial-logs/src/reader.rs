@@ -10,7 +10,7 @@ use crate::clock::{Clock, Face};
 use crate::content::table;
 use crate::description::{Channel, Counts, LogDescription};
 use crate::error::{Fault, Place, ReadError, clipped};
-use crate::input::Held;
+use crate::input::MemoryFiles;
 use crate::look_ahead::{
     Inferred, InferredUnits, Row, inferred_units, leave_out_text, look_ahead, no_rows,
 };
@@ -48,11 +48,15 @@ pub struct LogReader {
 
 /// Opens a log of any known format; `-` is standard input.
 pub fn open(path: &Path, choice: &ChannelChoice) -> Result<LogReader, ReadError> {
-    open_held(path, &Held::default(), choice)
+    open_with_files(path, &MemoryFiles::default(), choice)
 }
 
 /// [`open`] of a path that may be one of a file in memory.
-pub fn open_held(path: &Path, held: &Held, choice: &ChannelChoice) -> Result<LogReader, ReadError> {
+pub fn open_with_files(
+    path: &Path,
+    held: &MemoryFiles,
+    choice: &ChannelChoice,
+) -> Result<LogReader, ReadError> {
     let log = path.display().to_string();
     let mut reader = table(path, held, &choice.formats)
         .and_then(|table| LogReader::new(log.clone(), table, choice))

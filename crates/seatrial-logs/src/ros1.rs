@@ -15,7 +15,7 @@ use lz4_flex::frame::FrameDecoder;
 use crate::bytes::Bytes;
 use crate::error::{Fault, clipped};
 use crate::input::Input;
-use crate::joined::{Kind, Message, Messages};
+use crate::message_table::{Kind, Message, Messages};
 use crate::number::number;
 use crate::ros2::{Topics, Wire, nothing_in};
 use crate::table::Known;

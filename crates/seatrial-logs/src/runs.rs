@@ -9,8 +9,8 @@ use crate::choice::{ChannelChoice, mirrored};
 use crate::content::table;
 use crate::description::{Format, LogDescription};
 use crate::error::{Fault, Place, ReadError, clipped};
-use crate::input::Held;
-use crate::reader::{LogReader, open_held};
+use crate::input::MemoryFiles;
+use crate::reader::{LogReader, open_with_files};
 use crate::table::{Cell, Table};
 use crate::view::{wanted_rows, with_computed};
 
@@ -58,17 +58,17 @@ impl Runs {
     /// Opens a file whose rows belong to runs. Columns and units are found as for a single log and are then the same
     /// for every run.
     pub fn open(path: &Path, choice: &ChannelChoice, run_column: &str) -> Result<Self, ReadError> {
-        Self::open_held(path, &Held::default(), choice, run_column)
+        Self::open_with_files(path, &MemoryFiles::default(), choice, run_column)
     }
 
     /// As [`open`](Self::open), of files that may be held.
-    pub fn open_held(
+    pub fn open_with_files(
         path: &Path,
-        held: &Held,
+        held: &MemoryFiles,
         choice: &ChannelChoice,
         run_column: &str,
     ) -> Result<Self, ReadError> {
-        let description = open_held(path, held, choice)?.description().clone();
+        let description = open_with_files(path, held, choice)?.description().clone();
         let log = path.display().to_string();
         table(path, held, &choice.formats)
             .and_then(|table| Self::new(log.clone(), table, description, choice, run_column))

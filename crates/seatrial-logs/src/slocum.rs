@@ -11,8 +11,8 @@ use crate::Quantity::*;
 use crate::Unit::*;
 use crate::bytes::{Bytes, text_of};
 use crate::error::Fault;
-use crate::input::{Held, Input};
-use crate::joined::{Kind, Message, Messages};
+use crate::input::{Input, MemoryFiles};
+use crate::message_table::{Kind, Message, Messages};
 use crate::table::{Known, KnownField};
 
 const MOST_HEADER_LINES: usize = 100;
@@ -71,7 +71,7 @@ struct Header {
 
 impl Glider {
     /// Reads header and list of sensors; `path` says where the cache file may be.
-    pub fn open(file: Input, path: &Path, held: &Held) -> Result<Self, Fault> {
+    pub fn open(file: Input, path: &Path, held: &MemoryFiles) -> Result<Self, Fault> {
         let mut bytes = Bytes::new(file)?;
         let header = Header::read(&mut bytes)?;
         let sensors = match header.is_factored {
@@ -298,7 +298,7 @@ fn sensors(bytes: &mut Bytes, is_in_log: bool) -> Result<Vec<Sensor>, Fault> {
 }
 
 /// The list of sensors, in the folder of the log or in `cac` or `cache` beside it.
-fn cache_file(path: &Path, held: &Held, list: &str) -> Result<Input, Fault> {
+fn cache_file(path: &Path, held: &MemoryFiles, list: &str) -> Result<Input, Fault> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let is_a_name = list.len() <= 16 && list.bytes().all(|byte| byte.is_ascii_hexdigit());
     ["", "cac", "cache", "../cac", "../cache"]

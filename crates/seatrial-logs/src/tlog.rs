@@ -9,7 +9,7 @@ use crate::Unit::*;
 use crate::bytes::{Bytes, text_of};
 use crate::error::Fault;
 use crate::input::Input;
-use crate::joined::{Kind, Message, Messages, names};
+use crate::message_table::{Kind, Message, Messages, names};
 use crate::table::{Known, KnownChannel, KnownField};
 use seatrial_mavlink::ardupilot::{Parameters, Pulse, Steering};
 use seatrial_mavlink::logged::{Frame, LONGEST_FRAME, Next, PAYLOAD, STAMP};

@@ -15,14 +15,14 @@ use seatrial::gains::{DAMPING_RATIO, least_damped_schedule};
 use seatrial::sea_trials::field::{Control, HeadingStepSample, HeadingSteps};
 
 /// A speed with its gain and its thrust in per cent.
-type Designed<'a> = (&'a Speed<'a>, HeadingGain<f64>, f64);
+type SpeedDesign<'a> = (&'a Speed<'a>, HeadingGain<f64>, f64);
 
 /// Gain, feed-forward and margins over thrust (Fig. 18).
 pub(super) fn gains(speeds: &[Speed]) -> Option<Figure> {
     let designed = speeds
         .iter()
         .filter_map(|speed| Some((speed, speed.gain?, 100.0 * speed.run.thrust)));
-    let designed: Vec<Designed> = designed.collect();
+    let designed: Vec<SpeedDesign> = designed.collect();
     let [low, high] = extent(designed.iter().map(|(.., thrust)| *thrust));
     if low.partial_cmp(&high) != Some(Ordering::Less) {
         return None;
@@ -62,7 +62,7 @@ pub(super) fn gains(speeds: &[Speed]) -> Option<Figure> {
 }
 
 /// The gain at each thrust with its interval, and the line between those of the end points.
-fn proportional_gains(designed: &[Designed], ends: [f64; 2]) -> Panel {
+fn proportional_gains(designed: &[SpeedDesign], ends: [f64; 2]) -> Panel {
     let gain_at = |thrust: f64| {
         let of = designed.iter().find(|(.., t)| *t == thrust);
         of.map_or(f64::NAN, |(_, gain, _)| gain.proportional_gain)

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use seatrial_core::{CascadeSettings, Plan, Sample, SchedulePoint, Vehicle};
-use seatrial_links::autopilot::{Ahead, Backup, HeadingControl, Tended, cascade};
+use seatrial_links::autopilot::{Ahead, AutopilotThread, Backup, HeadingControl, cascade};
 use seatrial_links::link::Transport;
 
 use super::mavlink::{OnMavlink, keep, left_over};
@@ -24,7 +24,7 @@ impl GainsVehicle for OnMavlink {
         let opened = self.options.open(&self.address, Some(plan), true, stop)?;
         let full_rudder_rad = opened.full_rudder_rad();
         // The link stays alive while somebody thinks and agrees.
-        let autopilot = Tended::new(opened);
+        let autopilot = AutopilotThread::new(opened);
         let (found, control) = autopilot.autopilot().inspect_heading();
         Ok(Box::new(ReachedAutopilot {
             autopilot,
@@ -50,7 +50,7 @@ impl GainsVehicle for OnMavlink {
 
 /// An autopilot that was looked at.
 struct ReachedAutopilot {
-    autopilot: Tended<Transport>,
+    autopilot: AutopilotThread<Transport>,
     preflight: Preflight,
     /// Until the hand-back.
     changes: Vec<Change>,
@@ -136,7 +136,7 @@ impl Files {
 
 /// A vehicle that was taken in its heading mode.
 struct OnHeading {
-    autopilot: Tended<Transport>,
+    autopilot: AutopilotThread<Transport>,
     control: HeadingControl,
     /// What the autopilot has now.
     settings: CascadeSettings<f64>,

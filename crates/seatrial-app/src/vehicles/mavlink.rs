@@ -10,7 +10,7 @@ use seatrial::FullRudder;
 use seatrial::preview::{Budget, Prior};
 use seatrial_core::{Plan, RudderSense};
 use seatrial_links::autopilot::{
-    Autopilot, Backup, HandBack, Profile, Response, Settings, SteeringOutputs, Tended,
+    Autopilot, AutopilotThread, Backup, HandBack, Profile, Response, Settings, SteeringOutputs,
 };
 use seatrial_links::link::{Address, Key, Signing, Transport};
 
@@ -157,7 +157,7 @@ impl OnMavlink {
     }
 
     /// Looks at the vehicle, asks, and takes it. Whatever fails, it is handed back.
-    fn taken(&self, terms: &Terms) -> Result<Tended<Transport>, VehicleError> {
+    fn taken(&self, terms: &Terms) -> Result<AutopilotThread<Transport>, VehicleError> {
         let backup = &self.backup;
         if backup.exists() {
             return Err(VehicleError::refused(format!(
@@ -174,7 +174,7 @@ impl OnMavlink {
             terms.stop,
         );
         // The link stays alive while we think, ask and judge.
-        let mut autopilot = Tended::new(opened?);
+        let mut autopilot = AutopilotThread::new(opened?);
         let preflight = autopilot.autopilot().inspect();
         let attendant = self.attendant.as_ref();
         tell_all(attendant, &preflight);
@@ -239,7 +239,7 @@ impl TrialVehicle for OnMavlink {
 
 /// Hands an autopilot back; what could not be put back.
 fn hand_back(
-    autopilot: &mut Tended<Transport>,
+    autopilot: &mut AutopilotThread<Transport>,
     backup: &Path,
     vehicle: &str,
     attendant: &dyn Attendant,

@@ -9,7 +9,7 @@ const DAY_S: f64 = 24.0 * 3600.0;
 
 /// What the server's process holds.
 #[derive(Clone, Copy, Debug)]
-struct Held {
+struct ProcessUse {
     /// Vehicle time since the first campaign began, s.
     time_s: f64,
     /// Memory that no file stands behind, kB.
@@ -18,14 +18,14 @@ struct Held {
     threads: usize,
 }
 
-fn held(process: u32, time_s: f64) -> Held {
+fn held(process: u32, time_s: f64) -> ProcessUse {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap();
     let number = |name: &str| -> f64 {
         let line = status.lines().find(|line| line.starts_with(name)).unwrap();
         line.split_whitespace().nth(1).unwrap().parse().unwrap()
     };
     let files = std::fs::read_dir(format!("/proc/{process}/fd")).unwrap();
-    Held {
+    ProcessUse {
         time_s,
         memory_kb: number("RssAnon:"),
         files: files.count(),
@@ -38,8 +38,8 @@ fn operate(
     server: &Server,
     plan: &Value,
     duration_s: f64,
-    mut after_each: impl FnMut(usize, &Held),
-) -> Vec<Held> {
+    mut after_each: impl FnMut(usize, &ProcessUse),
+) -> Vec<ProcessUse> {
     let lease = server.control("Anna");
     let mut viewer = server.viewer(&json!({"lease": lease}));
     let never_reads = server.viewer(&json!({}));
@@ -68,17 +68,17 @@ fn operate(
 }
 
 /// How the last third of the campaigns differs from the middle one: memory, kB, and files and threads at most.
-fn is_bounded(after: &[Held], most_memory_kb: f64) {
+fn is_bounded(after: &[ProcessUse], most_memory_kb: f64) {
     let third = after.len() / 3;
     let [middle, last] = [third..2 * third, 2 * third..after.len()].map(|range| &after[range]);
     let memory_kb =
-        |of: &[Held]| of.iter().map(|held| held.memory_kb).sum::<f64>() / of.len() as f64;
+        |of: &[ProcessUse]| of.iter().map(|held| held.memory_kb).sum::<f64>() / of.len() as f64;
     let grown_kb = memory_kb(last) - memory_kb(middle);
     println!("memory has grown by {grown_kb:.0} kB from the middle third to the last");
     assert!(grown_kb < most_memory_kb, "{grown_kb:.0} kB: {after:?}");
-    let whats: [fn(&Held) -> usize; 2] = [|held| held.files, |held| held.threads];
+    let whats: [fn(&ProcessUse) -> usize; 2] = [|held| held.files, |held| held.threads];
     for what in whats {
-        let most = |of: &[Held]| of.iter().map(what).max().unwrap();
+        let most = |of: &[ProcessUse]| of.iter().map(what).max().unwrap();
         // One more may be just on its way out.
         assert!(most(last) <= most(middle) + 1, "{after:?}");
     }

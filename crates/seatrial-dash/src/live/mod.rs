@@ -1,10 +1,10 @@
 //! The live stream. The trial sends reports and never waits; a thread makes messages from them and keeps a picture for viewers
 //! that come later. A viewer that reads too slowly loses messages, and gets a message that says so.
 
+mod decimator;
 mod picture;
 mod publisher;
 mod tap;
-mod thinned;
 
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -8,8 +8,8 @@ use seatrial_core::progress::Status;
 use seatrial_core::{Real, Sample, YawModel};
 use tokio::sync::broadcast;
 
+use super::decimator::Decimator;
 use super::tap::{Moment, Report, Start};
-use super::thinned::Thinned;
 use super::{HEARTBEAT_EVERY, Message, SAMPLES_EVERY, text};
 use crate::api::{
     CommissionState, Control, Envelope, EnvelopeUse, EstimateNow, Figure, Health, LiveEvent,
@@ -40,9 +40,9 @@ pub struct Picture {
     intervals: Option<[[f64; 2]; 3]>,
     simulation: Option<Simulation>,
     unsent: Vec<LiveSample>,
-    samples: Thinned<LiveSample>,
-    estimates: Thinned<EstimateNow>,
-    track_m: Thinned<[f64; 2]>,
+    samples: Decimator<LiveSample>,
+    estimates: Decimator<EstimateNow>,
+    track_m: Decimator<[f64; 2]>,
     health: Health,
     last: Option<(Sample<f64>, Instant)>,
     first: Option<(f64, Instant)>,
@@ -78,9 +78,9 @@ impl Picture {
             intervals: None,
             simulation: None,
             unsent: Vec::new(),
-            samples: Thinned::default(),
-            estimates: Thinned::default(),
-            track_m: Thinned::default(),
+            samples: Decimator::default(),
+            estimates: Decimator::default(),
+            track_m: Decimator::default(),
             health: Health::default(),
             last: None,
             first: None,
@@ -228,7 +228,7 @@ impl Picture {
             rudder_limit_rad: plan.rudder_limit_rad,
         });
         self.threshold = plan.estimator_settings().convergence.threshold;
-        self.track_m = Thinned::default();
+        self.track_m = Decimator::default();
         self.health = Health {
             expected_interval_s: plan.sample_interval_s,
             ..Health::default()
@@ -246,8 +246,8 @@ impl Picture {
     }
 
     fn begin_run(&mut self) {
-        self.samples = Thinned::default();
-        self.estimates = Thinned::default();
+        self.samples = Decimator::default();
+        self.estimates = Decimator::default();
         self.intervals = None;
         self.simulation = None;
     }

@@ -60,13 +60,13 @@ pub async fn review(
 ) -> Result<Json<RunSummary>, Refusal> {
     let reviewed = blocking(shared, move |shared| {
         #[derive(Serialize)]
-        struct Reviewed<'a> {
+        struct ReviewDetails<'a> {
             campaign: i64,
             run: u32,
             #[serde(flatten)]
             order: &'a ReviewOrder,
         }
-        let details = Reviewed {
+        let details = ReviewDetails {
             campaign: id,
             run,
             order: &order,

@@ -43,7 +43,7 @@ const KINDS: RangeInclusive<u8> = 1..=10;
 /// A parameter as it was.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Stored {
+pub struct ParameterValue {
     /// Its value.
     pub number: f64,
     /// MAV_PARAM_TYPE.
@@ -53,7 +53,7 @@ pub struct Stored {
     pub is_bits: bool,
 }
 
-impl Stored {
+impl ParameterValue {
     /// As it is sent.
     pub(super) fn value(&self) -> f32 {
         if self.is_bits {
@@ -84,7 +84,7 @@ pub struct Backup {
     pub mode: Option<u32>,
     /// Its parameters.
     #[serde(default)]
-    pub parameters: BTreeMap<String, Stored>,
+    pub parameters: BTreeMap<String, ParameterValue>,
 }
 
 /// What a hand-back has reached.
@@ -126,7 +126,7 @@ impl Backup {
     /// What in it no autopilot had: the mode, or a parameter with its value.
     pub fn impossible_values(&self) -> Vec<String> {
         let mode = self.mode.filter(|mode| !is_mode(*mode));
-        let wrong = |(name, stored): (&String, &Stored)| {
+        let wrong = |(name, stored): (&String, &ParameterValue)| {
             let range = range_of(name).unwrap_or(f64::MIN..=f64::MAX);
             let is_possible = range.contains(&stored.number) && KINDS.contains(&stored.kind);
             (!is_possible).then(|| format!("{name} = {}, type {}", stored.number, stored.kind))
@@ -380,7 +380,7 @@ impl<W: Wire> Autopilot<W> {
             self.wait(FAILSAFE_S, |autopilot| !autopilot.heard.is_critical());
         }
         // What enables a failsafe comes after what it goes by.
-        let is_last = |(name, _): &(&String, &Stored)| name.as_str() == "FS_GCS_ENABLE";
+        let is_last = |(name, _): &(&String, &ParameterValue)| name.as_str() == "FS_GCS_ENABLE";
         let parameters = backup.parameters.iter();
         let (last, first): (Vec<_>, Vec<_>) = parameters.partition(is_last);
         for (name, stored) in first.into_iter().chain(last) {
@@ -421,9 +421,9 @@ impl<W: Wire> Autopilot<W> {
     }
 
     /// A parameter as it is now.
-    pub(super) fn stored(&self, name: &str) -> Option<Stored> {
+    pub(super) fn stored(&self, name: &str) -> Option<ParameterValue> {
         let kind = self.kinds.get(name).copied().unwrap_or(REAL32);
-        Some(Stored {
+        Some(ParameterValue {
             number: self.parameters.get(name)?,
             kind,
             is_bits: kind != REAL32 && self.profile() == Profile::Px4,

@@ -14,7 +14,7 @@ use seatrial_core::CascadeSettings;
 use super::cascade;
 use super::hand_back::Backup;
 use super::profile::Demand;
-use super::{Autopilot, Profile, Stored};
+use super::{Autopilot, ParameterValue, Profile};
 use crate::handover::{Change, Check, Controls, Preflight};
 use crate::link::Wire;
 use crate::link::message::SetAttitudeTarget;
@@ -418,7 +418,7 @@ impl<W: Wire> Autopilot<W> {
         let Some(stored) = before.copied() else {
             return false;
         };
-        let stored = Stored {
+        let stored = ParameterValue {
             number: value,
             ..stored
         };

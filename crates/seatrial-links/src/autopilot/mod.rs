@@ -2,9 +2,10 @@
 //!
 //! Everything passes through a [`Wire`], which also gives the time: a link to the world, or a made-up vehicle in made-up
 //! time. [`Autopilot::inspect`] looks without touching, [`Autopilot::take_control`] takes the rudder and proves that it
-//! answers, [`Autopilot::hand_back`] undoes it all; so does dropping it. [`Tended`] keeps the link alive while nobody waits. Whatever ends the trial from the vehicle's side, a
+//! answers, [`Autopilot::hand_back`] undoes it all; so does dropping it. [`AutopilotThread`] keeps the link alive while nobody waits. Whatever ends the trial from the vehicle's side, a
 //! [`Stop`], releases the controls as soon as the message that tells it is read.
 
+mod autopilot_thread;
 pub mod cascade;
 mod controls;
 mod hand_back;
@@ -23,7 +24,6 @@ mod steering;
 mod stop;
 mod taking;
 mod talk;
-mod tended;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -33,13 +33,13 @@ use seatrial_mavlink::ardupilot::Parameters;
 
 use crate::handover::Following;
 use crate::link::{Damage, Decoder, Encoder, Sender, Signing, Wire};
-pub use hand_back::{Backup, HandBack, PutBack, Stored};
+pub use autopilot_thread::AutopilotThread;
+pub use hand_back::{Backup, HandBack, ParameterValue, PutBack};
 pub use heading::{Ahead, HeadingControl};
 pub use profile::{Profile, SteeringOutputs};
 pub use response::Response;
 pub use speaker::{Speaker, Station};
 pub use stop::Stop;
-pub use tended::Tended;
 
 use heading::Course;
 use heard::Heard;

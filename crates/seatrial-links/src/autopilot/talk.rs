@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 
 use super::cascade::decimal;
 use super::profile::Profile;
-use super::{Autopilot, REAL32, REPEAT_S, SET_MODE, Stop, Stored};
+use super::{Autopilot, ParameterValue, REAL32, REPEAT_S, SET_MODE, Stop};
 use crate::handover::{Controls, SILENCE_S};
 use crate::link::message::{self, CommandLong, ParamRequestRead, ParamSet, ParamValue, Text};
 use crate::link::{Message, Sender, Wire};
@@ -186,7 +186,12 @@ impl<W: Wire> Autopilot<W> {
     }
 
     /// Sets a parameter and reads it back. `true`: it is so.
-    pub(super) fn set_parameter(&mut self, name: &str, stored: Stored, longest_s: f64) -> bool {
+    pub(super) fn set_parameter(
+        &mut self,
+        name: &str,
+        stored: ParameterValue,
+        longest_s: f64,
+    ) -> bool {
         let wanted = stored.number();
         self.parameters.insert(name.into(), f64::NAN);
         self.insist(

@@ -48,7 +48,7 @@ pub struct Demand {
 
 /// Subscribers to our commands, and other publishers of commands.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Matched {
+pub struct GraphPeers {
     /// Topics of commands to which nobody subscribes.
     pub not_heard: Vec<String>,
     /// Topics of commands on which somebody else publishes.
@@ -79,7 +79,7 @@ pub trait Graph {
     /// Calls the vehicle's own service; the answer is [`Heard::Answered`].
     fn enable(&mut self, is_on: bool);
     /// Subscribers to our commands, other publishers of commands, and whether the vehicle's own service is there.
-    fn matched(&self) -> Matched;
+    fn matched(&self) -> GraphPeers;
     /// Publishes a diagnosis.
     fn diagnose(&mut self, diagnosis: &Diagnosis);
 }
@@ -97,7 +97,7 @@ impl<G: Graph + ?Sized> Graph for Box<G> {
     fn enable(&mut self, is_on: bool) {
         (**self).enable(is_on);
     }
-    fn matched(&self) -> Matched {
+    fn matched(&self) -> GraphPeers {
         (**self).matched()
     }
     fn diagnose(&mut self, diagnosis: &Diagnosis) {

@@ -29,8 +29,8 @@ pub use description::{
     ZenohMode,
 };
 pub use estimates::{ESTIMATE_TOPIC, EstimateTopic, TimedEstimate};
-pub use graph::{Demand, Diagnosis, Graph, Heard, Matched, Motion};
-pub use join::{JoinError, Joined, join};
+pub use graph::{Demand, Diagnosis, Graph, GraphPeers, Heard, Motion};
+pub use join::{JoinError, VehicleTopics, join};
 pub use middleware_error::MiddlewareError;
 pub use stop::Stop;
 

@@ -4,8 +4,8 @@
 
 use crate::Quantity::*;
 use crate::Unit::*;
-use crate::joined::names;
 use crate::line_log::{Channels, LineFormat};
+use crate::message_table::names;
 use crate::table::{Known, KnownField};
 
 /// Variables that feed a quantity, the preferred one first; units are MOOS's.

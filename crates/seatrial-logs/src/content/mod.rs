@@ -13,9 +13,9 @@ use crate::csv::Text;
 use crate::description::Format;
 use crate::error::{Fault, ReadError};
 use crate::formats::Formats;
-use crate::input::{Held, Input};
-use crate::joined::{Joined, Messages};
+use crate::input::{Input, MemoryFiles};
 use crate::line_log::{LineFormat, LineLog};
+use crate::message_table::{MessageTable, Messages};
 use crate::name::ColumnName;
 use crate::no_log::{MATLAB, ROS1, check_is_log, has_keys, holds, is_workbook};
 use crate::quantity::Quantity;
@@ -110,17 +110,21 @@ pub fn is_log(path: &Path) -> bool {
 
 /// The names of a log's columns, topics with fields, or messages with fields, whether or not their meaning is known.
 pub fn columns(path: &Path) -> Result<Vec<String>, ReadError> {
-    columns_held(path, &Held::default())
+    columns_with_files(path, &MemoryFiles::default())
 }
 
 /// [`columns`] of a path that may be one of a file in memory.
-pub fn columns_held(path: &Path, held: &Held) -> Result<Vec<String>, ReadError> {
+pub fn columns_with_files(path: &Path, held: &MemoryFiles) -> Result<Vec<String>, ReadError> {
     let named = table(path, held, &Formats::default()).map(|table| table.columns().to_vec());
     let log = path.display().to_string();
     named.map_err(|fault| ReadError { log, fault })
 }
 
-pub(crate) fn table(path: &Path, held: &Held, formats: &Formats) -> Result<Box<dyn Table>, Fault> {
+pub(crate) fn table(
+    path: &Path,
+    held: &MemoryFiles,
+    formats: &Formats,
+) -> Result<Box<dyn Table>, Fault> {
     if path == Path::new("-") {
         return open_stream(io::stdin(), formats);
     }
@@ -155,14 +159,14 @@ pub(crate) fn open_stream(
     let mut file = tempfile::tempfile().map_err(Fault::read)?;
     io::copy(&mut input, &mut file).map_err(Fault::read)?;
     file.rewind().map_err(Fault::read)?;
-    open(Input::File(file), path, &Held::default(), formats)
+    open(Input::File(file), path, &MemoryFiles::default(), formats)
 }
 
 /// Opens a file as what it is.
 pub(crate) fn open(
     mut file: Input,
     path: &Path,
-    held: &Held,
+    held: &MemoryFiles,
     formats: &Formats,
 ) -> Result<Box<dyn Table>, Fault> {
     let start = start(&mut file)?;
@@ -170,7 +174,7 @@ pub(crate) fn open(
     if let Some(brought) = formats.of(&start, path) {
         let messages = brought.open(Bytes::new(file)?)?;
         let format = Format::Other(brought.name().into());
-        return Ok(Box::new(Joined::new(format, messages)));
+        return Ok(Box::new(MessageTable::new(format, messages)));
     }
     check_is_log(&start)?;
     if crate::dataflash_text::is_start(&start) {
@@ -189,7 +193,7 @@ fn built_in(
     format: Format,
     file: Input,
     path: &Path,
-    held: &Held,
+    held: &MemoryFiles,
 ) -> Result<Box<dyn Table>, Fault> {
     match format {
         Format::Parquet => built!(
@@ -202,13 +206,13 @@ fn built_in(
             "mcap-reader",
             "mcap",
             "MCAP",
-            Joined::new(format, Box::new(crate::mcap::Mcap::open(file)?))
+            MessageTable::new(format, Box::new(crate::mcap::Mcap::open(file)?))
         ),
         Format::Rosbag => built!(
             "rosbag2",
             "rosbag2",
             "rosbag2",
-            Joined::new(format, {
+            MessageTable::new(format, {
                 let path = file.path(path);
                 Box::new(crate::rosbag::Bag::open(file, path)?)
             })
@@ -217,7 +221,10 @@ fn built_in(
         Format::Tlog => joined(format, crate::tlog::Telemetry::open(file)),
         Format::Ulog => joined(format, crate::ulog::ULog::open(file)),
         Format::Slocum => joined(format, crate::slocum::Glider::open(file, path, held)),
-        Format::Canboat => Ok(Box::new(Joined::new(format, crate::nmea2000::open(file)?))),
+        Format::Canboat => Ok(Box::new(MessageTable::new(
+            format,
+            crate::nmea2000::open(file)?,
+        ))),
         Format::Nmea0183 => joined(format, crate::nmea0183::Sentences::open(file)),
         Format::Expedition => lines(format, file, expedition::Pairs::default()),
         Format::SignalK => lines(format, file, crate::signal_k::Deltas),
@@ -226,7 +233,7 @@ fn built_in(
             "containers",
             "containers",
             "a bag of ROS 1",
-            Joined::new(format, Box::new(crate::ros1::Bag::open(file)?))
+            MessageTable::new(format, Box::new(crate::ros1::Bag::open(file)?))
         ),
         Format::Workbook => built!("containers", "containers", "a workbook", {
             let mut file = file;
@@ -274,7 +281,7 @@ fn joined(
     format: Format,
     messages: Result<impl Messages + 'static, Fault>,
 ) -> Result<Box<dyn Table>, Fault> {
-    Ok(Box::new(Joined::new(format, Box::new(messages?))))
+    Ok(Box::new(MessageTable::new(format, Box::new(messages?))))
 }
 
 fn lines(

@@ -13,7 +13,7 @@ use crate::bytes::Bytes;
 use crate::clock::{instant, stamp_s, time_of_day};
 use crate::error::Fault;
 use crate::input::Input;
-use crate::joined::{FieldNumbers, Kind, Message, Messages, names};
+use crate::message_table::{FieldNumbers, Kind, Message, Messages, names};
 use crate::table::{Known, KnownChannel};
 use crate::{Quantity, Unit};
 use sentences::{CHANNELS, SENTENCES};

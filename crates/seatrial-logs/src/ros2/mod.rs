@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 pub(crate) use schema::{Schema, Wire, plain};
 
 use crate::error::{Fault, clipped};
-use crate::joined::{Kind, Message};
+use crate::message_table::{Kind, Message};
 use crate::name::{ColumnName, Fit, StatedUnit};
 use crate::table::{Known, KnownChannel};
 use crate::{Quantity, Unit};

@@ -10,7 +10,7 @@ use std::path::Path;
 use crate::bytes::{Bytes, ZSTD};
 use crate::error::{Fault, clipped};
 use crate::input::Input;
-use crate::joined::{Kind, Message, Messages};
+use crate::message_table::{Kind, Message, Messages};
 use crate::ros2::{Topics, nothing_in, plain};
 use crate::table::Known;
 use definitions::DEFINITIONS;
@@ -28,7 +28,7 @@ pub(crate) struct Bag {
     rows: i64,
     /// Number of the last message that was fetched.
     last: i64,
-    fetched: std::vec::IntoIter<sqlite::Stored>,
+    fetched: std::vec::IntoIter<sqlite::StoredMessage>,
     read: i64,
     /// Bytes that the database has when it is whole, where there are fewer.
     cut_from: Option<u64>,

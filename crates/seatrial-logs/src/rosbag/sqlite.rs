@@ -26,7 +26,7 @@ pub(super) struct Topic {
 }
 
 /// A message as it is stored.
-pub(super) struct Stored {
+pub(super) struct StoredMessage {
     pub id: i64,
     pub topic: i64,
     pub time_ns: i64,
@@ -127,14 +127,14 @@ impl Tables {
     }
 
     /// Adds the next messages, in the order of their numbers, that are not longer than [`LONGEST_MESSAGE`]. None at the end.
-    pub fn fetch(&mut self, fetched: &mut Vec<Stored>) -> Result<(), rusqlite::Error> {
+    pub fn fetch(&mut self, fetched: &mut Vec<StoredMessage>) -> Result<(), rusqlite::Error> {
         let mut statement = self.database.prepare_cached(
             "SELECT id, topic_id, timestamp, data FROM messages
              WHERE id > ?1 AND length(data) <= ?2 ORDER BY id LIMIT ?3",
         )?;
         let bounds = params![self.last, LONGEST_MESSAGE as i64, BATCH as i64];
         let rows = statement.query_map(bounds, |row| {
-            Ok(Stored {
+            Ok(StoredMessage {
                 id: row.get(0)?,
                 topic: row.get(1)?,
                 time_ns: row.get(2)?,

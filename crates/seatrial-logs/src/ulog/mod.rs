@@ -16,7 +16,7 @@ use crate::Unit::*;
 use crate::bytes::{Bytes, text_of};
 use crate::error::Fault;
 use crate::input::Input;
-use crate::joined::{Kind, Message, Messages, has, names};
+use crate::message_table::{Kind, Message, Messages, has, names};
 use crate::number::number;
 use crate::table::{Known, KnownField};
 use crate::ulog::layout::Layout;

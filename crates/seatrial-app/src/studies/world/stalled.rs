@@ -7,7 +7,7 @@ use std::sync::mpsc::{Sender, channel};
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
 use seatrial_core::Trial;
-use seatrial_logbook::{Held, Keeper, Logbook};
+use seatrial_logbook::{Keeper, Logbook, WriteLock};
 use seatrial_sim::sensors::Chance;
 
 use crate::Error;
@@ -28,7 +28,7 @@ struct Outside {
     folder: Folder,
     keeper: Keeper,
     hangs_from_s: f64,
-    disk: Option<Held>,
+    disk: Option<WriteLock>,
     terminal: TextQueue,
     stopped_from_s: f64,
     /// Dropped, it lets the terminal go on.

@@ -24,7 +24,7 @@ use super::wire::{
 use super::{DIAGNOSTICS_TOPIC, Listener, Source, failed, next_heard};
 use crate::ros2_vehicle::{
     ABORT_SERVICE, Demand, Description, Diagnosis, ENABLE_SERVICE, ESTIMATE_TOPIC, EstimateTopic,
-    Graph, Heard, Matched, Middleware, MiddlewareError,
+    Graph, GraphPeers, Heard, Middleware, MiddlewareError,
 };
 
 /// Messages of one topic that may wait to be read.
@@ -52,12 +52,12 @@ trait Ear: Send {
 }
 
 /// A topic, and what its messages are for us.
-struct Heeded<M: 'static, F> {
+struct TopicEar<M: 'static, F> {
     subscription: Subscription<M>,
     heard: F,
 }
 
-impl<M, F> Ear for Heeded<M, F>
+impl<M, F> Ear for TopicEar<M, F>
 where
     M: DeserializeOwned + Send + 'static,
     F: Fn(M) -> Option<Heard> + Send,
@@ -151,7 +151,7 @@ impl Listener for Maker {
         let qos = qos(is_reliable);
         let topic = self.topic(name, kind, &qos)?;
         let subscription = self.node.create_subscription(&topic, Some(qos));
-        self.ears.push(Box::new(Heeded {
+        self.ears.push(Box::new(TopicEar {
             subscription: subscription.map_err(failed(name))?,
             heard,
         }));
@@ -323,10 +323,10 @@ impl Graph for Dds {
         }
     }
 
-    fn matched(&self) -> Matched {
+    fn matched(&self) -> GraphPeers {
         let readers = self.participant.discovered_readers();
         let writers = self.participant.discovered_writers();
-        let mut matched = Matched::default();
+        let mut matched = GraphPeers::default();
         for (topic, kind) in self.description.command_topics() {
             let name = format!("rt{topic}");
             let [package, type_name] = wire::kind_of_command(kind);

@@ -27,9 +27,9 @@ use super::wire::{
 use super::{DIAGNOSTICS_TOPIC, Listener, Source, failed, next_heard};
 use crate::ros2_vehicle::{
     ABORT_SERVICE, Demand, Description, Diagnosis, ENABLE_SERVICE, ESTIMATE_TOPIC, EstimateTopic,
-    Graph, Heard, Matched, MiddlewareError, Zenoh, ZenohMode,
+    Graph, GraphPeers, Heard, MiddlewareError, Zenoh, ZenohMode,
 };
-use names::{Announced, Entity, Role};
+use names::{Announcement, Entity, Role};
 
 /// Messages that are said to be kept; what comes is taken at once.
 const WAITING: usize = 64;
@@ -406,14 +406,14 @@ impl Graph for OverZenoh {
             .wait();
     }
 
-    fn matched(&self) -> Matched {
+    fn matched(&self) -> GraphPeers {
         let present = self.present.lock().unwrap_or_else(PoisonError::into_inner);
         let announced: Vec<_> = present
             .iter()
-            .filter_map(|token| Announced::parse(token))
+            .filter_map(|token| Announcement::parse(token))
             .collect();
         let us = self.maker.session.zid().to_string();
-        let mut matched = Matched::default();
+        let mut matched = GraphPeers::default();
         for (entity, _) in &self.commands {
             let is_heard = announced
                 .iter()
@@ -429,7 +429,7 @@ impl Graph for OverZenoh {
             }
         }
         matched.has_enable = self.client.as_ref().is_some_and(|client| {
-            let is_there = |other: &Announced<'_>| other.uses(Role::Server, &client.entity);
+            let is_there = |other: &Announcement<'_>| other.uses(Role::Server, &client.entity);
             announced.iter().any(is_there)
         });
         matched

@@ -129,7 +129,7 @@ pub fn token(
 
 /// What a token says of the one who has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Announced<'a> {
+pub struct Announcement<'a> {
     pub session: &'a str,
     code: &'a str,
     name: &'a str,
@@ -137,7 +137,7 @@ pub struct Announced<'a> {
     hash: &'a str,
 }
 
-impl<'a> Announced<'a> {
+impl<'a> Announcement<'a> {
     /// `None`: not of a topic or service.
     pub fn parse(token: &'a str) -> Option<Self> {
         let parts: Vec<&str> = token.split('/').collect();
@@ -198,7 +198,7 @@ mod tests {
             token,
             "@ros2_lv/7/a1/0/3/MS/%/%/seatrial/%boat%cmd_vel/geometry_msgs::msg::dds_::Twist_/RIHS01_9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a/2::,10:,:,:,,"
         );
-        let announced = Announced::parse(&token).unwrap();
+        let announced = Announcement::parse(&token).unwrap();
         assert_eq!(announced.session, "a1");
         assert!(announced.uses(Role::Subscriber, &entity));
         assert!(!announced.uses(Role::Publisher, &entity));
@@ -206,6 +206,6 @@ mod tests {
         assert!(on_humble.key(7).ends_with("Twist_/TypeHashNotSupported"));
         assert!(announced.is_on(Role::Subscriber, &on_humble.name));
         assert!(!announced.uses(Role::Subscriber, &on_humble));
-        assert_eq!(Announced::parse(&node_token(7, "a1")), None);
+        assert_eq!(Announcement::parse(&node_token(7, "a1")), None);
     }
 }

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use seatrial_core::{AbortReason, Action, Steering, Vehicle};
-use seatrial_links::autopilot::{Autopilot, Profile, Settings, Speaker, Stop, Tended};
+use seatrial_links::autopilot::{Autopilot, AutopilotThread, Profile, Settings, Speaker, Stop};
 use seatrial_links::link::{Address, Decoder, Message, Transport};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
@@ -86,7 +86,7 @@ fn io_the_link_is_kept_while_the_trial_is_away_but_not_for_ever() {
         scope.spawn(|| sail(&socket, &is_real_time, &is_over, &seen));
         // The vehicle's thread ends also where an assertion fails.
         let over = Over(&is_over);
-        let mut tended = Tended::new(Autopilot::new(wire, settings, None));
+        let mut tended = AutopilotThread::new(Autopilot::new(wire, settings, None));
         let preflight = tended.autopilot().inspect();
         assert!(preflight.is_passed(), "{:?}", preflight.checks);
         let changes = preflight.changes;
@@ -151,7 +151,7 @@ fn io_a_vehicle_whose_trial_hangs_is_handed_back() {
     std::thread::scope(|scope| {
         scope.spawn(|| sail(&socket, &is_real_time, &is_over, &seen));
         let over = Over(&is_over);
-        let mut tended = Tended::new(Autopilot::new(wire, settings, None));
+        let mut tended = AutopilotThread::new(Autopilot::new(wire, settings, None));
         let preflight = tended.autopilot().inspect();
         assert!(preflight.is_passed(), "{:?}", preflight.checks);
         let checks = tended

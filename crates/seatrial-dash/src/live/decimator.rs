@@ -5,14 +5,14 @@ const MOST_DRAWN: usize = 2048;
 
 /// At most so many values: of more every second, fourth, ... is kept.
 #[derive(Debug)]
-pub struct Thinned<T> {
+pub struct Decimator<T> {
     /// The points that are kept.
     pub kept: Vec<T>,
     stride: usize,
     seen: usize,
 }
 
-impl<T> Default for Thinned<T> {
+impl<T> Default for Decimator<T> {
     fn default() -> Self {
         Self {
             kept: Vec::new(),
@@ -22,7 +22,7 @@ impl<T> Default for Thinned<T> {
     }
 }
 
-impl<T> Thinned<T> {
+impl<T> Decimator<T> {
     pub fn push(&mut self, value: T) {
         if self.seen.is_multiple_of(self.stride) {
             if self.kept.len() == MOST_DRAWN {

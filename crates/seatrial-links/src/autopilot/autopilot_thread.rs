@@ -21,13 +21,13 @@ const NOT_FETCHED_S: f64 = 0.5;
 /// An [`Autopilot`] with a thread of its own: heartbeats go out, what is asked for is asked for again, headings are held
 /// and dangers are seen also while the operator is asked or the logbook's disk is slow. Should the trial not come back in time, the
 /// thread lets go of the vehicle. Dropping it hands the vehicle back.
-pub struct Tended<W: Wire + Send + 'static> {
+pub struct AutopilotThread<W: Wire + Send + 'static> {
     autopilot: Arc<Mutex<Autopilot<W>>>,
     is_over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl<W: Wire + Send + 'static> Tended<W> {
+impl<W: Wire + Send + 'static> AutopilotThread<W> {
     /// Tends it from now on.
     pub fn new(autopilot: Autopilot<W>) -> Self {
         let autopilot = Arc::new(Mutex::new(autopilot));
@@ -81,7 +81,7 @@ impl<W: Wire> Autopilot<W> {
     }
 }
 
-impl<W: Wire + Send + 'static> Vehicle<f64> for Tended<W> {
+impl<W: Wire + Send + 'static> Vehicle<f64> for AutopilotThread<W> {
     type Error = Stop;
 
     fn next_sample(&mut self) -> Result<Option<Sample<f64>>, Stop> {
@@ -101,7 +101,7 @@ impl<W: Wire + Send + 'static> Vehicle<f64> for Tended<W> {
     }
 }
 
-impl<W: Wire + Send + 'static> Drop for Tended<W> {
+impl<W: Wire + Send + 'static> Drop for AutopilotThread<W> {
     fn drop(&mut self) {
         self.is_over.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {

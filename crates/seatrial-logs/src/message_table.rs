@@ -176,7 +176,7 @@ impl Known {
 }
 
 /// Messages as a table.
-pub(crate) struct Joined {
+pub(crate) struct MessageTable {
     format: Format,
     messages: Box<dyn Messages>,
     columns: Vec<String>,
@@ -235,7 +235,7 @@ struct Row {
     values: Vec<f64>,
 }
 
-impl Joined {
+impl MessageTable {
     pub fn new(format: Format, mut messages: Box<dyn Messages>) -> Self {
         let mut columns = vec![TIME_COLUMN.to_string()];
         let mut sources = vec![None];
@@ -323,7 +323,7 @@ impl Joined {
     }
 }
 
-impl Table for Joined {
+impl Table for MessageTable {
     fn format(&self) -> Format {
         self.format.clone()
     }
