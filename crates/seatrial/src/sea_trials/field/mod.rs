@@ -6,7 +6,6 @@ mod heading_step;
 mod heading_steps;
 mod pilot;
 mod repeatability;
-mod standard;
 mod u_turn;
 
 use seatrial_core::schedule::{ScheduleError, ScheduleKey};
@@ -29,7 +28,6 @@ use heading_steps::Gains;
 pub use heading_steps::{GainFromEnds, SteeredSteps};
 use pilot::Pilot;
 pub use repeatability::{Repeat, Repeatability, Spread, TrialsAtThrust};
-pub use standard::{SpiralPoint, StandardManoeuvres, ZigZag};
 pub use u_turn::{MeasuredTurn, PredictedTurn, UTurn, YawRateSample};
 
 /// How the experiments are done.
