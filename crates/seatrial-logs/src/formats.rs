@@ -6,7 +6,7 @@
 //!
 //! ```
 //! use seatrial_logs::formats::{Bytes, Formats, Kind, LogFormat, Message, Messages};
-//! use seatrial_logs::{ChannelChoice, Fault, Format, MemoryFiles, open_with_files};
+//! use seatrial_logs::{ChannelChoice, Fault, FileMap, Format, open_in};
 //!
 //! /// Lines of time, heading and rudder, in SI units, below the line `#helm`.
 //! struct Helm;
@@ -60,11 +60,11 @@
 //!     }
 //! }
 //!
-//! let mut files = MemoryFiles::default();
+//! let mut files = FileMap::default();
 //! files.insert("my.log", *b"#helm\n0.0 1.5 0.1\n0.1 1.6 0.1\n");
 //! let mut choice = ChannelChoice::default();
 //! choice.formats = Formats::default().with(Helm);
-//! let log = open_with_files("my.log".as_ref(), &files, &choice)?;
+//! let log = open_in("my.log".as_ref(), &files, &choice)?;
 //! assert_eq!(log.description().format, Format::Other("helm".into()));
 //! assert_eq!(log.count(), 2);
 //! # Ok::<(), seatrial_logs::ReadError>(())

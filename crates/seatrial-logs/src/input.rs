@@ -74,9 +74,9 @@ impl Source for DerivedBytes {
 /// Files by the paths that they are opened by: where there is no file system, as in a browser, or a log was
 /// never written to one. A path that is not held is one of the file system.
 #[derive(Clone, Default)]
-pub struct MemoryFiles(BTreeMap<PathBuf, Arc<dyn Source>>);
+pub struct FileMap(BTreeMap<PathBuf, Arc<dyn Source>>);
 
-impl MemoryFiles {
+impl FileMap {
     /// Holds a file, in place of one of the same path.
     pub fn insert(&mut self, path: impl Into<PathBuf>, bytes: impl Source + 'static) {
         self.0.insert(path.into(), Arc::new(bytes));
@@ -112,14 +112,14 @@ pub(crate) fn opened(path: &Path) -> io::Result<File> {
 }
 
 /// Equal are the same files in the same places, not equal bytes.
-impl PartialEq for MemoryFiles {
+impl PartialEq for FileMap {
     fn eq(&self, other: &Self) -> bool {
         let mut pairs = self.0.values().zip(other.0.values());
         self.0.keys().eq(other.0.keys()) && pairs.all(|(one, two)| Arc::ptr_eq(one, two))
     }
 }
 
-impl fmt::Debug for MemoryFiles {
+impl fmt::Debug for FileMap {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let lengths = self.0.iter().map(|(path, source)| (path, source.length()));
         f.debug_map().entries(lengths).finish()

@@ -71,14 +71,14 @@ mod workbook;
 mod write;
 
 pub use choice::{ChannelChoice, Correction};
-pub use content::{columns, columns_with_files, is_log};
+pub use content::{columns, columns_from, is_log};
 pub use csv::DAMAGE_MARK;
 pub use description::{Channel, Counts, Format, LogDescription, UnitSource};
 pub use error::{Fault, Place, ReadError};
-pub use input::{MemoryFiles, Source, sha256};
+pub use input::{FileMap, Source, sha256};
 pub use name::names_a_course;
 pub use quantity::{Quantity, UnknownQuantity};
-pub use reader::{LogReader, open, open_with_files};
+pub use reader::{LogReader, open, open_in};
 pub use runs::{Run, Runs};
 pub use unit::{Unit, UnknownUnit};
 #[cfg(feature = "foxglove")]

@@ -10,7 +10,7 @@ use crate::clock::{Clock, Face};
 use crate::content::table;
 use crate::description::{Channel, Counts, LogDescription};
 use crate::error::{Fault, Place, ReadError, clipped};
-use crate::input::MemoryFiles;
+use crate::input::FileMap;
 use crate::look_ahead::{
     Inferred, InferredUnits, Row, inferred_units, leave_out_text, look_ahead, no_rows,
 };
@@ -48,21 +48,17 @@ pub struct LogReader {
 
 /// Opens a log of any known format; `-` is standard input.
 pub fn open(path: &Path, choice: &ChannelChoice) -> Result<LogReader, ReadError> {
-    open_with_files(path, &MemoryFiles::default(), choice)
+    open_in(path, &FileMap::default(), choice)
 }
 
 /// [`open`] of a path that may be one of a file in memory.
-pub fn open_with_files(
-    path: &Path,
-    held: &MemoryFiles,
-    choice: &ChannelChoice,
-) -> Result<LogReader, ReadError> {
+pub fn open_in(path: &Path, map: &FileMap, choice: &ChannelChoice) -> Result<LogReader, ReadError> {
     let log = path.display().to_string();
-    let mut reader = table(path, held, &choice.formats)
+    let mut reader = table(path, map, &choice.formats)
         .and_then(|table| LogReader::new(log.clone(), table, choice))
         .map_err(|fault| ReadError { log, fault })?;
     if let Some(track) = &choice.positions {
-        let positions = Positions::open(track, held, reader.clock.start_unix_s());
+        let positions = Positions::open(track, map, reader.clock.start_unix_s());
         reader.positions = Some(positions.map_err(|fault| ReadError {
             log: track.display().to_string(),
             fault,

@@ -9,8 +9,8 @@ use crate::choice::{ChannelChoice, mirrored};
 use crate::content::table;
 use crate::description::{Format, LogDescription};
 use crate::error::{Fault, Place, ReadError, clipped};
-use crate::input::MemoryFiles;
-use crate::reader::{LogReader, open_with_files};
+use crate::input::FileMap;
+use crate::reader::{LogReader, open_in};
 use crate::table::{Cell, Table};
 use crate::view::{wanted_rows, with_computed};
 
@@ -58,17 +58,17 @@ impl Runs {
     /// Opens a file whose rows belong to runs. Columns and units are found as for a single log and are then the same
     /// for every run.
     pub fn open(path: &Path, choice: &ChannelChoice, run_column: &str) -> Result<Self, ReadError> {
-        Self::open_with_files(path, &MemoryFiles::default(), choice, run_column)
+        Self::open_in(path, &FileMap::default(), choice, run_column)
     }
 
     /// As [`open`](Self::open), of files that may be held.
-    pub fn open_with_files(
+    pub fn open_in(
         path: &Path,
-        held: &MemoryFiles,
+        held: &FileMap,
         choice: &ChannelChoice,
         run_column: &str,
     ) -> Result<Self, ReadError> {
-        let description = open_with_files(path, held, choice)?.description().clone();
+        let description = open_in(path, held, choice)?.description().clone();
         let log = path.display().to_string();
         table(path, held, &choice.formats)
             .and_then(|table| Self::new(log.clone(), table, description, choice, run_column))

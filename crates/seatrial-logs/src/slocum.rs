@@ -11,7 +11,7 @@ use crate::Quantity::*;
 use crate::Unit::*;
 use crate::bytes::{Bytes, text_of};
 use crate::error::Fault;
-use crate::input::{Input, MemoryFiles};
+use crate::input::{FileMap, Input};
 use crate::message_table::{Kind, Message, Messages};
 use crate::table::{Known, KnownField};
 
@@ -71,7 +71,7 @@ struct Header {
 
 impl Glider {
     /// Reads header and list of sensors; `path` says where the cache file may be.
-    pub fn open(file: Input, path: &Path, held: &MemoryFiles) -> Result<Self, Fault> {
+    pub fn open(file: Input, path: &Path, held: &FileMap) -> Result<Self, Fault> {
         let mut bytes = Bytes::new(file)?;
         let header = Header::read(&mut bytes)?;
         let sensors = match header.is_factored {
@@ -298,7 +298,7 @@ fn sensors(bytes: &mut Bytes, is_in_log: bool) -> Result<Vec<Sensor>, Fault> {
 }
 
 /// The list of sensors, in the folder of the log or in `cac` or `cache` beside it.
-fn cache_file(path: &Path, held: &MemoryFiles, list: &str) -> Result<Input, Fault> {
+fn cache_file(path: &Path, held: &FileMap, list: &str) -> Result<Input, Fault> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let is_a_name = list.len() <= 16 && list.bytes().all(|byte| byte.is_ascii_hexdigit());
     ["", "cac", "cache", "../cac", "../cache"]

@@ -13,7 +13,7 @@ use seatrial_core::Sample;
 use crate::clock::instant;
 use crate::coordinates::metres;
 use crate::error::{Fault, clipped};
-use crate::input::{Input, MemoryFiles};
+use crate::input::{FileMap, Input};
 
 /// Points that are kept.
 #[cfg(feature = "containers")]
@@ -92,7 +92,7 @@ pub(crate) struct Positions {
 
 impl Positions {
     /// Those of a track for a log that begins then.
-    pub fn open(path: &Path, held: &MemoryFiles, start_unix_s: Option<f64>) -> Result<Self, Fault> {
+    pub fn open(path: &Path, held: &FileMap, start_unix_s: Option<f64>) -> Result<Self, Fault> {
         let file = held.open(path).map_err(|source| Fault::Io {
             doing: "opened",
             source,

@@ -6,7 +6,7 @@ mod simulated;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use seatrial_logs::MemoryFiles;
+use seatrial_logs::FileMap;
 
 use page_file::PageFile;
 pub use request::{Request, answer};
@@ -15,7 +15,7 @@ pub use request::{Request, answer};
 struct Exchange {
     inbox: Vec<u8>,
     outbox: Vec<u8>,
-    files: MemoryFiles,
+    files: FileMap,
 }
 
 static EXCHANGE: Mutex<Option<Exchange>> = Mutex::new(None);
@@ -26,7 +26,7 @@ fn with_exchange<T>(work: impl FnOnce(&mut Exchange) -> T) -> T {
     work(exchange.get_or_insert_with(|| Exchange {
         inbox: Vec::new(),
         outbox: Vec::new(),
-        files: MemoryFiles::default(),
+        files: FileMap::default(),
     }))
 }
 

@@ -15,7 +15,7 @@ use seatrial_app::models::{Models, of_document_text};
 use seatrial_app::series::series_of;
 use seatrial_app::simulated_log::SeaTrial;
 use seatrial_app::{Error, Inspection, log_page};
-use seatrial_logs::{MemoryFiles, Quantity, TrackFormat};
+use seatrial_logs::{FileMap, Quantity, TrackFormat};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -103,7 +103,7 @@ pub enum Request {
 }
 
 /// The answer to a request, `{"done": ...}` or `{"refused": "why"}`.
-pub fn answer(message: &[u8], files: &mut MemoryFiles) -> String {
+pub fn answer(message: &[u8], files: &mut FileMap) -> String {
     let done = serde_json::from_slice(message)
         .map_err(|error| format!("the request: {error}"))
         .and_then(|request: Request| request.answer(files).map_err(|error| words(&error)));
@@ -123,10 +123,10 @@ fn words(error: &Error) -> String {
 }
 
 impl Request {
-    fn answer(self, files: &mut MemoryFiles) -> Result<Value, Error> {
+    fn answer(self, files: &mut FileMap) -> Result<Value, Error> {
         match self {
             Self::Columns { log } => {
-                let columns = seatrial_logs::columns_with_files(Path::new(&log), files)?;
+                let columns = seatrial_logs::columns_from(Path::new(&log), files)?;
                 let units = Quantity::ALL.map(|quantity| (quantity.name(), quantity.units()));
                 Ok(json!({ "columns": columns, "units": BTreeMap::from(units) }))
             }
@@ -185,7 +185,7 @@ fn found(
     log: &str,
     reading: LogReading,
     trace: bool,
-    files: &MemoryFiles,
+    files: &FileMap,
 ) -> Result<IdentifiedLog, Error> {
     let mut options = reading.options()?;
     options.settings.trace = trace;
@@ -193,7 +193,7 @@ fn found(
     identify_log(Path::new(log), &options)
 }
 
-fn identified(log: &str, reading: LogReading, files: &MemoryFiles) -> Result<Value, Error> {
+fn identified(log: &str, reading: LogReading, files: &FileMap) -> Result<Value, Error> {
     let found = found(log, reading, false, files)?;
     let validated = found
         .identification()
@@ -209,13 +209,13 @@ fn identified(log: &str, reading: LogReading, files: &MemoryFiles) -> Result<Val
     }))
 }
 
-fn opened(log: &str, reading: LogReading, files: &MemoryFiles) -> Result<OpenedLog, Error> {
+fn opened(log: &str, reading: LogReading, files: &FileMap) -> Result<OpenedLog, Error> {
     let mut settings = reading.settings()?;
     settings.held = files.clone();
     open(Path::new(log), &settings, None, &mut Unobserved)
 }
 
-fn inspected(log: &str, reading: LogReading, files: &MemoryFiles) -> Result<Value, Error> {
+fn inspected(log: &str, reading: LogReading, files: &FileMap) -> Result<Value, Error> {
     let opened = opened(log, reading, files)?;
     Ok(json!({
         "document": Inspection::of(&opened),

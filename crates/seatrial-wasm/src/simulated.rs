@@ -6,7 +6,7 @@ use seatrial_app::Error;
 use seatrial_app::identify_log::identify_log;
 use seatrial_app::log_reading::LogReading;
 use seatrial_app::simulated_log::{SeaTrial, SimulatedTrial};
-use seatrial_logs::{MemoryFiles, Row, write_csv};
+use seatrial_logs::{FileMap, Row, write_csv};
 use seatrial_sim::Truth;
 use serde_json::{Value, json};
 
@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 const NAME: &str = "simulated.csv";
 
 /// Plays a trial: its log is held as one that a person has dropped, with the windows of its stages and the truth beside it.
-pub fn trial(wanted: &SeaTrial, files: &mut MemoryFiles) -> Result<Value, Error> {
+pub fn trial(wanted: &SeaTrial, files: &mut FileMap) -> Result<Value, Error> {
     let (played, truth, csv) = played(wanted)?;
     let text = String::from_utf8_lossy(&csv).into_owned();
     files.insert(NAME, csv);

@@ -1,7 +1,7 @@
 //! The samples of a log as topics.
 
 use seatrial_core::{RudderUnit, Sample};
-use seatrial_logs::{ChannelChoice, MemoryFiles, ReadError, open_with_files};
+use seatrial_logs::{ChannelChoice, FileMap, ReadError, open_in};
 
 /// A quantity over time.
 pub struct Topic {
@@ -44,9 +44,9 @@ const TOPICS: [(&str, Value); 11] = [
 impl Log {
     /// Reads a log of any format that seatrial knows. The time is the vehicle's own clock. A topic without values is left out.
     pub fn read(name: &str, bytes: Vec<u8>) -> Result<Self, ReadError> {
-        let mut held = MemoryFiles::default();
+        let mut held = FileMap::default();
         held.insert(name, bytes);
-        let mut reader = open_with_files(name.as_ref(), &held, &ChannelChoice::default())?;
+        let mut reader = open_in(name.as_ref(), &held, &ChannelChoice::default())?;
         let description = reader.description().clone();
         let samples = reader.by_ref().collect::<Result<Vec<_>, _>>()?;
         let named = |name| match (name, description.rudder_unit) {

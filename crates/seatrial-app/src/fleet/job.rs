@@ -107,7 +107,7 @@ impl<'a> Queue<'a> {
             };
             let opened = caught(|| {
                 let held = objects::held(source)?;
-                Runs::open_with_files(&source.path, &held, &self.options.choice(), column)
+                Runs::open_in(&source.path, &held, &self.options.choice(), column)
             });
             match failure(source, opened) {
                 Ok(runs) => self.runs = Some((runs, 0)),

@@ -8,7 +8,7 @@ use seatrial::log::segmentation::{Segment, find};
 use seatrial::log::{Manoeuvre, leave_out_unsound};
 use seatrial::{Record, Window};
 use seatrial_core::RudderUnit;
-use seatrial_logs::{ChannelChoice, Fault, LogReader, Quantity, ReadError, Run, open_with_files};
+use seatrial_logs::{ChannelChoice, Fault, LogReader, Quantity, ReadError, Run, open_in};
 use serde::{Deserialize, Serialize};
 
 use super::{Row, Source, objects};
@@ -92,7 +92,7 @@ pub(super) fn rows_of_run(source: &Source, run: Run, options: &Options) -> Vec<R
 
 fn read_log(source: &Source, blank: &Row, options: &Options) -> Result<Vec<Row>, ReadError> {
     let held = objects::held(source)?;
-    let log = open_with_files(&source.path, &held, &options.choice())?;
+    let log = open_in(&source.path, &held, &options.choice())?;
     rows(log, blank, options)
 }
 

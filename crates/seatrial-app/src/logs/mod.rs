@@ -14,7 +14,7 @@ use seatrial::log::{InvalidServo, Servo, leave_out_unsound};
 use seatrial::{Record, Window};
 use seatrial_core::{Axis, RudderUnit, Sample};
 use seatrial_logs::{
-    ChannelChoice, Counts, LogDescription, MemoryFiles, Quantity, TrackFormat, write_track,
+    ChannelChoice, Counts, FileMap, LogDescription, Quantity, TrackFormat, write_track,
 };
 
 use crate::Error;
@@ -38,7 +38,7 @@ pub struct ReadSettings {
     /// Which columns are read, and in which units.
     pub channels: ChannelChoice,
     /// Files in memory, by the paths that logs are opened by.
-    pub held: MemoryFiles,
+    pub held: FileMap,
     /// The servo between the logged command and the rudder: the model is then the one behind it.
     pub servo: Option<Servo>,
 }
@@ -182,7 +182,7 @@ pub fn open(
 ) -> Result<OpenedLog, Error> {
     let mapping = settings.mapping()?;
     let mut choice = mapping.under(settings.channels.clone());
-    let mut reader = seatrial_logs::open_with_files(path, &settings.held, &choice)
+    let mut reader = seatrial_logs::open_in(path, &settings.held, &choice)
         .map_err(|error| mapping.error_of(error))?;
     choice.half_differences = reader.half_differences().clone();
     let servo = settings.servo;
@@ -276,7 +276,7 @@ fn read_again(
         from_s: samples.first()?.time_s,
         to_s: samples.last()?.time_s,
     };
-    let rows = seatrial_logs::open_with_files(path, &settings.held, choice).ok()?;
+    let rows = seatrial_logs::open_in(path, &settings.held, choice).ok()?;
     let rows = rows.filter_map(Result::ok);
     Some(rows.filter(|s| kept.contains(s.time_s)).collect())
 }

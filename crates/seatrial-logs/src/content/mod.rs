@@ -13,7 +13,7 @@ use crate::csv::Text;
 use crate::description::Format;
 use crate::error::{Fault, ReadError};
 use crate::formats::Formats;
-use crate::input::{Input, MemoryFiles};
+use crate::input::{FileMap, Input};
 use crate::line_log::{LineFormat, LineLog};
 use crate::message_table::{MessageTable, Messages};
 use crate::name::ColumnName;
@@ -110,11 +110,11 @@ pub fn is_log(path: &Path) -> bool {
 
 /// The names of a log's columns, topics with fields, or messages with fields, whether or not their meaning is known.
 pub fn columns(path: &Path) -> Result<Vec<String>, ReadError> {
-    columns_with_files(path, &MemoryFiles::default())
+    columns_from(path, &FileMap::default())
 }
 
 /// [`columns`] of a path that may be one of a file in memory.
-pub fn columns_with_files(path: &Path, held: &MemoryFiles) -> Result<Vec<String>, ReadError> {
+pub fn columns_from(path: &Path, held: &FileMap) -> Result<Vec<String>, ReadError> {
     let named = table(path, held, &Formats::default()).map(|table| table.columns().to_vec());
     let log = path.display().to_string();
     named.map_err(|fault| ReadError { log, fault })
@@ -122,7 +122,7 @@ pub fn columns_with_files(path: &Path, held: &MemoryFiles) -> Result<Vec<String>
 
 pub(crate) fn table(
     path: &Path,
-    held: &MemoryFiles,
+    held: &FileMap,
     formats: &Formats,
 ) -> Result<Box<dyn Table>, Fault> {
     if path == Path::new("-") {
@@ -159,14 +159,14 @@ pub(crate) fn open_stream(
     let mut file = tempfile::tempfile().map_err(Fault::read)?;
     io::copy(&mut input, &mut file).map_err(Fault::read)?;
     file.rewind().map_err(Fault::read)?;
-    open(Input::File(file), path, &MemoryFiles::default(), formats)
+    open(Input::File(file), path, &FileMap::default(), formats)
 }
 
 /// Opens a file as what it is.
 pub(crate) fn open(
     mut file: Input,
     path: &Path,
-    held: &MemoryFiles,
+    held: &FileMap,
     formats: &Formats,
 ) -> Result<Box<dyn Table>, Fault> {
     let start = start(&mut file)?;
@@ -193,7 +193,7 @@ fn built_in(
     format: Format,
     file: Input,
     path: &Path,
-    held: &MemoryFiles,
+    held: &FileMap,
 ) -> Result<Box<dyn Table>, Fault> {
     match format {
         Format::Parquet => built!(

@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 
 use crate::content::{open_stream, table};
 use crate::formats::Formats;
-use crate::input::MemoryFiles;
+use crate::input::FileMap;
 use crate::message_table::{Kind, Message, Messages};
 use crate::table::{Table, hexadecimal};
 use crate::{ChannelChoice, LogReader};
@@ -63,14 +63,14 @@ fn kinds(log: &mut dyn Messages) -> Kinds {
 }
 
 fn found(path: &Path) -> Kinds {
-    let file = MemoryFiles::default().open(path).unwrap();
+    let file = FileMap::default().open(path).unwrap();
     match path.extension().and_then(|suffix| suffix.to_str()) {
         Some("BIN") => kinds(&mut crate::dataflash::DataFlash::open(file).unwrap()),
         Some("tlog") => kinds(&mut crate::tlog::Telemetry::open(file).unwrap()),
         Some("ulg") => kinds(&mut crate::ulog::ULog::open(file).unwrap()),
         Some("mcap") => kinds(&mut crate::mcap::Mcap::open(file).unwrap()),
         Some("dbd") => {
-            kinds(&mut crate::slocum::Glider::open(file, path, &MemoryFiles::default()).unwrap())
+            kinds(&mut crate::slocum::Glider::open(file, path, &FileMap::default()).unwrap())
         }
         Some("raw" | "all") => kinds(&mut *crate::nmea2000::open(file).unwrap()),
         Some("nmea") => kinds(&mut crate::nmea0183::Sentences::open(file).unwrap()),
@@ -166,9 +166,8 @@ fn io_every_format_comes_on_standard_input_and_from_memory_too() {
     for format in seeds::FORMATS {
         for seed in seeds::of(format) {
             std::fs::write(&path, &seed).unwrap();
-            let named =
-                samples(table(&path, &MemoryFiles::default(), &Formats::default()).unwrap());
-            let mut held = MemoryFiles::default();
+            let named = samples(table(&path, &FileMap::default(), &Formats::default()).unwrap());
+            let mut held = FileMap::default();
             held.insert("no/such/log", seed.clone());
             let in_memory =
                 samples(table(Path::new("no/such/log"), &held, &Formats::default()).unwrap());

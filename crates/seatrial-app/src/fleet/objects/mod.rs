@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use glob::{MatchOptions, Pattern};
-use seatrial_logs::{Fault, MemoryFiles, ReadError};
+use seatrial_logs::{Fault, FileMap, ReadError};
 use tempfile::NamedTempFile;
 
 use super::Source;
@@ -135,8 +135,8 @@ pub(super) fn look(paths: &[PathBuf]) -> Result<Vec<Source>, ObjectError> {
 }
 
 /// The bytes of a log, where it is an object; a file is read in its place.
-pub(super) fn held(source: &Source) -> Result<MemoryFiles, ReadError> {
-    let mut held = MemoryFiles::default();
+pub(super) fn held(source: &Source) -> Result<FileMap, ReadError> {
+    let mut held = FileMap::default();
     if let Some(address) = address(&source.path) {
         let failed = |source: io::Error| ReadError {
             log: address.text.to_owned(),
