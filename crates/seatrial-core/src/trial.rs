@@ -47,6 +47,8 @@ pub struct Trial<T> {
     attempt: u32,
     run: u32,
     rejected_before: RejectedCounts,
+    /// What became of the latest sample.
+    intake: Option<Intake>,
     phase: Phase<T>,
     phase_start_s: f64,
     settled: bool,
@@ -97,6 +99,7 @@ impl<T: Real> Trial<T> {
             attempt: 1,
             run: 0,
             rejected_before: RejectedCounts::default(),
+            intake: None,
             phase: Phase::Waiting,
             phase_start_s: 0.0,
             settled: false,
@@ -154,6 +157,20 @@ impl<T: Real> Trial<T> {
     /// The estimator.
     pub fn estimator(&self) -> &Estimator<T> {
         &self.estimator
+    }
+
+    /// What became of the latest sample; `None` before the first.
+    ///
+    /// ```
+    /// use seatrial_core::{Cause, Intake, Plan, Sample, Trial};
+    ///
+    /// let mut trial = Trial::new(Plan::<f64>::paper())?;
+    /// let _ = trial.step(&Sample { heading_rad: f64::NAN, ..Sample::default() });
+    /// assert_eq!(trial.intake(), Some(Intake::Rejected(Cause::NonFinite)));
+    /// # Ok::<(), seatrial_core::InvalidSetting>(())
+    /// ```
+    pub fn intake(&self) -> Option<Intake> {
+        self.intake
     }
 
     /// Where the trial is.
@@ -257,6 +274,7 @@ impl<T: Real> Trial<T> {
         } else {
             self.estimator.warm(time_s, heading_rad, rudder_rad)
         };
+        self.intake = Some(intake);
         if let (false, Some(elapsed_s)) = (converged_before, self.estimator.converged_s()) {
             self.tell(Event::Converged { elapsed_s });
         }

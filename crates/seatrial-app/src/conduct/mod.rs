@@ -209,7 +209,7 @@ impl Runs<'_> {
                 self.end(run);
             }
             if let Some(run) = &mut self.open {
-                run.take(&step, trial.estimator());
+                run.take(&step, &trial);
             }
             self.watch.step(&step, &trial);
             if let Err(error) = acted {

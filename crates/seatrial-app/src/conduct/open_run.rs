@@ -1,6 +1,6 @@
 //! A run from its first sample to its verdict.
 
-use seatrial_core::estimator::{Estimator, EstimatorSettings};
+use seatrial_core::estimator::{EstimatorSettings, Intake};
 use seatrial_core::progress::RunResult;
 use seatrial_core::{Axis, Outcome, Real, Sample, Stage, Trial};
 
@@ -26,10 +26,8 @@ pub(super) struct OpenRun {
     attempt: u32,
     stages: Vec<StageSpan>,
     record: Record,
-    /// The samples with the headings that the trial's guard let through; the others are no number.
-    accepted: Record,
-    /// Samples that it has refused.
-    refused: Option<u32>,
+    /// For each sample of the record, whether the trial's guard refused it.
+    is_refused: Vec<bool>,
     trace: Vec<TracePoint>,
     next_look_s: f64,
 }
@@ -42,8 +40,7 @@ impl OpenRun {
             attempt,
             stages: Vec::new(),
             record: Record::default(),
-            accepted: Record::default(),
-            refused: None,
+            is_refused: Vec::new(),
             trace: Vec::new(),
             next_look_s: f64::NEG_INFINITY,
         }
@@ -66,20 +63,15 @@ impl OpenRun {
         }
     }
 
-    pub(super) fn take(&mut self, step: &Step, estimator: &Estimator<f64>) {
+    pub(super) fn take(&mut self, step: &Step, trial: &Trial<f64>) {
         self.record.samples.push(step.sample);
-        let refused = Some(estimator.rejected().samples());
-        let mut sample = step.sample;
-        if self.refused.is_some_and(|before| Some(before) != refused) {
-            sample.heading_rad = f64::NAN;
-        }
-        self.accepted.samples.push(sample);
-        self.refused = refused;
+        let is_refused = matches!(trial.intake(), Some(Intake::Rejected(_)));
+        self.is_refused.push(is_refused);
         if let Some(model) = step.estimate {
             self.trace.push(TracePoint {
                 time_s: step.sample.time_s,
                 theta: model.theta(),
-                step_norm: estimator.step_norm(),
+                step_norm: trial.estimator().step_norm(),
             });
         }
     }
@@ -119,8 +111,11 @@ impl OpenRun {
 
     /// What runs are identified from: the samples that the guard let through, with the rudder that acts behind the servo.
     fn behind(&self, servo: Option<Servo>) -> Record {
-        let accepted = &self.accepted.samples;
-        servo.map_or_else(|| mended(accepted), |servo| mended(&servo.acting(accepted)))
+        let commanded = &self.record.samples;
+        match servo {
+            Some(servo) => mended(&servo.acting(commanded), &self.is_refused),
+            None => mended(commanded, &self.is_refused),
+        }
     }
 
     /// Trained and validated: refined and judged.
@@ -281,9 +276,10 @@ impl OpenRun {
 
 /// What the guard let through. Where it refused one heading between two that it took, the rudder of that
 /// sample still acted: its heading is put on the line between the two.
-fn mended(samples: &[Sample<f64>]) -> Record {
+fn mended(samples: &[Sample<f64>], is_refused: &[bool]) -> Record {
+    let taken = |k: usize| samples.get(k).filter(|_| !is_refused[k]);
     let between = |k: usize| {
-        let (before, after) = (samples.get(k.checked_sub(1)?)?, samples.get(k + 1)?);
+        let (before, after) = (taken(k.checked_sub(1)?)?, taken(k + 1)?);
         let sample = &samples[k];
         let share = (sample.time_s - before.time_s) / (after.time_s - before.time_s);
         let turned = Real::wrapped(after.heading_rad - before.heading_rad);
@@ -293,10 +289,7 @@ fn mended(samples: &[Sample<f64>]) -> Record {
         })
     };
     (0..samples.len())
-        .map(|k| match samples[k] {
-            refused if refused.heading_rad.is_nan() => between(k).unwrap_or(refused),
-            sample => sample,
-        })
+        .filter_map(|k| taken(k).copied().or_else(|| between(k)))
         .filter(|sample| sample.heading_rad.is_finite())
         .collect()
 }
