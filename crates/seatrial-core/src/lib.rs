@@ -43,6 +43,7 @@ pub mod state_variable_filter;
 pub mod trial;
 pub mod turning;
 pub mod validation;
+pub mod whitening;
 
 pub use authority::{AuthorityFit, AuthorityForm};
 pub use axis::Axis;

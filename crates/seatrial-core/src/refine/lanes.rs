@@ -21,6 +21,13 @@ impl<const N: usize> Lanes<N> {
     }
 }
 
+impl<const N: usize> From<f64> for Lanes<N> {
+    #[inline(always)]
+    fn from(value: f64) -> Self {
+        Self::all(value)
+    }
+}
+
 /// An operation lane by lane, in place and by value. Loops, because closures over arrays are not always inlined.
 macro_rules! lane_by_lane {
     ($($by_value:ident $method:ident $in_place:ident $assign:ident $operator:tt),*) => {$(

@@ -4,6 +4,7 @@ use libm::{exp, log};
 
 use super::lanes::Lanes;
 use super::responses::{Responses, Step};
+use crate::whitening::{Covariance, Gain};
 
 /// Change of gain and innovation variance, by this share of them, under which the filter counts as steady.
 const STEADY: f64 = 1e-7;
@@ -33,8 +34,7 @@ impl Disturbance {
 /// ```text
 /// x = [psi, r, d],  psi' = r,  r' = a22 r + d,  d' = -d/tau + white
 /// x <- F x,   P <- F P F^T + Q                                           to the next comparison
-/// e = z - x_psi,  S = P_psi,psi + 1/block,  K = P e_psi / S
-/// x <- x + K e,   P <- P - K S K^T
+/// S = P_psi,psi + 1/block, and on by the gains of [`crate::whitening`]
 /// ```
 #[derive(Clone, Debug)]
 pub struct Whitening<const N: usize, const COLUMNS: usize> {
@@ -43,10 +43,9 @@ pub struct Whitening<const N: usize, const COLUMNS: usize> {
     interval_s: f64,
     transition: Transition<N>,
     process: f64,
-    covariance: Covariance<N>,
-    gain: [Lanes<N>; 3],
+    covariance: Covariance<Lanes<N>, 3>,
+    gain: Gain<Lanes<N>, 3>,
     states: [[Lanes<N>; 3]; COLUMNS],
-    precision: Lanes<N>,
     log_variances: LogOfProduct<N>,
     steady: bool,
 }
@@ -68,14 +67,14 @@ impl<const N: usize, const COLUMNS: usize> Whitening<N, COLUMNS> {
                 memory: 0.0,
             },
             process: 0.0,
-            covariance: Covariance {
-                psi: [none; 3],
-                r: [none; 2],
-                d: variance,
+            covariance: Covariance([[none; 3], [none; 3], [none, none, variance]]),
+            gain: Gain {
+                measured: 0,
+                gain: [none; 3],
+                variance: none,
+                precision: none,
             },
-            gain: [none; 3],
             states: [[none; 3]; COLUMNS],
-            precision: none,
             log_variances: LogOfProduct::new(),
             steady: false,
         }
@@ -104,15 +103,11 @@ impl<const N: usize, const COLUMNS: usize> Whitening<N, COLUMNS> {
         let power = Lanes::all(self.disturbance.relative * self.disturbance.relative);
         let noise = Lanes::all(self.noise);
         let none = Lanes::ZERO;
-        self.covariance = Covariance {
-            psi: [noise, from_headings * noise, none],
-            r: [
-                from_headings * from_headings * noise * 2.0
-                    + from_disturbance * from_disturbance * power,
-                from_disturbance * power * memory,
-            ],
-            d: power,
-        };
+        let psi_r = from_headings * noise;
+        let r_r = from_headings * from_headings * noise * 2.0
+            + from_disturbance * from_disturbance * power;
+        let r_d = from_disturbance * power * memory;
+        self.covariance = Covariance([[noise, psi_r, none], [psi_r, r_r, r_d], [none, r_d, power]]);
         for ((state, z0), z1) in self.states.iter_mut().zip(first).zip(second) {
             *state = [*z1, from_headings * (*z1 - *z0), none];
         }
@@ -135,24 +130,17 @@ impl<const N: usize, const COLUMNS: usize> Whitening<N, COLUMNS> {
             true => self.log_variances.again(),
             false => self.update_gain(),
         }
-        let [to_heading, to_rate, to_disturbance] = self.gain;
         let mut innovations = *columns;
         for (state, innovation) in self.states.iter_mut().zip(&mut innovations) {
-            let [psi, r, d] = self.transition.of(*state);
-            let e = *innovation - psi;
-            *innovation = e;
-            *state = [
-                psi + to_heading * e,
-                r + to_rate * e,
-                d + to_disturbance * e,
-            ];
+            *state = self.transition.of(*state);
+            *innovation = self.gain.correct(state, *innovation);
         }
         innovations
     }
 
     /// 1/S of the latest innovations.
     pub fn precision(&self) -> Lanes<N> {
-        self.precision
+        self.gain.precision
     }
 
     /// sum log S of all innovations.
@@ -173,19 +161,16 @@ impl<const N: usize, const COLUMNS: usize> Whitening<N, COLUMNS> {
     }
 
     fn update_gain(&mut self) {
-        let mut p = self.transition.of_covariance(&self.covariance);
-        p.d += Lanes::all(self.process);
-        let variance = p.psi[0] + Lanes::all(self.noise);
-        let precision = Lanes::all(1.0) / variance;
-        let gain = p.psi.map(|of_psi| of_psi * precision);
+        let transition = self.transition;
+        self.covariance = self.covariance.advanced(|state| transition.of(state));
+        self.covariance.0[2][2] += Lanes::all(self.process);
+        let gain = self.covariance.measure(0, Lanes::all(self.noise));
         let is_same = |new: Lanes<N>, old: Lanes<N>| {
             (new.0.iter().zip(old.0)).all(|(new, old)| (new - old).abs() <= STEADY * new.abs())
         };
-        self.steady = is_same(precision, self.precision)
-            && (gain.iter().zip(self.gain)).all(|(new, old)| is_same(*new, old));
-        self.precision = precision;
-        self.log_variances.multiply(variance);
-        self.covariance = p.given(&gain);
+        self.steady = is_same(gain.precision, self.gain.precision)
+            && (gain.gain.iter().zip(self.gain.gain)).all(|(new, old)| is_same(*new, old));
+        self.log_variances.multiply(gain.variance);
         self.gain = gain;
     }
 }
@@ -207,52 +192,6 @@ impl<const N: usize> Transition<N> {
             step.decay * r + step.rate_gain_s * d,
             d * self.memory,
         ]
-    }
-
-    /// F P F^T.
-    #[inline(always)]
-    fn of_covariance(&self, p: &Covariance<N>) -> Covariance<N> {
-        let [_, psi_r, psi_d] = p.psi;
-        let [r_r, r_d] = p.r;
-        // The columns of F P; its rows are those of P F^T.
-        let [psi_0, r_0, d_0] = self.of(p.psi);
-        let [psi_1, r_1, d_1] = self.of([psi_r, r_r, r_d]);
-        let [psi_2, r_2, d_2] = self.of([psi_d, r_d, p.d]);
-        let [_, r_r, r_d] = self.of([r_0, r_1, r_2]);
-        let [.., d] = self.of([d_0, d_1, d_2]);
-        Covariance {
-            psi: self.of([psi_0, psi_1, psi_2]),
-            r: [r_r, r_d],
-            d,
-        }
-    }
-}
-
-/// The symmetric P, above its diagonal.
-#[derive(Clone, Copy, Debug)]
-struct Covariance<const N: usize> {
-    /// Covariances of the heading with heading, yaw rate and disturbance.
-    psi: [Lanes<N>; 3],
-    /// Covariances of the yaw rate with itself and the disturbance.
-    r: [Lanes<N>; 2],
-    d: Lanes<N>,
-}
-
-impl<const N: usize> Covariance<N> {
-    /// P - K S K^T, where K S is the first column of P.
-    #[inline(always)]
-    fn given(&self, gain: &[Lanes<N>; 3]) -> Self {
-        let [k_psi, k_r, k_d] = *gain;
-        let [psi_psi, psi_r, psi_d] = self.psi;
-        Self {
-            psi: [
-                psi_psi - k_psi * psi_psi,
-                psi_r - k_psi * psi_r,
-                psi_d - k_psi * psi_d,
-            ],
-            r: [self.r[0] - k_r * psi_r, self.r[1] - k_r * psi_d],
-            d: self.d - k_d * psi_d,
-        }
     }
 }
 

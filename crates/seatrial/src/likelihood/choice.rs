@@ -1,6 +1,6 @@
 //! The choice between hypotheses: prediction of data left out, and what is left of evidence.
 
-use super::evidence::{Hypothesis, hypotheses};
+use super::evidence::{Hypothesis, hypotheses, shares};
 use super::hypothesis::{Disturbance, Structure};
 use super::left_out::{blocks, free_run_rad2, heading_variance_rad2, without};
 use super::leg::Leg;
@@ -343,14 +343,7 @@ fn by_evidence(candidates: &[Candidate], is_in: impl Fn(&Candidate) -> bool) -> 
         true => c.hypothesis.log_evidence(),
         false => f64::NEG_INFINITY,
     };
-    let most = candidates
-        .iter()
-        .map(logs)
-        .fold(f64::NEG_INFINITY, f64::max);
-    candidates
-        .iter()
-        .map(|c| libm::exp(logs(c) - most))
-        .collect()
+    shares(candidates.iter().map(logs))
 }
 
 /// How often each would have been the best predictor: a Bayesian bootstrap over the blocks (Rubin 1981).

@@ -3,9 +3,10 @@
 use nalgebra::DVector;
 
 use super::filter::Noise;
-use super::fit::{Effort, Fit, Problem};
+use super::fit::{Fit, Problem};
 use super::hypothesis::{Disturbance, Parameter, Scale, Structure};
 use super::leg::Leg;
+use super::search::Effort;
 use super::steering_model::SteeringModel;
 
 /// Dampings that a first look tries, between the slowest that a record shows and the fastest that its comparisons do.
@@ -57,26 +58,27 @@ impl Hypothesis<'_> {
 
     /// Log evidence of all nodes together.
     pub fn log_evidence(&self) -> f64 {
-        let most = self.nodes[0].0;
-        let sum: f64 = self
-            .nodes
-            .iter()
-            .map(|(log, _)| libm::exp(log - most))
-            .sum();
-        most + libm::log(sum)
+        log_sum(self.nodes.iter().map(|(log, _)| *log))
     }
 
     /// Share of each node.
     pub fn shares(&self) -> Vec<f64> {
-        let most = self.nodes[0].0;
-        let weights: Vec<f64> = self
-            .nodes
-            .iter()
-            .map(|(log, _)| libm::exp(log - most))
-            .collect();
-        let sum: f64 = weights.iter().sum();
-        weights.into_iter().map(|w| w / sum).collect()
+        shares(self.nodes.iter().map(|(log, _)| *log))
     }
+}
+
+/// Log of the sum of what these are the logs of.
+pub fn log_sum(logs: impl Iterator<Item = f64> + Clone) -> f64 {
+    let most = logs.clone().fold(f64::NEG_INFINITY, f64::max);
+    most + libm::log(logs.map(|log| libm::exp(log - most)).sum::<f64>())
+}
+
+/// What each is of the sum of what these are the logs of.
+pub fn shares(logs: impl Iterator<Item = f64> + Clone) -> Vec<f64> {
+    let most = logs.clone().fold(f64::NEG_INFINITY, f64::max);
+    let weights = logs.map(|log| libm::exp(log - most));
+    let total: f64 = weights.clone().sum();
+    weights.map(|weight| weight / total).collect()
 }
 
 /// What a structure leaves to those that start from it.

@@ -1,14 +1,19 @@
-//! The one whitening filter: innovations of the heading under a vehicle and a disturbance.
+//! The whitening filter of every record: gains of heading and gyro under a vehicle and what disturbs it.
 //!
 //! ```text
-//! x = (psi, r, v, d);  prediction by exact exponential steps;  K = P H'/S,  S = H P H' + 1,  e = (y - psi)/sqrt(S)
+//! x = (psi, r, v, d, w, w'),   P <- F P F' + Q,   S = P_kk + R,   K = P e_k / S   (recursion in seatrial_core::whitening)
+//! F = exp(A h),   Q = integral of exp(A s) G G' exp(A s)' over the step
 //! ```
 //!
 //! Variances are relative to that of the heading noise. Without a disturbance P is 0 and the filter is output error. Under a drift only
-//! the heading is corrected. Gains do not depend on the headings, so that parameters which leave the dynamics alone share them.
+//! the heading is corrected. Gains do not depend on what is measured, so that parameters which leave the dynamics alone share them. F and Q are
+//! computed over a step so short that five terms of a series and three of Gauss's points are exact to 1e-7, and doubled.
+
+use seatrial_core::whitening::{Covariance, Gain};
 
 use super::hypothesis::Vehicle;
-use super::leg::{Leg, PARTS};
+use super::leg::{Leg, parts_of};
+use super::motion::{Motion, Start, State};
 
 /// Strength of a disturbance, relative to the heading noise of one comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,40 +34,283 @@ pub enum Noise {
     },
 }
 
-/// Where a leg starts, and its offset.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Start {
-    /// Heading, rad.
-    pub heading_rad: f64,
-    /// Yaw rate, rad/s.
-    pub yaw_rate_rad_s: f64,
-    /// Sway memory v, rad.
-    pub sway_rad: f64,
-    /// Yaw acceleration at neutral rudder c, rad/s^2.
-    pub offset_rad_s2: f64,
+/// What besides the rudder turns a vehicle, relative to the heading noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disturbances {
+    /// Deviation of a random walk of the heading after a second, 1/sqrt(s).
+    pub drift: f64,
+    /// Deviation of a Gauss-Markov yaw acceleration, 1/s^2, and its time constant, s.
+    pub sea: [f64; 2],
+    /// Deviation of a narrow-band yaw acceleration, 1/s^2, its frequency, rad/s, and its damping ratio.
+    pub wave: [f64; 3],
 }
 
-/// Heading, yaw rate, sway and disturbance.
-pub type State = [f64; 4];
-type Square = [[f64; 4]; 4];
+impl Disturbances {
+    /// Nothing.
+    pub const NONE: Self = Self {
+        drift: 0.0,
+        sea: [0.0, f64::INFINITY],
+        wave: [0.0, 1.0, 0.5],
+    };
+}
 
-/// A gain has settled where a step changes it by less than this share.
+impl From<Noise> for Disturbances {
+    fn from(noise: Noise) -> Self {
+        match noise {
+            Noise::None => Self::NONE,
+            Noise::Drift { per_sqrt_s } => Self {
+                drift: per_sqrt_s,
+                ..Self::NONE
+            },
+            Noise::Sea { per_s2, time_s } => Self {
+                sea: [per_s2, time_s],
+                ..Self::NONE
+            },
+        }
+    }
+}
+
+/// Changes of an interval or of the damping by less than these shares keep the transition.
+const SAME_INTERVAL: f64 = 0.2;
+const SAME_DAMPING: f64 = 1e-3;
+
+/// Gains of a vehicle under disturbances, from one comparison to the next.
+pub struct Whitening<const N: usize> {
+    vehicle: Vehicle,
+    disturbances: Disturbances,
+    gyro_noise: Option<f64>,
+    /// A gain has settled where a comparison changes it by less than this share.
+    settled: f64,
+    covariance: Covariance<f64, N>,
+    transition: Transition<N>,
+    /// Gains of heading and gyro.
+    gains: [Gain<f64, N>; 2],
+    is_settled: bool,
+}
+
+impl<const N: usize> Whitening<N> {
+    /// From a start as uncertain as this. `gyro_noise`, 1/s, is that of a gyro over that of the heading; gains that a comparison changes by a
+    /// share of less than `settled` stay as they are.
+    pub fn new(
+        vehicle: &Vehicle,
+        disturbances: &Disturbances,
+        start: [[f64; N]; N],
+        gyro_noise: Option<f64>,
+        settled: f64,
+    ) -> Self {
+        let none = Gain {
+            measured: 0,
+            gain: [0.0; N],
+            variance: 1.0,
+            precision: 1.0,
+        };
+        Self {
+            vehicle: *vehicle,
+            disturbances: *disturbances,
+            gyro_noise,
+            settled,
+            covariance: Covariance(start),
+            transition: Transition::NONE,
+            gains: [none; 2],
+            is_settled: false,
+        }
+    }
+
+    /// Gains of heading and gyro at the next comparison; that of a gyro which is not there is 0.
+    pub fn measure(&mut self) -> &[Gain<f64, N>; 2] {
+        if !self.is_settled {
+            let before = self.gains;
+            self.gains[0] = self.covariance.measure(0, 1.0);
+            if let Some(noise) = self.gyro_noise {
+                self.gains[1] = self.covariance.measure(1, noise * noise);
+            }
+            let near = |(a, b): (&f64, &f64)| (a - b).abs() <= self.settled * b.abs();
+            self.is_settled = (before.iter().zip(&self.gains))
+                .all(|(before, now)| before.gain.iter().zip(&now.gain).all(near));
+        }
+        &self.gains
+    }
+
+    /// Over an interval, s, with the damping about the yaw rate there, 1/s.
+    pub fn advance(&mut self, damping_per_s: f64, interval_s: f64) {
+        if !self.transition.is_near(damping_per_s, interval_s) {
+            self.transition =
+                Transition::new(&self.vehicle, &self.disturbances, damping_per_s, interval_s);
+            self.is_settled = false;
+        }
+        if !self.is_settled {
+            self.transition.move_on(&mut self.covariance);
+        }
+    }
+}
+
+/// A matrix by its columns.
+type Columns<const N: usize> = [[f64; N]; N];
+
+/// F and Q of an interval.
+struct Transition<const N: usize> {
+    interval_s: f64,
+    damping_per_s: f64,
+    f: Columns<N>,
+    q: [[f64; N]; N],
+}
+
+impl<const N: usize> Transition<N> {
+    const NONE: Self = Self {
+        interval_s: f64::NAN,
+        damping_per_s: f64::NAN,
+        f: [[0.0; N]; N],
+        q: [[0.0; N]; N],
+    };
+
+    /// Without a sea and waves only the heading is uncertain.
+    fn new(vehicle: &Vehicle, disturbances: &Disturbances, damping_per_s: f64, h: f64) -> Self {
+        let Disturbances {
+            drift,
+            sea: [sea, sea_s],
+            wave: [wave, frequency, ratio],
+        } = *disturbances;
+        let mut transition = Self {
+            interval_s: h,
+            damping_per_s,
+            f: core::array::from_fn(unit),
+            q: [[0.0; N]; N],
+        };
+        let mut fastest = damping_per_s.abs().max(1.0 / sea_s);
+        // A by its columns: what heading, yaw rate, sway, sea and waves do.
+        let mut a = [[0.0; N]; N];
+        (a[1][0], a[1][1]) = (1.0, -damping_per_s);
+        (a[3][1], a[3][3]) = (1.0, -1.0 / sea_s);
+        if vehicle.coupling_per_s2 != 0.0 {
+            a[1][2] = 1.0;
+            (a[2][1], a[2][2]) = (vehicle.coupling_per_s2, -1.0 / vehicle.sway_s);
+            let of_sway = vehicle.coupling_per_s2.abs().sqrt();
+            fastest = fastest.max(of_sway).max(1.0 / vehicle.sway_s);
+        }
+        let mut noises = [(3, 2.0 * sea * sea / sea_s), (3, 0.0)];
+        if N > 4 && wave != 0.0 {
+            (a[4][1], a[4][5]) = (1.0, -frequency * frequency);
+            (a[5][4], a[5][5]) = (1.0, -2.0 * ratio * frequency);
+            noises[1] = (5, 4.0 * ratio * frequency.powi(3) * wave * wave);
+            fastest = fastest.max(frequency);
+        }
+        if noises.iter().any(|(_, power)| *power > 0.0) {
+            transition.integrate(&a, fastest, noises);
+        }
+        transition.q[0][0] += drift * drift * h;
+        transition
+    }
+
+    fn integrate(&mut self, a: &Columns<N>, fastest: f64, noises: [(usize, f64); 2]) {
+        let halvings = libm::ceil(libm::log2(4.0 * fastest * self.interval_s)).clamp(0.0, 30.0);
+        let h = self.interval_s / libm::exp2(halvings);
+        self.f = core::array::from_fn(|i| series(a, h, unit(i)));
+        // Gauss and Legendre's three points.
+        for (at, weight) in [
+            (0.112_701_665, 5.0 / 18.0),
+            (0.5, 8.0 / 18.0),
+            (0.887_298_335, 5.0 / 18.0),
+        ] {
+            for (state, power) in noises.into_iter().filter(|(_, power)| *power > 0.0) {
+                let moved = series(a, at * h, unit(state));
+                for (row, of_row) in self.q.iter_mut().zip(moved) {
+                    for (q, of_column) in row.iter_mut().zip(moved) {
+                        *q += weight * h * power * of_row * of_column;
+                    }
+                }
+            }
+        }
+        for _ in 0..halvings as u32 {
+            let mut q = Covariance(self.q);
+            self.move_on(&mut q);
+            self.q = q.0;
+            let f = self.f;
+            self.f = f.map(|column| product(&f, &column));
+        }
+    }
+
+    fn is_near(&self, damping_per_s: f64, interval_s: f64) -> bool {
+        (interval_s - self.interval_s).abs() <= SAME_INTERVAL * self.interval_s
+            && (damping_per_s - self.damping_per_s).abs() <= SAME_DAMPING * damping_per_s.abs()
+    }
+
+    /// F P F' + Q.
+    fn move_on(&self, p: &mut Covariance<f64, N>) {
+        *p = p.advanced(|x| product(&self.f, &x));
+        for (row, of_row) in p.0.iter_mut().zip(&self.q) {
+            for (p, q) in row.iter_mut().zip(of_row) {
+                *p += q;
+            }
+        }
+    }
+}
+
+fn unit<const N: usize>(at: usize) -> [f64; N] {
+    core::array::from_fn(|i| f64::from(u8::from(i == at)))
+}
+
+fn product<const N: usize>(columns: &Columns<N>, x: &[f64; N]) -> [f64; N] {
+    let mut y = [0.0; N];
+    for (column, x) in columns.iter().zip(x) {
+        for (y, of_column) in y.iter_mut().zip(column) {
+            *y += of_column * x;
+        }
+    }
+    y
+}
+
+/// exp(A s) x by five terms.
+fn series<const N: usize>(a: &Columns<N>, s: f64, x: [f64; N]) -> [f64; N] {
+    (1..=5).rev().fold(x, |sum, order| {
+        let next = product(a, &sum);
+        core::array::from_fn(|i| x[i] + next[i] * s / f64::from(order))
+    })
+}
+
+/// Gains that a comparison changes by a smaller share stay: derivatives by differences see larger ones.
 const SETTLED: f64 = 1e-9;
 
 /// Gains of the filter at each comparison of a leg.
 #[derive(Clone, Debug)]
 pub struct Gains {
-    gain: Vec<State>,
-    deviation: Vec<f64>,
-    /// The disturbance's time constant, s.
-    time_s: f64,
+    gains: Vec<(Gain<f64, 4>, f64)>,
+    disturbances: Disturbances,
     /// Sum of the logs of the deviations of the innovations.
     pub log_deviations: f64,
 }
 
+impl Gains {
+    /// Of a leg under a disturbance. A nonlinear vehicle is linearised along the slopes of the heading, rad/s. `None` where nothing
+    /// disturbs.
+    pub fn of(leg: &Leg, vehicle: &Vehicle, noise: &Noise, slopes_rad_s: &[f64]) -> Option<Self> {
+        if *noise == Noise::None {
+            return None;
+        }
+        let disturbances = Disturbances::from(*noise);
+        let mut start = [[0.0; 4]; 4];
+        start[3][3] = disturbances.sea[0].powi(2);
+        let mut filter = Whitening::new(vehicle, &disturbances, start, None, SETTLED);
+        let mut found = Self {
+            gains: Vec::with_capacity(leg.len()),
+            disturbances,
+            log_deviations: 0.0,
+        };
+        for (i, at_s) in leg.time_s.iter().enumerate() {
+            let [heading, _] = *filter.measure();
+            found.gains.push((heading, heading.variance.sqrt()));
+            found.log_deviations += 0.5 * libm::log(heading.variance);
+            if let Some(next_s) = leg.time_s.get(i + 1) {
+                let growth = 2.0 * vehicle.quadratic_per_rad * slopes_rad_s[i].abs();
+                filter.advance(vehicle.damping_per_s + growth, next_s - at_s);
+            }
+        }
+        Some(found)
+    }
+}
+
 /// The innovations of comparisons `from..to` of a leg, rad, each over its deviation.
 ///
-/// `angles` are those of [`angles`] over the whole leg.
+/// `angles` are those of [`super::gear::angles`] over the whole leg.
 pub fn innovations(
     leg: &Leg,
     [from, to]: [usize; 2],
@@ -73,423 +321,24 @@ pub fn innovations(
 ) -> Vec<f64> {
     let mut errors = Vec::with_capacity(to - from);
     let parts = parts_of(angles, leg);
-    let mut x = [start.heading_rad, start.yaw_rate_rad_s, start.sway_rad, 0.0];
-    let mut motion = Motion::new(vehicle);
-    let mut decay = Decay::of(gains.map_or(f64::INFINITY, |gains| gains.time_s));
+    let mut x: State = start.state();
+    let disturbances = gains.map_or(Disturbances::NONE, |gains| gains.disturbances);
+    let mut motion = Motion::new(vehicle, &disturbances);
     for i in from..to {
-        let error = leg.heading_rad[i] - x[0];
-        match gains {
-            Some(gains) => {
-                for (state, gain) in x.iter_mut().zip(&gains.gain[i]) {
-                    *state += gain * error;
-                }
-                errors.push(error / gains.deviation[i]);
+        let heading_rad = leg.heading_rad[i];
+        errors.push(match gains {
+            Some(Gains { gains, .. }) => {
+                let (gain, deviation) = &gains[i];
+                gain.correct(&mut x, heading_rad) / deviation
             }
-            None => errors.push(error),
-        }
+            None => heading_rad - x[0],
+        });
         if i + 1 == to {
             break;
         }
         let interval_s = leg.time_s[i + 1] - leg.time_s[i];
         let during = &angles[parts * i..parts * (i + 1)];
-        motion.follow(&mut x, during, start.offset_rad_s2, interval_s);
-        if x[3] != 0.0 {
-            x[3] *= decay.over(interval_s);
-        }
+        motion.follow(vehicle, &mut x, during, start.offset_rad_s2, interval_s);
     }
     errors
-}
-
-/// Mean angles of the gear over parts of each interval between comparisons, rad. The gear starts at rest at the leg's beginning.
-///
-/// Of a thinned leg they are averaged as its headings are: the mean of headings follows the mean of angles.
-pub fn angles(leg: &Leg, vehicle: &Vehicle) -> Vec<f64> {
-    let commands = vehicle.commands(leg);
-    let parts = parts_of(&commands, leg);
-    let mut gear = Gear::new(vehicle, commands.first().copied().unwrap_or(0.0));
-    let angles = leg.time_s.windows(2).zip(commands.chunks_exact(parts));
-    let angles: Vec<f64> = angles
-        .flat_map(|(pair, during)| {
-            let part_s = (pair[1] - pair[0]) / parts as f64;
-            during.iter().map(move |command| (*command, part_s))
-        })
-        .map(|(command, part_s)| gear.advance(command, part_s))
-        .collect();
-    leg.averaged(angles, parts)
-}
-
-/// Parts of each interval between comparisons.
-fn parts_of(angles: &[f64], leg: &Leg) -> usize {
-    (angles.len() / leg.len().saturating_sub(1).max(1)).max(1)
-}
-
-/// Heading, yaw rate and sway at each comparison of a leg of a free-running vehicle; the fourth is 0.
-pub fn simulate(leg: &Leg, vehicle: &Vehicle, start: &Start) -> Vec<State> {
-    let angles = angles(leg, vehicle);
-    let mut motion = Motion::new(vehicle);
-    let mut x = [start.heading_rad, start.yaw_rate_rad_s, start.sway_rad, 0.0];
-    let mut states = Vec::with_capacity(leg.len());
-    states.extend((!leg.is_empty()).then_some(x));
-    let parts = parts_of(&angles, leg);
-    for (pair, during) in leg.time_s.windows(2).zip(angles.chunks_exact(parts)) {
-        motion.follow(&mut x, during, start.offset_rad_s2, pair[1] - pair[0]);
-        states.push(x);
-    }
-    states
-}
-
-/// Overshoot of a heading step under proportional control, how far it is still off at the end, and how far it swings there, shares of
-/// the step.
-///
-/// The controller sees the heading every `interval_s` and turns the rudder within `limit_rad`; it runs for 30 time constants, but at most
-/// 6,000 intervals.
-pub fn heading_step(
-    vehicle: &Vehicle,
-    gain: f64,
-    step_rad: f64,
-    limit_rad: f64,
-    interval_s: f64,
-) -> [f64; 3] {
-    const LENGTH: f64 = 30.0;
-    let slowest_s = 1.0 / vehicle.damping_per_s.abs().max(f64::MIN_POSITIVE);
-    let of_loop_s = 1.0
-        / (gain * vehicle.authority_per_s2)
-            .abs()
-            .sqrt()
-            .max(f64::MIN_POSITIVE);
-    let steps = (LENGTH * slowest_s.max(of_loop_s) / interval_s).clamp(100.0, 6_000.0) as usize;
-    let part_s = interval_s / PARTS as f64;
-    let mut gear = Gear::new(vehicle, 0.0);
-    let mut motion = Motion::new(vehicle);
-    let mut x: State = [0.0; 4];
-    let (mut most, mut off) = (0.0_f64, 0.0_f64);
-    let [mut lowest, mut highest] = [f64::INFINITY, f64::NEG_INFINITY];
-    for k in 0..steps {
-        let command = (gain * (step_rad - x[0])).clamp(-limit_rad, limit_rad);
-        for _ in 0..PARTS {
-            let act = gear.advance(command, part_s);
-            motion.advance(&mut x, vehicle.authority_per_s2 * act, part_s);
-        }
-        most = most.max(x[0] - step_rad);
-        if 4 * k > 3 * steps {
-            off = off.max((x[0] - step_rad).abs());
-            [lowest, highest] = [lowest.min(x[0]), highest.max(x[0])];
-        }
-    }
-    [most, off, highest - lowest].map(|rad| rad / step_rad)
-}
-
-/// exp(-h/T), computed anew only where the interval changes.
-#[derive(Clone)]
-struct Decay {
-    time_s: f64,
-    interval_s: f64,
-    factor: f64,
-}
-
-impl Decay {
-    fn of(time_s: f64) -> Self {
-        Self {
-            time_s,
-            interval_s: f64::NAN,
-            factor: 1.0,
-        }
-    }
-
-    fn over(&mut self, interval_s: f64) -> f64 {
-        if interval_s != self.interval_s {
-            self.interval_s = interval_s;
-            self.factor = libm::exp(-interval_s / self.time_s);
-        }
-        self.factor
-    }
-}
-
-/// A steering gear that lags, has a largest rate or has play.
-#[derive(Clone)]
-pub(crate) struct Gear {
-    decay: Decay,
-    rate_limit_rad_s: f64,
-    half_play_rad: f64,
-    angle_rad: f64,
-}
-
-impl Gear {
-    fn new(vehicle: &Vehicle, angle_rad: f64) -> Self {
-        Self {
-            decay: Decay::of(vehicle.lag_s),
-            rate_limit_rad_s: vehicle.rate_limit_rad_s,
-            half_play_rad: 0.5 * vehicle.play_rad,
-            angle_rad,
-        }
-    }
-
-    /// A gear without play that lags by so much, s, and has a largest rate, rad/s.
-    pub(crate) fn lagging(lag_s: f64, rate_limit_rad_s: f64, angle_rad: f64) -> Self {
-        Self {
-            decay: Decay::of(lag_s),
-            rate_limit_rad_s,
-            half_play_rad: 0.0,
-            angle_rad,
-        }
-    }
-
-    /// The mean angle over a part, rad.
-    pub(crate) fn advance(&mut self, command_rad: f64, part_s: f64) -> f64 {
-        let from = self.angle_rad;
-        let command_rad = match self.half_play_rad > 0.0 {
-            true => from.clamp(
-                command_rad - self.half_play_rad,
-                command_rad + self.half_play_rad,
-            ),
-            false => command_rad,
-        };
-        let away = from - command_rad;
-        let (next, mean) = match self.decay.time_s > 0.0 {
-            true => {
-                let left = self.decay.over(part_s);
-                let mean = command_rad + away * self.decay.time_s / part_s * (1.0 - left);
-                (command_rad + away * left, mean)
-            }
-            false => (command_rad, command_rad),
-        };
-        let most = self.rate_limit_rad_s * part_s;
-        if (next - from).abs() > most {
-            self.angle_rad = from + most.copysign(next - from);
-            return 0.5 * (from + self.angle_rad);
-        }
-        self.angle_rad = next;
-        if self.rate_limit_rad_s.is_finite() && self.decay.time_s == 0.0 {
-            // The way there takes a share of the part.
-            let way = (next - from).abs() / most;
-            return next - 0.5 * way * (next - from);
-        }
-        mean
-    }
-}
-
-/// Exact steps of yaw rate and heading under a constant push, sway from the mean yaw rate.
-struct Motion<'a> {
-    vehicle: &'a Vehicle,
-    damping_per_s: f64,
-    part_s: f64,
-    /// exp(-alpha h), its integral and the integral of that.
-    left: [f64; 3],
-    sway: Decay,
-}
-
-impl<'a> Motion<'a> {
-    fn new(vehicle: &'a Vehicle) -> Self {
-        Self {
-            vehicle,
-            damping_per_s: f64::NAN,
-            part_s: f64::NAN,
-            left: [1.0, 0.0, 0.0],
-            sway: Decay::of(vehicle.sway_s),
-        }
-    }
-
-    /// Over an interval, s, at these angles of the gear over its parts, rad.
-    fn follow(&mut self, x: &mut State, angles: &[f64], offset_rad_s2: f64, interval_s: f64) {
-        let part_s = interval_s / angles.len() as f64;
-        for angle in angles {
-            let push = self.vehicle.authority_per_s2 * angle + offset_rad_s2;
-            self.advance(x, push, part_s);
-        }
-    }
-
-    fn advance(&mut self, x: &mut State, push: f64, h: f64) {
-        let vehicle = self.vehicle;
-        let push = push + vehicle.coupling_per_s2 * x[2] + x[3];
-        let r = x[1];
-        let damping = match vehicle.quadratic_per_rad == 0.0 {
-            true => vehicle.damping_per_s,
-            false => {
-                let now = vehicle.damping_per_s + vehicle.quadratic_per_rad * r.abs();
-                let middle = r + 0.5 * h * (push - now * r);
-                vehicle.damping_per_s + vehicle.quadratic_per_rad * middle.abs()
-            }
-        };
-        if damping != self.damping_per_s || h != self.part_s {
-            (self.damping_per_s, self.part_s) = (damping, h);
-            self.left = decays(damping, h);
-        }
-        let [left, once, twice] = self.left;
-        x[0] += once * r + twice * push;
-        x[1] = (left * r + once * push).clamp(-1e3, 1e3);
-        if vehicle.coupling_per_s2 != 0.0 {
-            let kept = self.sway.over(h);
-            x[2] = kept * x[2] + vehicle.sway_s * (1.0 - kept) * 0.5 * (r + x[1]);
-        }
-    }
-}
-
-/// exp(-a h), (1 - exp(-a h))/a and (h - that)/a.
-pub(crate) fn decays(damping_per_s: f64, h: f64) -> [f64; 3] {
-    let z = (damping_per_s * h).clamp(-0.5, 60.0);
-    let left = libm::exp(-z);
-    if z.abs() < 1e-3 {
-        let once = h * (1.0 - 0.5 * z + z * z / 6.0);
-        return [left, once, 0.5 * h * h * (1.0 - z / 3.0)];
-    }
-    let damping_per_s = z / h;
-    let once = (1.0 - left) / damping_per_s;
-    [left, once, (h - once) / damping_per_s]
-}
-
-impl Gains {
-    /// Of a leg under a disturbance. A nonlinear vehicle is linearised along the slopes of the heading, rad/s. `None` where nothing
-    /// disturbs.
-    pub fn of(leg: &Leg, vehicle: &Vehicle, noise: &Noise, slopes_rad_s: &[f64]) -> Option<Self> {
-        match *noise {
-            Noise::None => None,
-            Noise::Drift { per_sqrt_s } => Some(Self::of_drift(leg, per_sqrt_s)),
-            Noise::Sea { per_s2, time_s } => Some(Self::of_sea(
-                leg,
-                vehicle,
-                per_s2 * per_s2,
-                time_s,
-                slopes_rad_s,
-            )),
-        }
-    }
-
-    fn of_drift(leg: &Leg, per_sqrt_s: f64) -> Self {
-        let mut gains = Self::new(leg.len(), f64::INFINITY);
-        let mut p = 0.0;
-        for i in 0..leg.len() {
-            gains.push([p / (p + 1.0), 0.0, 0.0, 0.0], p + 1.0);
-            if let Some(next_s) = leg.time_s.get(i + 1) {
-                p = p / (p + 1.0) + per_sqrt_s * per_sqrt_s * (next_s - leg.time_s[i]);
-            }
-        }
-        gains
-    }
-
-    fn of_sea(
-        leg: &Leg,
-        vehicle: &Vehicle,
-        variance: f64,
-        time_s: f64,
-        slopes_rad_s: &[f64],
-    ) -> Self {
-        let mut gains = Self::new(leg.len(), time_s);
-        let mut p: Square = [[0.0; 4]; 4];
-        p[3][3] = variance;
-        let mut transition = Transition::default();
-        let mut is_settled = false;
-        for (i, at_s) in leg.time_s.iter().enumerate() {
-            let interval_s = leg.time_s.get(i + 1).map_or(0.0, |next_s| next_s - at_s);
-            if is_settled && (transition.interval_s == interval_s || interval_s == 0.0) {
-                gains.repeat();
-                continue;
-            }
-            let s = p[0][0] + 1.0;
-            let gain: State = core::array::from_fn(|a| p[a][0] / s);
-            is_settled = vehicle.quadratic_per_rad == 0.0 && gains.ends_near(&gain);
-            gains.push(gain, s);
-            if interval_s == 0.0 {
-                break;
-            }
-            let updated: Square =
-                core::array::from_fn(|a| core::array::from_fn(|b| p[a][b] - gain[a] * p[0][b]));
-            let damping_per_s =
-                vehicle.damping_per_s + 2.0 * vehicle.quadratic_per_rad * slopes_rad_s[i].abs();
-            transition.update(vehicle, damping_per_s, time_s, interval_s);
-            p = transition.propagate(&updated, variance, time_s);
-        }
-        gains
-    }
-
-    fn new(n: usize, time_s: f64) -> Self {
-        Self {
-            gain: Vec::with_capacity(n),
-            deviation: Vec::with_capacity(n),
-            time_s,
-            log_deviations: 0.0,
-        }
-    }
-
-    fn push(&mut self, gain: State, variance: f64) {
-        self.gain.push(gain);
-        self.deviation.push(variance.sqrt());
-        self.log_deviations += 0.5 * libm::log(variance);
-    }
-
-    fn repeat(&mut self) {
-        if let (Some(gain), Some(deviation)) = (self.gain.last(), self.deviation.last()) {
-            self.push(*gain, deviation * deviation);
-        }
-    }
-
-    fn ends_near(&self, gain: &State) -> bool {
-        self.gain.last().is_some_and(|last| {
-            last.iter()
-                .zip(gain)
-                .all(|(a, b)| (a - b).abs() <= SETTLED * b.abs())
-        })
-    }
-}
-
-/// exp(A h) of the linearised vehicle with its disturbance.
-struct Transition {
-    interval_s: f64,
-    damping_per_s: f64,
-    f: Square,
-}
-
-impl Default for Transition {
-    fn default() -> Self {
-        Self {
-            interval_s: f64::NAN,
-            damping_per_s: f64::NAN,
-            f: [[0.0; 4]; 4],
-        }
-    }
-}
-
-impl Transition {
-    fn update(&mut self, vehicle: &Vehicle, damping_per_s: f64, time_s: f64, h: f64) {
-        // A change of the damping by a thousandth changes no gain that matters.
-        let near = (damping_per_s - self.damping_per_s).abs() <= 1e-3 * damping_per_s.abs();
-        if near && h == self.interval_s {
-            return;
-        }
-        (self.damping_per_s, self.interval_s) = (damping_per_s, h);
-        let a: Square = [
-            [0.0, 1.0, 0.0, 0.0],
-            [0.0, -damping_per_s, vehicle.coupling_per_s2, 1.0],
-            [0.0, 1.0, -1.0 / vehicle.sway_s, 0.0],
-            [0.0, 0.0, 0.0, -1.0 / time_s],
-        ];
-        let one: Square =
-            core::array::from_fn(|i| core::array::from_fn(|j| f64::from(u8::from(i == j))));
-        // Horner: I + A h/1 (I + A h/2 (...)).
-        self.f = (1..=5).rev().fold(one, |f, order| {
-            let next = product(&a, &f);
-            core::array::from_fn(|i| {
-                core::array::from_fn(|j| one[i][j] + next[i][j] * h / f64::from(order))
-            })
-        });
-    }
-
-    fn propagate(&self, p: &Square, variance: f64, time_s: f64) -> Square {
-        let half = product(&self.f, p);
-        let mut next: Square = core::array::from_fn(|i| {
-            core::array::from_fn(|j| (0..4).map(|k| half[i][k] * self.f[j][k]).sum())
-        });
-        let h = self.interval_s;
-        let (z, white) = (h / time_s, 2.0 * variance / time_s);
-        next[3][3] += variance * (1.0 - libm::exp(-2.0 * z));
-        let cross = white * h * h / 2.0 / (1.0 + z);
-        next[1][3] += cross;
-        next[3][1] += cross;
-        next[1][1] += white * h * h * h / 3.0 / (1.0 + z);
-        next
-    }
-}
-
-/// The product of two square matrices.
-pub(crate) fn product<const N: usize>(a: &[[f64; N]; N], b: &[[f64; N]; N]) -> [[f64; N]; N] {
-    core::array::from_fn(|i| core::array::from_fn(|j| (0..N).map(|k| a[i][k] * b[k][j]).sum()))
 }

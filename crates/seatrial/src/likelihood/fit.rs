@@ -2,9 +2,12 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::filter::{Gains, Noise, Start, angles, innovations};
+use super::filter::{Gains, Noise, innovations};
+use super::gear::angles;
 use super::hypothesis::{Parameter, Scale, Structure, Vehicle};
 use super::leg::Leg;
+use super::motion::Start;
+use super::search::{Effort, Landscape, shortened};
 
 /// Share of the heading's deviation that no model of a vehicle explains.
 const UNEXPLAINED: f64 = 0.002;
@@ -51,28 +54,6 @@ pub struct Fit {
 /// neutral. An offset that balances a slow sway over the whole record explains it, too, and predicts no other: without this the hull of KVLCC2's
 /// 10/10 zig-zag had 8.9 deg of neutral rudder. 0.5, 1 and 2 predict other records by yaw rate with mean ranks of 2.67, 2.44 and 2.61 of six.
 const OFFSET_DEVIATION: f64 = 1.0;
-
-/// How carefully a fit is looked for.
-#[derive(Clone, Copy, Debug)]
-pub struct Effort {
-    /// Most steps.
-    pub steps: u32,
-    /// A step that lowers the cost by less is the last.
-    pub tolerance: f64,
-}
-
-impl Effort {
-    /// For an answer.
-    pub const WHOLE: Self = Self {
-        steps: 25,
-        tolerance: 1e-4,
-    };
-    /// For a node of a grid.
-    pub const NODE: Self = Self {
-        steps: 6,
-        tolerance: 3e-3,
-    };
-}
 
 impl<'a> Problem<'a> {
     /// Of these legs.
@@ -294,87 +275,11 @@ impl<'a> Problem<'a> {
 
     /// The largest posterior from a start. `None` where the record determines nothing.
     pub fn fit(&self, start: &DVector<f64>, noise: Noise, effort: Effort) -> Option<Fit> {
-        let prior = self.prior_information();
-        let shared = self.parameters.len();
-        let mut x = start.clone();
-        let (mut gains, logs) = self.all_gains(&x, &noise);
-        let mut errors = self.innovations(&x, &gains);
-        let mut cost = self.cost(&errors, logs, &x);
-        let mut damping = 1e-3;
-        for _ in 0..effort.steps {
-            let variance = self.variance(&errors);
-            let jacobian = self.jacobian(&x, &noise, &gains, &errors);
-            let information = self.information(&jacobian, variance, &prior);
-            let slope =
-                jacobian.tr_mul(&errors) / variance + self.believed(&x).component_mul(&prior);
-            let mut is_done = true;
-            for _ in 0..8 {
-                let mut damped = information.clone();
-                for i in 0..self.size() {
-                    damped[(i, i)] += damping * information[(i, i)] + 1e-12;
-                }
-                let Some(factor) = damped.cholesky() else {
-                    damping *= 10.0;
-                    continue;
-                };
-                let mut step = -factor.solve(&slope);
-                let longest = step.rows(0, shared).amax();
-                if longest > LONGEST_STEP {
-                    step *= LONGEST_STEP / longest;
-                }
-                let there = &x + &step;
-                let (next_gains, next_logs) = self.all_gains(&there, &noise);
-                let next_errors = self.innovations(&there, &next_gains);
-                let next_cost = self.cost(&next_errors, next_logs, &there);
-                if next_cost < cost + 1e-9 {
-                    is_done = cost - next_cost < effort.tolerance;
-                    (x, gains, errors, cost) = (there, next_gains, next_errors, next_cost);
-                    damping = (damping / 10.0).max(1e-9);
-                    break;
-                }
-                damping *= 10.0;
-            }
-            if is_done {
-                break;
-            }
-        }
-        self.found(x, noise, &gains, errors, cost)
-    }
-
-    /// The fit at a point, with its evidence. `None` where the record does not determine it.
-    fn found(
-        &self,
-        x: DVector<f64>,
-        noise: Noise,
-        gains: &[Option<Gains>],
-        errors: DVector<f64>,
-        cost: f64,
-    ) -> Option<Fit> {
-        let variance = self.variance(&errors);
-        let jacobian = self.jacobian(&x, &noise, gains, &errors);
-        let information = self.information(&jacobian, variance, &self.prior_information());
-        let factor = information.clone().cholesky()?;
-        let log_determinant = log_determinant(&factor);
-        let log_prior: f64 = self
-            .parameters
-            .iter()
-            .filter_map(|p| p.prior_deviation())
-            .map(libm::log)
-            .sum();
-        // The cost has the freedom that is left, the evidence counts every comparison: what the parameters take is in the determinant.
-        let taken = self.comparisons() as f64 - self.freedom();
-        let log_evidence =
-            -cost - 0.5 * taken * libm::log(variance) - 0.5 * log_determinant - log_prior;
-        (cost.is_finite() && log_evidence.is_finite()).then_some(Fit {
-            x,
+        let under = Under {
+            problem: self,
             noise,
-            errors,
-            jacobian,
-            information,
-            variance_rad2: variance,
-            cost,
-            log_evidence,
-        })
+        };
+        under.found(under.descend(under.at(start.clone()), effort))
     }
 
     /// Log of the noise at the best authority, starts and offsets, with the other shared parameters held, and that point.
@@ -401,17 +306,90 @@ impl<'a> Problem<'a> {
         Some((cost, there))
     }
 
-    fn information(
-        &self,
-        jacobian: &DMatrix<f64>,
-        variance: f64,
-        prior: &DVector<f64>,
-    ) -> DMatrix<f64> {
-        let mut information = jacobian.tr_mul(jacobian) / variance;
-        for i in 0..self.size() {
-            information[(i, i)] += prior[i];
+    fn information(&self, jacobian: &DMatrix<f64>, variance: f64) -> DMatrix<f64> {
+        jacobian.tr_mul(jacobian) / variance + DMatrix::from_diagonal(&self.prior_information())
+    }
+}
+
+/// A problem under a disturbance.
+struct Under<'p, 'a> {
+    problem: &'p Problem<'a>,
+    noise: Noise,
+}
+
+/// Scaled parameters with gains, innovations and cost there.
+struct Place {
+    x: DVector<f64>,
+    gains: Vec<Option<Gains>>,
+    errors: DVector<f64>,
+    cost: f64,
+}
+
+impl Under<'_, '_> {
+    fn at(&self, x: DVector<f64>) -> Place {
+        let (gains, logs) = self.problem.all_gains(&x, &self.noise);
+        let errors = self.problem.innovations(&x, &gains);
+        Place {
+            cost: self.problem.cost(&errors, logs, &x),
+            x,
+            gains,
+            errors,
         }
-        information
+    }
+
+    fn jacobian(&self, at: &Place) -> DMatrix<f64> {
+        self.problem
+            .jacobian(&at.x, &self.noise, &at.gains, &at.errors)
+    }
+
+    /// The fit at a point, with its evidence. `None` where the record does not determine it.
+    fn found(&self, at: Place) -> Option<Fit> {
+        let problem = self.problem;
+        let variance = problem.variance(&at.errors);
+        let jacobian = self.jacobian(&at);
+        let information = problem.information(&jacobian, variance);
+        let factor = information.clone().cholesky()?;
+        let log_determinant = log_determinant(&factor);
+        let deviations = (problem.parameters.iter()).filter_map(|p| p.prior_deviation());
+        let log_prior: f64 = deviations.map(libm::log).sum();
+        // The cost has the freedom that is left, the evidence counts every comparison: what the parameters take is in the determinant.
+        let taken = problem.comparisons() as f64 - problem.freedom();
+        let log_evidence =
+            -at.cost - 0.5 * taken * libm::log(variance) - 0.5 * log_determinant - log_prior;
+        (at.cost.is_finite() && log_evidence.is_finite()).then_some(Fit {
+            x: at.x,
+            noise: self.noise,
+            errors: at.errors,
+            jacobian,
+            information,
+            variance_rad2: variance,
+            cost: at.cost,
+            log_evidence,
+        })
+    }
+}
+
+impl Landscape for Under<'_, '_> {
+    type Point = Place;
+
+    fn cost(&self, at: &Place) -> f64 {
+        at.cost
+    }
+
+    fn linearised(&self, at: &Place) -> (DMatrix<f64>, DVector<f64>) {
+        let problem = self.problem;
+        let variance = problem.variance(&at.errors);
+        let jacobian = self.jacobian(at);
+        let of_prior = problem
+            .believed(&at.x)
+            .component_mul(&problem.prior_information());
+        let slope = jacobian.tr_mul(&at.errors) / variance + of_prior;
+        (problem.information(&jacobian, variance), slope)
+    }
+
+    fn moved(&self, from: &Place, step: DVector<f64>) -> Option<Place> {
+        let step = shortened(step, self.problem.parameters.len(), LONGEST_STEP);
+        Some(self.at(&from.x + step))
     }
 }
 

@@ -34,7 +34,8 @@ impl Structure {
         quadratic: false,
         sway: false,
     };
-    const SHIFT: Self = Self {
+    /// First order whose record of the rudder is early or late.
+    pub const SHIFT: Self = Self {
         shift: true,
         ..Self::FIRST_ORDER
     };
@@ -139,6 +140,7 @@ impl Structure {
             Parameter::Play => self.play,
             Parameter::Quadratic => self.quadratic,
             Parameter::Coupling | Parameter::SwayTime => self.sway,
+            _ => false,
         };
         Parameter::ALL.into_iter().filter(has).collect()
     }
@@ -192,7 +194,7 @@ impl fmt::Display for Disturbance {
     }
 }
 
-/// A parameter that all legs share.
+/// A parameter that all legs share: first those of a vehicle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parameter {
     /// d0.
@@ -213,6 +215,20 @@ pub enum Parameter {
     Coupling,
     /// T_v.
     SwayTime,
+    /// Noise of the gyro over that of the heading.
+    GyroNoise,
+    /// Strength of a sea.
+    Sea,
+    /// Its time constant.
+    SeaTime,
+    /// Time by which the speed is logged late.
+    SpeedLate,
+    /// Strength of narrow-band waves.
+    Wave,
+    /// Their frequency.
+    WaveFrequency,
+    /// Their damping ratio.
+    WaveRatio,
 }
 
 impl Parameter {
@@ -228,7 +244,10 @@ impl Parameter {
         Self::SwayTime,
     ];
 
-    /// Standard deviation of what is believed of the scaled parameter, whose mean is 0; `None` where nothing is.
+    /// How many there are.
+    pub(crate) const COUNT: usize = Self::WaveRatio as usize + 1;
+
+    /// Standard deviation of what is believed of the scaled parameter, whose mean is 0 for those of a vehicle; `None` where nothing is.
     ///
     /// ```
     /// use seatrial::likelihood::hypothesis::Parameter;
@@ -243,7 +262,10 @@ impl Parameter {
             Self::Lag => Some(1.2),
             Self::RateLimit | Self::Quadratic => Some(1.5),
             Self::Coupling => Some(0.7),
-            Self::SwayTime | Self::Play => Some(1.0),
+            Self::SwayTime | Self::Play | Self::SeaTime | Self::WaveFrequency => Some(1.0),
+            Self::GyroNoise | Self::Sea | Self::Wave => Some(4.0),
+            Self::SpeedLate => Some(0.3),
+            Self::WaveRatio => Some(0.7),
         }
     }
 
@@ -256,7 +278,7 @@ impl Parameter {
             Self::Quadratic => &[-1.0],
             Self::Coupling => &[-0.35, 0.35],
             Self::SwayTime => &[0.0],
-            Self::Damping | Self::Authority | Self::Shift => &[],
+            _ => &[],
         }
     }
 
@@ -318,7 +340,7 @@ pub struct Scale {
     pub rudder_rad: f64,
     /// Rate of a gear that needs half the time between strokes from side to side, rad/s.
     pub slew_rad_s: f64,
-    /// Largest usual interval between samples of the record, s.
+    /// Time by which a record of the rudder may be early or late, s: its largest usual interval between samples.
     pub interval_s: f64,
     /// Standard deviation of the heading, rad, mean over the legs.
     pub heading_rad: f64,
@@ -382,6 +404,7 @@ impl Scale {
                 }
                 Parameter::Coupling => vehicle.coupling_per_s2 = x * rate * rate,
                 Parameter::SwayTime => vehicle.sway_s = positive / rate,
+                _ => {}
             }
         }
         vehicle

@@ -2,9 +2,11 @@
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
-use super::filter::{Start, angles, innovations};
+use super::filter::innovations;
 use super::fit::{Fit, Problem};
+use super::gear::angles;
 use super::leg::deviation;
+use super::motion::Start;
 
 /// Blocks that a record is cut into.
 pub const BLOCKS: usize = 5;

@@ -1,24 +1,31 @@
 //! A stretch of record without a gap, as the likelihood compares it.
 
+use std::ops::Range;
+use std::sync::Arc;
+
 use seatrial_core::Sample;
 
+use crate::identify::robust::play::fin_behind;
 use crate::record_series::RecordSeries;
 
 /// Parts of an interval over which the rudder is a mean, and at most where the gear is not linear and where a stroke begins matters.
 pub const PARTS: usize = 3;
 const MOST_PARTS: usize = 12;
 
+/// Share of the usual interval over which a smooth command is averaged.
+const AVERAGE: f64 = 0.1;
+
 /// A command that stays from one change to the next, before the first as it is there, and its integrals.
 #[derive(Clone, Debug)]
-pub(crate) struct Commands {
-    pub(crate) change_s: Vec<f64>,
-    pub(crate) command_rad: Vec<f64>,
+struct Commands {
+    change_s: Vec<f64>,
+    command_rad: Vec<f64>,
     /// First and second integral of the command up to each change, rad s and rad s^2.
     integrals: Vec<[f64; 2]>,
 }
 
 /// Integrals of a command up to times that do not go back, each read so much later.
-pub(crate) struct Cursor<'a> {
+struct Cursor<'a> {
     commands: &'a Commands,
     at: usize,
     by_s: f64,
@@ -27,17 +34,24 @@ pub(crate) struct Cursor<'a> {
 /// Headings at their times, and the command.
 #[derive(Clone, Debug)]
 pub struct Leg {
-    /// Times of the comparisons, s, from the first sample.
+    /// Times of the comparisons, s.
     pub time_s: Vec<f64>,
     /// Headings of the comparisons, rad, unwrapped, from the first.
     pub heading_rad: Vec<f64>,
-    commands: Commands,
+    /// Yaw rates there, rad/s; empty where none is measured or taken.
+    pub yaw_rate_rad_s: Vec<f64>,
+    /// Speeds there over the usual one; empty where they do not matter.
+    pub speed: Vec<f64>,
+    /// Size of the yaw rate that a filter saw until then, rad/s; empty before one ran.
+    pub turning_rad_s: Vec<f64>,
+    /// The command, which the parts of a leg share.
+    commands: Arc<Commands>,
     /// Samples of a comparison.
     block: usize,
 }
 
 impl Leg {
-    /// Means of `block` samples each. The command is kept whole: thinning the heading never thins the rudder.
+    /// Means of `block` samples each, with times from the first. The command is kept whole: thinning the heading never thins the rudder.
     ///
     /// `samples` are finite and increase in time; headings may be wrapped.
     ///
@@ -71,7 +85,55 @@ impl Leg {
             block,
             heading_rad: means(&series.heading_rad),
             time_s: means(&time_s),
-            commands: Commands::new(time_s, series.rudder_rad),
+            yaw_rate_rad_s: Vec::new(),
+            speed: Vec::new(),
+            turning_rad_s: Vec::new(),
+            commands: Arc::new(Commands::new(time_s, series.rudder_rad)),
+        }
+    }
+
+    /// Every `step`th sample, with the yaw rate where there `has_rate` and with speeds over the usual one by the place of the sample.
+    pub fn picked(
+        samples: &[Sample<f64>],
+        step: usize,
+        has_rate: bool,
+        speed: impl Fn(usize) -> f64,
+    ) -> Self {
+        let times = samples.iter().map(|s| s.time_s).collect();
+        let commands = samples.iter().map(|s| s.rudder_rad).collect();
+        let unwrapped = RecordSeries::new(samples, 1).heading_rad;
+        let picked = || (0..samples.len()).step_by(step);
+        let rate = |i: usize| samples[i].yaw_rate_rad_s.unwrap_or(0.0);
+        Self {
+            block: 1,
+            time_s: picked().map(|i| samples[i].time_s).collect(),
+            heading_rad: picked().map(|i| unwrapped[i]).collect(),
+            yaw_rate_rad_s: picked().filter(|_| has_rate).map(rate).collect(),
+            speed: picked().map(speed).collect(),
+            turning_rad_s: Vec::new(),
+            commands: Arc::new(Commands::new(times, commands)),
+        }
+    }
+
+    /// The leg with the rudder that its command leaves behind this play, rad.
+    pub fn behind_play(&self, play_rad: f64) -> Self {
+        let fin_rad = fin_behind(&self.commands.command_rad, play_rad);
+        Self {
+            commands: Arc::new(Commands::new(self.commands.change_s.clone(), fin_rad)),
+            ..self.clone()
+        }
+    }
+
+    /// Some of the comparisons, with the whole command.
+    pub fn part(&self, range: Range<usize>) -> Self {
+        let of = |values: &[f64]| values.get(range.clone()).unwrap_or_default().to_vec();
+        Self {
+            time_s: of(&self.time_s),
+            heading_rad: of(&self.heading_rad),
+            yaw_rate_rad_s: of(&self.yaw_rate_rad_s),
+            speed: of(&self.speed),
+            turning_rad_s: of(&self.turning_rad_s),
+            ..self.clone()
         }
     }
 
@@ -117,6 +179,38 @@ impl Leg {
         commands
     }
 
+    /// Mean command over each interval between comparisons, rad, where it acts `shift_s` later than logged, averaged over a tenth of the usual
+    /// interval about each instant.
+    ///
+    /// A record that is held between samples has corners in the shift. A longer mean would show the likelihood commands that answer what it is
+    /// about to predict.
+    pub fn smooth_commands(&self, shift_s: f64, usual_s: f64) -> Vec<f64> {
+        let mean_s = AVERAGE * usual_s;
+        let half_s = 0.5 * mean_s;
+        let first_s = self.time_s.first().copied().unwrap_or(0.0);
+        let mut upto = [-half_s, half_s].map(|by_s| self.commands.from(first_s, by_s - shift_s));
+        let mut smooth = |time_s: f64| (upto[1].twice(time_s) - upto[0].twice(time_s)) / mean_s;
+        let mut before = self.time_s.first().map_or(0.0, |first| smooth(*first));
+        self.time_s
+            .windows(2)
+            .map(|pair| {
+                let now = smooth(pair[1]);
+                let mean = (now - before) / (pair[1] - pair[0]);
+                before = now;
+                mean
+            })
+            .collect()
+    }
+
+    /// Speed over the usual one in the middle of the interval after a comparison, where it is logged so much late.
+    pub fn speed_at(&self, i: usize, late_s: f64) -> f64 {
+        let h = self.duration_s() / (self.len().max(2) - 1) as f64;
+        let at = (i as f64 + 0.5 + late_s / h).clamp(0.0, (self.len() - 1) as f64);
+        let (before, share) = (at as usize, at.fract());
+        let after = (before + 1).min(self.len() - 1);
+        self.speed[before] + share * (self.speed[after] - self.speed[before])
+    }
+
     /// Angles over parts of the intervals between comparisons, averaged over as long as the headings of a comparison are.
     ///
     /// A mean of `block` samples in a row has the spread of one over sqrt(1 - 1/block^2) of their interval. Without it a step of the rudder is
@@ -158,7 +252,7 @@ impl Leg {
 
 impl Commands {
     /// Of commands, rad, from their times on, s.
-    pub(crate) fn new(change_s: Vec<f64>, command_rad: Vec<f64>) -> Self {
+    fn new(change_s: Vec<f64>, command_rad: Vec<f64>) -> Self {
         let (mut once, mut twice) = (0.0, 0.0);
         let mut integrals = vec![[0.0; 2]];
         for (times, command) in change_s.windows(2).zip(&command_rad) {
@@ -175,7 +269,7 @@ impl Commands {
     }
 
     /// Integrals at times from this one on, s, each read `by_s` later.
-    pub(crate) fn from(&self, time_s: f64, by_s: f64) -> Cursor<'_> {
+    fn from(&self, time_s: f64, by_s: f64) -> Cursor<'_> {
         let after = self
             .change_s
             .partition_point(|change_s| *change_s <= time_s + by_s);
@@ -198,17 +292,22 @@ impl Cursor<'_> {
     }
 
     /// The integral of the command, rad s.
-    pub(crate) fn once(&mut self, time_s: f64) -> f64 {
+    fn once(&mut self, time_s: f64) -> f64 {
         let since_s = self.since_s(time_s);
         self.commands.integrals[self.at][0] + since_s * self.commands.command_rad[self.at]
     }
 
     /// The integral of that, rad s^2.
-    pub(crate) fn twice(&mut self, time_s: f64) -> f64 {
+    fn twice(&mut self, time_s: f64) -> f64 {
         let since_s = self.since_s(time_s);
         let [once, twice] = self.commands.integrals[self.at];
         twice + since_s * (once + 0.5 * since_s * self.commands.command_rad[self.at])
     }
+}
+
+/// Parts of each interval between comparisons.
+pub fn parts_of(angles: &[f64], leg: &Leg) -> usize {
+    (angles.len() / leg.len().saturating_sub(1).max(1)).max(1)
 }
 
 /// Standard deviation of values; 0 where there are none.
@@ -220,7 +319,9 @@ pub fn deviation(values: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::filter::{Start, angles, innovations};
+    use super::super::filter::innovations;
+    use super::super::gear::angles;
+    use super::super::motion::Start;
     use super::super::steering_model::{SteeringModel, SteeringState};
     use super::*;
 

@@ -26,11 +26,14 @@ pub mod choice;
 pub mod evidence;
 pub mod filter;
 pub mod fit;
+pub mod gear;
 pub mod hypothesis;
 mod left_out;
 pub mod leg;
+pub mod motion;
 pub mod posterior;
 mod sea_test;
+pub mod search;
 pub mod steering_model;
 
 pub use choice::{Candidate, Contest, Weighed, contest_of, contest_of_hulls};

@@ -1,6 +1,6 @@
 //! What all hypotheses together say: means and covariances of quantities of the vehicle.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::choice::{Candidate, Contest};
 use super::fit::{Fit, Problem};
@@ -10,20 +10,45 @@ use crate::draw::Draw;
 /// A hypothesis or a node of less weight is passed over.
 const NEGLIGIBLE: f64 = 5e-3;
 
-/// Three quantities of the vehicle with what is not known of them.
+/// Quantities of the vehicle with what is not known of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moments {
+pub struct Moments<const N: usize = 3> {
     /// Means.
-    pub mean: Vector3<f64>,
+    pub mean: SVector<f64, N>,
     /// Covariance.
-    pub covariance: Matrix3<f64>,
+    pub covariance: SMatrix<f64, N, N>,
+}
+
+impl<const N: usize> Moments<N> {
+    /// Of weighed parts together. `None` where no part has weight.
+    ///
+    /// ```text
+    /// m = sum w m_i,   cov = sum w (cov_i + (m_i - m)(m_i - m)')
+    /// ```
+    pub fn of(parts: &[(f64, Self)]) -> Option<Self> {
+        let total: f64 = parts.iter().map(|(weight, _)| weight).sum();
+        // Weights that are no numbers have no sum.
+        if total.is_nan() || total <= 0.0 {
+            return None;
+        }
+        let weighed = || parts.iter().map(|(weight, part)| (weight / total, part));
+        let mean: SVector<f64, N> = weighed().map(|(weight, part)| part.mean * weight).sum();
+        let of_part = |(weight, part): (f64, &Self)| {
+            let away = part.mean - mean;
+            (part.covariance + away * away.transpose()) * weight
+        };
+        Some(Self {
+            mean,
+            covariance: weighed().map(of_part).sum(),
+        })
+    }
 }
 
 impl Contest<'_> {
     /// Mean and covariance of three quantities over all hypotheses. `None` where no hypothesis determines its parameters.
     ///
     /// ```text
-    /// cov = sum w (G inv(H) G' + (m_i - m)(m_i - m)'),   G = d quantity / d x
+    /// cov_i = G inv(H) G',   G = d quantity / d x
     /// ```
     ///
     /// A covariance is replaced by that of the jackknife over the blocks where this is clearly wider: the model is then wrong by more than
@@ -33,23 +58,7 @@ impl Contest<'_> {
         for candidate in self.candidates.iter().filter(|c| c.weight >= NEGLIGIBLE) {
             parts.extend(candidate.moments(quantity));
         }
-        let total: f64 = parts.iter().map(|(weight, _)| weight).sum();
-        // No hypothesis, or weights that are no numbers.
-        if total.is_nan() || total <= 0.0 {
-            return None;
-        }
-        let mean = parts
-            .iter()
-            .map(|(w, m)| m.mean * (w / total))
-            .sum::<Vector3<f64>>();
-        let covariance = parts
-            .iter()
-            .map(|(w, m)| {
-                let away = m.mean - mean;
-                (m.covariance + away * away.transpose()) * (w / total)
-            })
-            .sum::<Matrix3<f64>>();
-        Some(Moments { mean, covariance })
+        Moments::of(&parts)
     }
 }
 

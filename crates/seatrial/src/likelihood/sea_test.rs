@@ -3,9 +3,12 @@
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
-use super::filter::{Gains, Noise, angles, innovations};
+use super::filter::{Disturbances, Gains, innovations};
 use super::fit::{Fit, Problem};
+use super::gear::angles;
+use super::hypothesis::Vehicle;
 use super::leg::Leg;
+use super::motion::{Motion, State};
 use crate::draw::Draw;
 
 /// Draws of a sea.
@@ -36,10 +39,6 @@ impl SeaTest {
 
 /// Tests a sea against output error under the same structure. `None` where either determines nothing.
 pub fn sea_test(problem: &Problem, calm: &Fit, sea: &Fit) -> Option<SeaTest> {
-    let Noise::Sea { per_s2, time_s } = sea.noise else {
-        return None;
-    };
-    let noise_rad = sea.variance_rad2.sqrt();
     let of = |fit: &Fit| -> Option<DMatrix<f64>> {
         let factor = fit.information.clone().cholesky()?;
         Some(factor.solve(&fit.jacobian.transpose()) / fit.variance_rad2)
@@ -51,13 +50,7 @@ pub fn sea_test(problem: &Problem, calm: &Fit, sea: &Fit) -> Option<SeaTest> {
     let mut apart = Vec::with_capacity(DRAWS);
     let mut errors = Vec::with_capacity(DRAWS);
     for _ in 0..DRAWS {
-        let [added, whitened] = drawn(
-            problem,
-            sea,
-            [per_s2 * noise_rad, time_s, noise_rad],
-            &gains,
-            &mut draw,
-        );
+        let [added, whitened] = drawn(problem, sea, &gains, &mut draw);
         let by_calm = -(&to_calm * &added);
         let by_sea = -(&to_sea * (whitened - &sea.errors));
         apart.push(Vector2::new(by_calm[0] - by_sea[0], by_calm[1] - by_sea[1]));
@@ -85,19 +78,18 @@ pub fn sea_test(problem: &Problem, calm: &Fit, sea: &Fit) -> Option<SeaTest> {
     Some(SeaTest { distance, error })
 }
 
-/// A draw of the sea, of a strength, rad/s^2, and a time constant, s, with heading noise, rad: what it adds to the headings, and the
-/// innovations of the sea's own filter then.
+/// A draw of the sea with heading noise: what it adds to the headings, and the innovations of the sea's own filter then.
 fn drawn(
     problem: &Problem,
     sea: &Fit,
-    [sea_rad_s2, time_s, noise_rad]: [f64; 3],
     gains: &[Option<Gains>],
     draw: &mut Draw,
 ) -> [DVector<f64>; 2] {
     let vehicle = problem.vehicle(&sea.x);
+    let (disturbances, noise_rad) = (Disturbances::from(sea.noise), sea.variance_rad2.sqrt());
     let (mut added, mut whitened) = (Vec::new(), Vec::new());
     for (leg, record) in problem.legs.iter().enumerate() {
-        let wander = wander(record, &vehicle, sea_rad_s2, time_s, noise_rad, draw);
+        let wander = wander(record, &vehicle, &disturbances, noise_rad, draw);
         let mut moved = record.clone();
         for (heading, added) in moved.heading_rad.iter_mut().zip(&wander) {
             *heading += added;
@@ -115,37 +107,28 @@ fn drawn(
 /// Heading that a draw of the sea adds by the dynamics linearised along the record, with heading noise, rad.
 fn wander(
     leg: &Leg,
-    vehicle: &super::Vehicle,
-    sea_rad_s2: f64,
-    time_s: f64,
+    vehicle: &Vehicle,
+    disturbances: &Disturbances,
     noise_rad: f64,
     draw: &mut Draw,
 ) -> Vec<f64> {
     let slopes = leg.slopes_rad_s();
-    let mut d = sea_rad_s2 * draw.normal();
-    let (mut psi, mut r, mut v) = (0.0, 0.0, 0.0);
+    let [sea, time_s] = disturbances.sea;
+    let sea_rad_s2 = sea * noise_rad;
+    let mut motion = Motion::new(vehicle, disturbances);
+    let mut x: State = [0.0, 0.0, 0.0, sea_rad_s2 * draw.normal()];
     let mut headings = Vec::with_capacity(leg.len());
     for (i, at_s) in leg.time_s.iter().enumerate() {
-        headings.push(psi + noise_rad * draw.normal());
+        headings.push(x[0] + noise_rad * draw.normal());
         let Some(next_s) = leg.time_s.get(i + 1) else {
             break;
         };
         let h = next_s - at_s;
-        let damping = vehicle.damping_per_s + 2.0 * vehicle.quadratic_per_rad * slopes[i].abs();
-        let z = (damping * h).clamp(-0.5, 50.0);
-        let left = libm::exp(-z);
-        let once = if z.abs() < 1e-6 {
-            h
-        } else {
-            h * (1.0 - left) / z
-        };
-        let push = d + vehicle.coupling_per_s2 * v;
-        let next = left * r + once * push;
-        psi += 0.5 * h * (r + next);
-        v += h * (0.5 * (r + next) - v / vehicle.sway_s);
-        r = next;
+        let growth = 2.0 * vehicle.quadratic_per_rad * slopes[i].abs();
+        motion.set(vehicle.damping_per_s + growth, h);
+        motion.advance(&mut x, 0.0);
         let kept = libm::exp(-h / time_s);
-        d = kept * d + sea_rad_s2 * (1.0 - kept * kept).sqrt() * draw.normal();
+        x[3] += sea_rad_s2 * (1.0 - kept * kept).sqrt() * draw.normal();
     }
     headings
 }

@@ -3,9 +3,9 @@
 use seatrial_core::{Sample, YawModel};
 use serde::{Deserialize, Serialize};
 
-use super::filter::{Start, simulate};
 use super::hypothesis::Vehicle;
 use super::leg::Leg;
+use super::motion::{Start, simulate};
 
 /// Yaw with sway, quadratic damping and a steering gear.
 ///

@@ -45,6 +45,7 @@ use serde::{Deserialize, Serialize};
 use crate::figures::{percent, three_figures};
 use crate::identification::{EstimateMethod, Identification, ReasonCode, Refined};
 use crate::identify::intervals::normal_intervals;
+use crate::likelihood::evidence::shares;
 use crate::likelihood::fit::log_determinant;
 use crate::propagation::NORMAL_95;
 
@@ -204,16 +205,8 @@ pub fn over_speed(estimates: &[SpeedEstimate]) -> Option<OverSpeed> {
             }
         }
     }
-    let most = found
-        .iter()
-        .map(|f| f.log_evidence)
-        .fold(f64::NEG_INFINITY, f64::max);
-    let total: f64 = found.iter().map(|f| libm::exp(f.log_evidence - most)).sum();
-    let weighed = || {
-        found
-            .iter()
-            .map(|f| (libm::exp(f.log_evidence - most) / total, f))
-    };
+    let weights = shares(found.iter().map(|f| f.log_evidence));
+    let weighed = || weights.iter().copied().zip(&found);
     let mean: DVector<f64> = weighed().map(|(weight, f)| &f.mean * weight).sum();
     let covariance: DMatrix<f64> = weighed()
         .map(|(weight, f)| {

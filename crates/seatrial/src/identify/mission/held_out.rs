@@ -98,7 +98,7 @@ impl HeldOut {
 
 /// One hypothesis fitted to legs, and its covariance.
 fn fitted(legs: &Legs, hypothesis: Hypothesis) -> Option<(Fit, Matrix4<f64>)> {
-    let (problem, look) = Problem::new(legs)?;
+    let (problem, look) = Problem::first_look(legs)?;
     let simple = problem.fit(look.hypothesis, &look.x)?;
     let fit = problem.extended(&simple, hypothesis)?;
     let covariance = problem.uncertainty(&fit)?.covariance;

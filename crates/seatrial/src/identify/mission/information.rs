@@ -2,9 +2,10 @@
 
 use nalgebra::{DMatrix, DVector, Matrix4};
 
-use super::filter::{COLUMNS, Point, combined, each_innovation};
-use super::fit::{Fit, Hypothesis, LAG, LAG_DEVIATION, Problem, SHIFT, belief};
+use super::columns::{COLUMNS, Point, combined, each_innovation};
+use super::fit::{Fit, Problem, belief};
 use crate::likelihood::fit::log_determinant;
+use crate::likelihood::hypothesis::Parameter;
 
 /// Parts of the record whose scatter tells how uncertain the estimate is.
 const BLOCKS: usize = 12;
@@ -37,7 +38,7 @@ impl Problem<'_> {
         let derivatives = self.derivatives(fit);
         let factor = derivatives.information().cholesky()?;
         let log_determinant = log_determinant(&factor);
-        let linear = if self.scale.has_gyro { 3.0 } else { 2.0 };
+        let linear = if self.has_gyro { 3.0 } else { 2.0 };
         let of_linear = fit.linear_log_determinant - linear * libm::log(fit.variance_rad2);
         let inverse = factor.inverse();
         let scores: Vec<DVector<f64>> = (0..BLOCKS).map(|k| derivatives.score(k, BLOCKS)).collect();
@@ -49,7 +50,7 @@ impl Problem<'_> {
             * (BLOCKS as f64 / (BLOCKS as f64 - 1.0));
         // Symmetric, and by dot products, whose bits are the same on every machine.
         let sandwich = inverse.tr_mul(&scatter.tr_mul(&inverse));
-        let columns = self.rows(fit, &derivatives.parameters).transpose();
+        let columns = self.rows(fit, &derivatives.unknowns).transpose();
         let of = |covariance: &DMatrix<f64>| columns.tr_mul(&covariance.tr_mul(&columns));
         let (own, other) = (of(&inverse), of(&sandwich));
         let times: Vec<f64> = (0..ROWS)
@@ -60,16 +61,16 @@ impl Problem<'_> {
             })
             .collect();
         let widened = |i: usize, j: usize| own[(i, j)] * times[i] * times[j];
-        let Hypothesis { lag, waves, .. } = fit.hypothesis;
-        let believed = |is_free: bool, deviation: f64| match is_free {
-            true => libm::log(deviation),
-            false => 0.0,
+        let is_of_some = |p: &Parameter| {
+            !matches!(
+                p,
+                Parameter::Shift | Parameter::GyroNoise | Parameter::Sea | Parameter::SpeedLate
+            )
         };
-        let hull = fit.hypothesis.hull_parameters();
-        let of_hull = hull.iter().filter_map(|p| p.prior_deviation());
-        let priors = believed(lag, LAG_DEVIATION)
-            + believed(waves, 4.0 * 0.7)
-            + of_hull.map(libm::log).sum::<f64>();
+        let of_some = self.free(fit.hypothesis).into_iter().filter(is_of_some);
+        let priors: f64 = (of_some.filter_map(Parameter::prior_deviation))
+            .map(libm::log)
+            .sum();
         Some(Uncertainty {
             covariance: Matrix4::from_fn(widened),
             log_gain_variance: widened(LOG_GAIN, LOG_GAIN),
@@ -79,21 +80,21 @@ impl Problem<'_> {
     }
 
     /// Slopes of d, b, c, the delay and the log of the steady turn with the parameters.
-    fn rows(&self, fit: &Fit, all: &[Parameter]) -> DMatrix<f64> {
+    fn rows(&self, fit: &Fit, all: &[Unknown]) -> DMatrix<f64> {
         let rate = self.scale.rate_per_s;
         let amplitude_rad = self.scale.rudder_rad;
         let here = fit.log_gain(amplitude_rad);
-        let of_gain = |parameter: Parameter| {
+        let of_gain = |unknown: Unknown| {
             const STEP: f64 = 1e-4;
             let mut there = fit.clone();
-            let step = match parameter {
-                Parameter::Own(i) => {
+            let step = match unknown {
+                Unknown::Own(parameter) => {
                     let mut x = fit.x.clone();
-                    x[i] += STEP;
+                    x[parameter as usize] += STEP;
                     there.point = self.point(fit.hypothesis, &x);
                     STEP
                 }
-                Parameter::Linear(j) => {
+                Unknown::Linear(j) => {
                     let step = STEP * fit.linear[0].abs();
                     there.linear[j] += step;
                     step
@@ -101,14 +102,14 @@ impl Problem<'_> {
             };
             (there.log_gain(amplitude_rad) - here) / step
         };
-        let of_gain: Vec<f64> = all.iter().map(|parameter| of_gain(*parameter)).collect();
+        let of_gain: Vec<f64> = all.iter().map(|unknown| of_gain(*unknown)).collect();
         DMatrix::from_fn(ROWS, all.len() + 1, |row, i| {
             match (row, all.get(i).copied()) {
                 (LOG_GAIN, Some(_)) => of_gain[i],
-                (0, Some(Parameter::Own(0))) => rate,
-                (1, Some(Parameter::Linear(0))) | (2, Some(Parameter::Linear(1))) => 1.0,
-                (3, Some(Parameter::Own(SHIFT))) => 1.0 / rate,
-                (3, Some(Parameter::Own(LAG))) => fit.point.lag_s,
+                (0, Some(Unknown::Own(Parameter::Damping))) => rate,
+                (1, Some(Unknown::Linear(0))) | (2, Some(Unknown::Linear(1))) => 1.0,
+                (3, Some(Unknown::Own(Parameter::Shift))) => 1.0 / rate,
+                (3, Some(Unknown::Own(Parameter::Lag))) => fit.point.vehicle.lag_s,
                 _ => 0.0,
             }
         })
@@ -127,9 +128,9 @@ impl Problem<'_> {
         let error = |e: &[f64; COLUMNS]| combined(e, &fit.linear);
         let errors = weighted(&|i| weights[i] * error(&here[i].0));
         let (mut of_errors, mut of_logs) = (Vec::new(), Vec::new());
-        for i in &own {
+        for parameter in &own {
             let mut x = fit.x.clone();
-            x[*i] += STEP;
+            x[*parameter as usize] += STEP;
             let there = self.columns(&self.point(fit.hypothesis, &x));
             of_errors.push(weighted(&|k| {
                 weights[k] * (error(&there[k].0) - error(&here[k].0)) / STEP
@@ -138,7 +139,7 @@ impl Problem<'_> {
                 HALF * libm::log(there[k].1 / here[k].1) / STEP
             }));
         }
-        let linear = if self.scale.has_gyro { 3 } else { 2 };
+        let linear = if self.has_gyro { 3 } else { 2 };
         for j in 0..linear {
             of_errors.push(weighted(&|k| weights[k] * here[k].0[j + 1]));
             of_logs.push(DVector::zeros(here.len()));
@@ -146,19 +147,19 @@ impl Problem<'_> {
         // The variance of the heading noise.
         of_errors.push(DVector::zeros(here.len()));
         of_logs.push(DVector::from_element(here.len(), HALF));
-        let parameters: Vec<Parameter> = (own.iter().map(|i| Parameter::Own(*i)))
-            .chain((0..linear).map(Parameter::Linear))
+        let unknowns: Vec<Unknown> = (own.iter().map(|parameter| Unknown::Own(*parameter)))
+            .chain((0..linear).map(Unknown::Linear))
             .collect();
         let mut prior = DVector::zeros(of_errors.len());
         let mut prior_slope = DVector::zeros(of_errors.len());
-        for (k, i) in own.iter().enumerate() {
-            if let Some([mean, deviation]) = belief(*i) {
+        for (k, parameter) in own.iter().enumerate() {
+            if let Some([mean, deviation]) = belief(*parameter) {
                 prior[k] = deviation.powi(-2);
-                prior_slope[k] = (fit.x[*i] - mean) * prior[k];
+                prior_slope[k] = (fit.x[*parameter as usize] - mean) * prior[k];
             }
         }
         Derivatives {
-            parameters,
+            unknowns,
             excess: errors.map(|e| HALF * (1.0 - e * e)),
             errors,
             of_errors: DMatrix::from_columns(&of_errors),
@@ -184,14 +185,14 @@ impl Problem<'_> {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Parameter {
-    Own(usize),
+enum Unknown {
+    Own(Parameter),
     Linear(usize),
 }
 
 /// Innovations over their deviations, and derivatives of them and of the logs of their variances.
 pub(super) struct Derivatives {
-    parameters: Vec<Parameter>,
+    unknowns: Vec<Unknown>,
     errors: DVector<f64>,
     excess: DVector<f64>,
     of_errors: DMatrix<f64>,

@@ -9,16 +9,18 @@
 //! some with a slow gear or course-unstable, this one does in 121 (`examples/missions`, mode `hulls`). Cost: a tenth of the fit of first order where
 //! no step of scoring promises a hull.
 
-use super::filter::Run;
-use super::fit::{Fit, Hypothesis, Problem, Scale};
+use super::columns::Run;
+use super::fit::{Fit, Hypothesis, Problem};
 use super::information::Uncertainty;
 use super::record::Legs;
-use super::{shares, uncertain};
+use super::{uncertain, weights};
 use crate::identification::{GainVehicle, Refined};
 use crate::identify::heading_gain::Vehicles;
 use crate::identify::robust::estimate::{LEAST_EVIDENCE, MODEL_ERROR};
-use crate::likelihood::Vehicle;
+use crate::likelihood::hypothesis::Scale;
+use crate::likelihood::posterior::Moments;
 use crate::likelihood::steering_model::log_steady_gain;
+use crate::likelihood::{Structure, Vehicle};
 use crate::propagation::NORMAL_95;
 
 /// Log of how much likelier a log must be with a hull beyond first order to be surely of one: seas of eight waves made it likelier by up to 12 in 72
@@ -30,7 +32,7 @@ fn with_turning(legs: &Legs, fit: &Fit) -> Legs {
     let yaw_rate_rad_s = legs.yaw_rate_deviation_rad_s();
     let mut turning = legs.clone();
     for (leg, of) in turning.legs.iter_mut().zip(&legs.legs) {
-        let mut run = Run::new(of, &fit.point, legs.interval_s, yaw_rate_rad_s);
+        let mut run = Run::<6>::new(of, &fit.point, legs.interval_s, yaw_rate_rad_s);
         leg.turning_rad_s = (0..of.len())
             .map(|i| {
                 run.measure(i, |_, _| {});
@@ -46,26 +48,26 @@ fn with_turning(legs: &Legs, fit: &Fit) -> Legs {
 /// Hulls and a slow gear beyond first order, each fitted from the likeliest vehicle of first order.
 pub fn hulls(legs: &Legs, scale: Scale, heaviest: &Fit) -> Vec<(Fit, Uncertainty)> {
     let legs = &with_turning(legs, heaviest);
-    let scale = Scale {
-        turning_rad_s: legs.mean_turning_rad_s(),
-        slew_rad_s: legs.rudder_rate_rad_s() / 3.0,
-        ..scale
-    };
-    let problem = Problem { legs, scale };
-    let of = |growth, sway| Hypothesis {
-        growth,
-        sway,
+    let problem = Problem::new(legs, scale);
+    let of = |quadratic, sway, rate_limit| Hypothesis {
+        structure: Structure {
+            quadratic,
+            sway,
+            rate_limit,
+            ..heaviest.hypothesis.structure
+        },
         ..heaviest.hypothesis
     };
-    let slow_gear = Hypothesis {
-        rate_limit: true,
-        ..heaviest.hypothesis
-    };
-    let [slow, growth, sway] = [slow_gear, of(true, false), of(false, true)]
-        .map(|hypothesis| problem.with_hull(heaviest, hypothesis));
+    let [slow, growth, sway] = [
+        of(false, false, true),
+        of(true, false, false),
+        of(false, true, false),
+    ]
+    .map(|hypothesis| problem.with_hull(heaviest, hypothesis));
+    let general = of(true, true, false);
     let both = [
-        (sway.as_ref()).and_then(|sway| problem.extended(sway, of(true, true))),
-        (growth.as_ref()).and_then(|growth| problem.with_hull(growth, of(true, true))),
+        (sway.as_ref()).and_then(|sway| problem.extended(sway, general)),
+        (growth.as_ref()).and_then(|growth| problem.with_hull(growth, general)),
     ];
     let both = (both.into_iter().flatten()).min_by(|a, b| a.cost.total_cmp(&b.cost));
     let fits = [slow, growth, sway, both].into_iter().flatten().collect();
@@ -77,8 +79,8 @@ pub struct Beyond {
     log_evidence: f64,
     vehicle: Vehicle,
     offset_rad_s2: f64,
-    /// Mean and variance of ln |K|, K in 1/s, at the log's rudder amplitude.
-    log_gain: [f64; 2],
+    /// ln |K|, K in 1/s, at the log's rudder amplitude.
+    log_gain: Moments<1>,
     /// Log evidence from which it alone explains the log.
     sure: f64,
 }
@@ -101,7 +103,10 @@ impl Beyond {
             log_evidence: uncertainty.log_evidence,
             vehicle,
             offset_rad_s2: fit.linear[1],
-            log_gain: [log_gain, uncertainty.log_gain_variance + model_error],
+            log_gain: Moments {
+                mean: [log_gain].into(),
+                covariance: [[uncertainty.log_gain_variance + model_error]].into(),
+            },
             sure,
         }
     }
@@ -137,12 +142,10 @@ impl LongTurn {
             return None;
         }
         let evidence = all.iter().map(|beyond| beyond.log_evidence);
-        let weights = shares(evidence);
-        let weighed = || all.iter().zip(&weights);
-        let mean: f64 = weighed().map(|(beyond, w)| w * beyond.log_gain[0]).sum();
-        let variance: f64 = weighed()
-            .map(|(beyond, w)| w * (beyond.log_gain[1] + (beyond.log_gain[0] - mean).powi(2)))
-            .sum();
+        let weights = weights(evidence);
+        let of = |(beyond, weight): (&Beyond, &f64)| (*weight, beyond.log_gain);
+        let log_gain = Moments::of(&all.iter().zip(&weights).map(of).collect::<Vec<_>>())?;
+        let (mean, variance) = (log_gain.mean[0], log_gain.covariance[(0, 0)]);
         let is_sure = lead >= likeliest.sure;
         let away = match is_sure {
             true => 0.0,

@@ -13,7 +13,7 @@
 //! Source: prediction error method of Ljung, System Identification (1999), chapters 7 and 13; intervals by Fisher's information, or by the
 //! scatter of twelve blocks where that is wider (White 1982).
 
-mod filter;
+mod columns;
 mod fit;
 mod held_out;
 mod information;
@@ -37,13 +37,17 @@ use crate::identification::{
     EstimateMethod, HigherOrder, Identification, LEAST_R2, Refined, Settings, ValidRange,
     Validation, Verdict,
 };
+use crate::likelihood::evidence::shares;
+use crate::likelihood::filter::Disturbances;
+use crate::likelihood::hypothesis::Scale;
+use crate::likelihood::posterior::Moments;
 use crate::likelihood::{SteeringModel, Structure, Vehicle};
 use crate::manoeuvre::Manoeuvre;
 use crate::propagation::NORMAL_95;
 use crate::record::{Window, logged_s};
 use crate::segmentation::{self, Kind};
-use filter::SpeedLaw;
-use fit::{Fit, Hypothesis, Problem, Scale};
+use columns::SpeedLaw;
+use fit::{Fit, Hypothesis, Problem};
 pub(super) use held_out::HeldOut;
 use information::Uncertainty;
 use long_turn::{Beyond, LongTurn, SURE_HULL, hulls};
@@ -117,7 +121,7 @@ pub fn is_ordinary_steering(samples: &[Sample<f64>]) -> bool {
 
 /// Every hypothesis fitted to legs, each from a simpler one, and the scale of their parameters. `None` where they determine nothing.
 fn fits(legs: &Legs) -> Option<(Vec<(Fit, Uncertainty)>, Scale)> {
-    let (problem, look) = Problem::new(legs)?;
+    let (problem, look) = Problem::first_look(legs)?;
     let simple = look.hypothesis;
     let mut fits = vec![problem.fit(simple, &look.x)?];
     if legs.speed_change() > LEAST_SPEED_CHANGE {
@@ -127,16 +131,18 @@ fn fits(legs: &Legs) -> Option<(Vec<(Fit, Uncertainty)>, Scale)> {
     for (lag, waves) in [(true, false), (false, true), (true, true)] {
         let simpler = fits
             .iter()
-            .filter(|fit| waves || !fit.hypothesis.lag)
+            .filter(|fit| waves || !fit.hypothesis.structure.lag)
             .min_by(|a, b| a.cost.total_cmp(&b.cost))?;
         let law = simpler.hypothesis.law;
         let extended = problem.extended(
             simpler,
             Hypothesis {
                 law,
-                lag,
+                structure: Structure {
+                    lag,
+                    ..simple.structure
+                },
                 waves,
-                ..simple
             },
         );
         fits.extend(extended);
@@ -149,15 +155,11 @@ fn uncertain(problem: &Problem, fits: Vec<Fit>) -> Vec<(Fit, Uncertainty)> {
     fits.into_iter().filter_map(of).collect()
 }
 
-/// Shares of the weight by log evidence.
-fn shares(evidence: impl Iterator<Item = f64> + Clone) -> Vec<f64> {
+/// Shares of the weight by log evidence, without those that are negligible beside the likeliest.
+fn weights(evidence: impl Iterator<Item = f64> + Clone) -> Vec<f64> {
     let most = evidence.clone().fold(f64::NEG_INFINITY, f64::max);
-    let weights: Vec<f64> = evidence
-        .map(|log_evidence| libm::exp(log_evidence - most))
-        .map(|weight| if weight > NEGLIGIBLE { weight } else { 0.0 })
-        .collect();
-    let total: f64 = weights.iter().sum();
-    weights.into_iter().map(|w| w / total).collect()
+    let is_in = move |log: f64| libm::exp(log - most) > NEGLIGIBLE;
+    shares(evidence.map(move |log| if is_in(log) { log } else { f64::NEG_INFINITY }))
 }
 
 /// What all hypotheses say of a log.
@@ -224,19 +226,16 @@ impl Estimate {
     fn of_fits(found: &[(Fit, Uncertainty)]) -> Option<Self> {
         let evidence = found.iter().map(|(_, u)| u.log_evidence);
         let most = evidence.clone().fold(f64::NEG_INFINITY, f64::max);
-        let weights = shares(evidence);
-        let weighed = || found.iter().zip(weights.iter().copied());
-        let mean: Vector4<f64> = weighed().map(|((fit, _), w)| fit.values() * w).sum();
-        let covariance = weighed()
-            .map(|((fit, u), w)| {
-                let away = fit.values() - mean;
-                (u.covariance + away * away.transpose()) * w
-            })
-            .sum();
-        let ((heaviest, _), _) = weighed().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let weights = weights(evidence);
+        let of = |((fit, u), weight): (&(Fit, Uncertainty), &f64)| {
+            let (mean, covariance) = (fit.values(), u.covariance);
+            (*weight, Moments { mean, covariance })
+        };
+        let moments = Moments::of(&found.iter().zip(&weights).map(of).collect::<Vec<_>>())?;
+        let ((heaviest, _), _) = (found.iter().zip(&weights)).max_by(|a, b| a.1.total_cmp(b.1))?;
         Some(Self {
-            mean,
-            covariance,
+            mean: moments.mean,
+            covariance: moments.covariance,
             heaviest: heaviest.clone(),
             log_evidence: most,
             play_rad: None,
@@ -263,7 +262,7 @@ impl Estimate {
             covariance[(i, i)] += (share * model.theta()[i]).powi(2);
         }
         let noise_rad = self.heaviest.variance_rad2.sqrt();
-        let point = &self.heaviest.point;
+        let Disturbances { sea, wave, .. } = self.heaviest.point.disturbances;
         Refined {
             method: match self.steering_model().is_some() {
                 true => EstimateMethod::RudderLag,
@@ -274,7 +273,7 @@ impl Estimate {
             interval_95: normal_intervals(&model, &covariance),
             covariance: covariance.into(),
             heading_noise_rad: noise_rad,
-            disturbance_rad_s2: noise_rad * libm::hypot(point.sea[0], point.wave[0]),
+            disturbance_rad_s2: noise_rad * libm::hypot(sea[0], wave[0]),
         }
     }
 

@@ -1,8 +1,9 @@
 //! The play of a rudder that steers.
 
-use super::fit::{Fit, Problem, Scale};
+use super::fit::{Fit, Problem};
 use super::record::Legs;
 use crate::identify::robust::play::{LIKELIER, PLAYS};
+use crate::likelihood::hypothesis::Scale;
 
 /// Steps of the search for the likeliest play: each goes on or, where that is no better, halves the next.
 const STEPS: u32 = 8;
@@ -13,7 +14,7 @@ pub fn likely_play_rad(legs: &Legs, scale: Scale, fit: &Fit) -> Option<f64> {
     let amplitude_rad = legs.rudder_amplitude_rad();
     let behind = |play_rad: f64, look: &mut dyn FnMut(&Problem) -> Option<Fit>| {
         let legs = &legs.behind_play(play_rad);
-        Some((play_rad, look(&Problem { legs, scale })?))
+        Some((play_rad, look(&Problem::new(legs, scale))?))
     };
     let looks = PLAYS.iter().skip(1).step_by(2).filter_map(|share| {
         let mut cost = f64::INFINITY;

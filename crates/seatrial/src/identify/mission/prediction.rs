@@ -2,7 +2,7 @@
 //!
 //! A log of an hour wanders from any simulation. Here the filter follows the log, and from many instants on the model runs free for a horizon.
 
-use super::filter::Run;
+use super::columns::Run;
 use super::fit::Fit;
 use super::record::Legs;
 
@@ -29,20 +29,15 @@ pub struct Prediction {
 impl Prediction {
     /// Over these legs.
     pub fn of(fit: &Fit, legs: &Legs, yaw_rate_rad_s: f64) -> Self {
-        let longest_s = legs
-            .legs
-            .iter()
-            .map(|leg| leg.duration_s())
-            .fold(0.0, f64::max);
-        let wanted_s = LEAST_HORIZON_S.max(TIME_CONSTANTS / fit.point.damping_per_s);
-        let horizon_s = wanted_s.min(PART * longest_s);
+        let wanted_s = LEAST_HORIZON_S.max(TIME_CONSTANTS / fit.point.vehicle.damping_per_s);
+        let horizon_s = wanted_s.min(PART * legs.longest_s());
         let horizon = ((horizon_s / legs.interval_s) as usize).max(2);
         let mut prediction = Self {
             horizon_s,
             ..Self::default()
         };
         for leg in &legs.legs {
-            let mut run = Run::new(leg, &fit.point, legs.interval_s, yaw_rate_rad_s);
+            let mut run = Run::<6>::new(leg, &fit.point, legs.interval_s, yaw_rate_rad_s);
             for i in 0..leg.len() {
                 run.measure(i, |_, _| {});
                 // The filter has settled after a horizon.

@@ -1,14 +1,11 @@
 //! An ordinary log as the likelihood takes it: legs without a gap, while the vehicle makes way.
 
-use std::sync::Arc;
-
 use seatrial_core::Sample;
 
 use crate::identify::pace::Pace;
-use crate::identify::robust::play::fin_behind;
-use crate::likelihood::leg::{Commands, deviation};
+use crate::likelihood::Leg;
+use crate::likelihood::leg::deviation;
 use crate::record::{GAP, logged_s, median, median_interval_s, turned_rad};
-use crate::record_series::RecordSeries;
 
 /// Most comparisons of a log: of more, those where the rudder works most are taken.
 const MOST_COMPARISONS: usize = 20_000;
@@ -22,28 +19,8 @@ const LEAST_SPEED: f64 = 0.4;
 /// Fewest comparisons of a leg.
 const FEWEST: usize = 20;
 
-/// Share of an interval over which the command is averaged.
-const AVERAGE: f64 = 0.1;
-
 /// Samples of the speed that are averaged, s.
 const SPEED_MEAN_S: f64 = 0.6;
-
-/// A part of a log without a gap.
-#[derive(Clone, Debug)]
-pub struct Leg {
-    /// Times of the comparisons, s.
-    pub time_s: Vec<f64>,
-    /// Headings there, rad, unwrapped, from the first.
-    pub heading_rad: Vec<f64>,
-    /// Yaw rates there, rad/s; empty where none is measured.
-    pub yaw_rate_rad_s: Vec<f64>,
-    /// Speeds there over the usual one; 1 where none is logged.
-    pub speed: Vec<f64>,
-    /// Size of the yaw rate that a filter saw until then, rad/s; empty before one ran.
-    pub turning_rad_s: Vec<f64>,
-    /// The command, which the parts of a leg share.
-    commands: Arc<Commands>,
-}
 
 /// All legs of a log.
 #[derive(Clone, Debug)]
@@ -98,7 +75,7 @@ impl Legs {
                     (Some((_, speeds)), Some(usual)) => speeds[part[i]] / usual,
                     _ => 1.0,
                 };
-                Leg::new(&own, step, has_rate, speed)
+                Leg::picked(&own, step, has_rate, speed)
             })
             .collect();
         let used_s: f64 = legs.iter().map(Leg::duration_s).sum();
@@ -109,6 +86,11 @@ impl Legs {
             speed_m_s,
             share: used_s / total_s,
         })
+    }
+
+    /// From the first to the last comparison of the longest leg, s.
+    pub fn longest_s(&self) -> f64 {
+        self.legs.iter().map(Leg::duration_s).fold(0.0, f64::max)
     }
 
     /// Comparisons of all legs.
@@ -164,7 +146,7 @@ impl Legs {
     }
 
     fn commands(&self) -> impl Iterator<Item = Vec<f64>> {
-        (self.legs.iter()).map(|leg| leg.commands(0.0, self.interval_s))
+        (self.legs.iter()).map(|leg| leg.smooth_commands(0.0, self.interval_s))
     }
 
     /// Mean size of the yaw rate that a filter saw, rad/s; 0 before one ran.
@@ -230,7 +212,7 @@ fn most_excited(legs: Vec<Leg>, interval_s: f64) -> Vec<Leg> {
     }
     let mut parts: Vec<(f64, Leg)> = Vec::new();
     for leg in &legs {
-        let commands = leg.commands(0.0, interval_s);
+        let commands = leg.smooth_commands(0.0, interval_s);
         for from in (0..leg.len()).step_by(PART) {
             let to = (from + PART).min(leg.len());
             if to - from > PART / 2 {
@@ -304,108 +286,6 @@ fn usual_speeds(samples: &[Sample<f64>], usual_s: f64) -> Option<(f64, Vec<f64>)
         })
         .collect();
     (usual > 0.0).then_some((usual, smooth))
-}
-
-impl Leg {
-    fn new(
-        samples: &[Sample<f64>],
-        step: usize,
-        has_rate: bool,
-        speed: impl Fn(usize) -> f64,
-    ) -> Self {
-        let unwrapped = RecordSeries::new(samples, 1).heading_rad;
-        let picked = || (0..samples.len()).step_by(step);
-        Self {
-            time_s: picked().map(|i| samples[i].time_s).collect(),
-            heading_rad: picked().map(|i| unwrapped[i]).collect(),
-            yaw_rate_rad_s: match has_rate {
-                true => picked()
-                    .map(|i| samples[i].yaw_rate_rad_s.unwrap_or(0.0))
-                    .collect(),
-                false => Vec::new(),
-            },
-            speed: picked().map(speed).collect(),
-            turning_rad_s: Vec::new(),
-            commands: Arc::new(Commands::new(
-                samples.iter().map(|s| s.time_s).collect(),
-                samples.iter().map(|s| s.rudder_rad).collect(),
-            )),
-        }
-    }
-
-    /// The leg with the rudder that its command leaves behind this play, rad.
-    fn behind_play(&self, play_rad: f64) -> Self {
-        let Commands {
-            change_s,
-            command_rad,
-            ..
-        } = &*self.commands;
-        let fin_rad = fin_behind(command_rad, play_rad);
-        Self {
-            commands: Arc::new(Commands::new(change_s.clone(), fin_rad)),
-            ..self.clone()
-        }
-    }
-
-    fn part(&self, range: std::ops::Range<usize>) -> Self {
-        let of = |values: &[f64]| {
-            values
-                .get(range.clone())
-                .map_or_else(Vec::new, <[f64]>::to_vec)
-        };
-        Self {
-            time_s: of(&self.time_s),
-            heading_rad: of(&self.heading_rad),
-            yaw_rate_rad_s: of(&self.yaw_rate_rad_s),
-            speed: of(&self.speed),
-            turning_rad_s: of(&self.turning_rad_s),
-            ..self.clone()
-        }
-    }
-
-    /// Number of comparisons.
-    pub fn len(&self) -> usize {
-        self.time_s.len()
-    }
-
-    /// From the first to the last comparison, s.
-    pub fn duration_s(&self) -> f64 {
-        match (self.time_s.first(), self.time_s.last()) {
-            (Some(first), Some(last)) => last - first,
-            _ => 0.0,
-        }
-    }
-
-    /// Speed over the usual one in the middle of the interval after a comparison, where it is logged so much late.
-    pub fn speed_at(&self, i: usize, late_s: f64) -> f64 {
-        let h = self.duration_s() / (self.len().max(2) - 1) as f64;
-        let at = (i as f64 + 0.5 + late_s / h).clamp(0.0, (self.len() - 1) as f64);
-        let (before, share) = (at as usize, at.fract());
-        let after = (before + 1).min(self.len() - 1);
-        self.speed[before] + share * (self.speed[after] - self.speed[before])
-    }
-
-    /// Mean command over each interval between comparisons, rad, where it acts `shift_s` later than logged.
-    ///
-    /// The command is averaged over a small part of the usual interval about each instant: a record that is held between samples has corners in
-    /// the shift. A longer mean would show the likelihood commands that answer what it is about to predict.
-    pub fn commands(&self, shift_s: f64, usual_s: f64) -> Vec<f64> {
-        let mean_s = AVERAGE * usual_s;
-        let half_s = 0.5 * mean_s;
-        let first_s = self.time_s.first().copied().unwrap_or(0.0);
-        let mut upto = [-half_s, half_s].map(|by_s| self.commands.from(first_s, by_s - shift_s));
-        let mut smooth = |time_s: f64| (upto[1].twice(time_s) - upto[0].twice(time_s)) / mean_s;
-        let mut before = self.time_s.first().map_or(0.0, |first| smooth(*first));
-        self.time_s
-            .windows(2)
-            .map(|pair| {
-                let now = smooth(pair[1]);
-                let mean = (now - before) / (pair[1] - pair[0]);
-                before = now;
-                mean
-            })
-            .collect()
-    }
 }
 
 /// The values that these shares of all are less than; 0 of none.

@@ -4,6 +4,7 @@ use super::hypothesis::{Hypothesis, Prior};
 use super::hypothesis_search::HypothesisSearch;
 use super::mixture::{Normal, point_below_which};
 use super::record::{A22, B2, DELAY, PARAMETERS, Point, Record};
+use crate::likelihood::evidence::{log_sum, shares};
 
 /// Hypotheses of less weight move no end of an interval by a millionth of its width.
 const LEAST_WEIGHT: f64 = 1e-9;
@@ -48,18 +49,11 @@ impl Hypotheses {
 
     /// Log of the probability of the record under a prior.
     pub fn log_evidence(&self, prior: &Prior) -> f64 {
-        let logs = (self.all.iter()).map(|h| h.log_weight(prior));
-        let best = logs.clone().fold(f64::NEG_INFINITY, f64::max);
-        best + libm::log(logs.map(|log| libm::exp(log - best)).sum::<f64>())
+        log_sum(self.all.iter().map(|h| h.log_weight(prior)))
     }
 
     fn weights(&self, prior: &Prior) -> Vec<f64> {
-        let logs: Vec<f64> = (self.all.iter()).map(|h| h.log_weight(prior)).collect();
-        let best = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let total: f64 = logs.iter().map(|log| libm::exp(log - best)).sum();
-        logs.iter()
-            .map(|log| libm::exp(log - best) / total)
-            .collect()
+        shares(self.all.iter().map(|h| h.log_weight(prior)))
     }
 
     /// The mean of a quantity.

@@ -1,0 +1,242 @@
+//! The exact step of a hull under a constant push, with sway, a sea and waves.
+//!
+//! ```text
+//! r' = -(d0 + d2 |r|) r + k v + push + d + w,   psi' = r,   v' = r - v/T_v,   d' = -d/T_d,   w'' = -w0^2 w - 2 z w0 w'
+//! ```
+//!
+//! Sway acts as it is in the middle of the step, a disturbance by its mean. Damping that grows with the yaw rate is that of the middle of the step.
+
+use super::filter::Disturbances;
+use super::gear::{Gear, angles};
+use super::hypothesis::Vehicle;
+use super::leg::{Leg, PARTS, parts_of};
+
+/// Heading, yaw rate, sway v and sea d: the states of a hull. With six, waves w and their rate, too.
+pub type State<const N: usize = 4> = [f64; N];
+
+/// Where a leg starts, and its offset.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Start {
+    /// Heading, rad.
+    pub heading_rad: f64,
+    /// Yaw rate, rad/s.
+    pub yaw_rate_rad_s: f64,
+    /// Sway memory v, rad.
+    pub sway_rad: f64,
+    /// Yaw acceleration at neutral rudder c, rad/s^2.
+    pub offset_rad_s2: f64,
+}
+
+impl Start {
+    /// The state there.
+    pub fn state(&self) -> State {
+        [self.heading_rad, self.yaw_rate_rad_s, self.sway_rad, 0.0]
+    }
+}
+
+/// A step as long as the last but for this share of it is the same: times in binary.
+const SAME_STEP: f64 = 1e-9;
+
+/// Steps of a hull and its disturbances.
+#[derive(Clone, Debug)]
+pub struct Motion {
+    /// Coupling, 1/s^2, and time constant of sway, s.
+    sway: [f64; 2],
+    disturbances: Disturbances,
+    h: f64,
+    damping_per_s: f64,
+    /// What is left over h of yaw rate, sway and sea, with the integrals.
+    left: [f64; 3],
+    sway_left: [f64; 3],
+    sea_left: [f64; 3],
+    wave: [[f64; 2]; 2],
+}
+
+impl Motion {
+    /// Of a vehicle under these disturbances.
+    pub fn new(vehicle: &Vehicle, disturbances: &Disturbances) -> Self {
+        Self {
+            sway: [vehicle.coupling_per_s2, vehicle.sway_s],
+            disturbances: *disturbances,
+            h: f64::NAN,
+            damping_per_s: f64::NAN,
+            left: [1.0, 0.0, 0.0],
+            sway_left: [1.0, 0.0, 0.0],
+            sea_left: [1.0, 0.0, 0.0],
+            wave: [[0.0; 2]; 2],
+        }
+    }
+
+    /// With this damping, 1/s, over steps of h, s.
+    pub fn set(&mut self, damping_per_s: f64, h: f64) {
+        let is_same = (h - self.h).abs() <= SAME_STEP * h;
+        if !is_same {
+            self.h = h;
+            self.sea_left = decays(1.0 / self.disturbances.sea[1], h);
+            self.wave = wave_over(self.disturbances.wave, h);
+            if self.sway[0] != 0.0 {
+                self.sway_left = decays(1.0 / self.sway[1], h);
+            }
+        }
+        if !is_same || damping_per_s != self.damping_per_s {
+            self.damping_per_s = damping_per_s;
+            self.left = decays(damping_per_s, self.h);
+        }
+    }
+
+    /// One step under a push, rad/s^2.
+    #[inline]
+    pub fn advance<const N: usize>(&self, x: &mut State<N>, push: f64) {
+        let h = self.h;
+        let [coupling, sway_s] = self.sway;
+        let mut push = push + self.sea_left[1] / h * x[3];
+        if N > 4 {
+            let (w, rate) = (x[4], x[5]);
+            let [next, next_rate] = self.wave.map(|[of_w, of_rate]| of_w * w + of_rate * rate);
+            push += 0.5 * (w + next);
+            (x[4], x[5]) = (next, next_rate);
+        }
+        if coupling != 0.0 {
+            push += coupling * (x[2] + 0.5 * h * (x[1] - x[2] / sway_s));
+        }
+        let [left, once, twice] = self.left;
+        let turned_rad = once * x[1] + twice * push;
+        if coupling != 0.0 {
+            x[2] = self.sway_left[0] * x[2] + self.sway_left[1] / h * turned_rad;
+        }
+        x[0] += turned_rad;
+        x[1] = left * x[1] + once * push;
+        x[3] *= self.sea_left[0];
+    }
+
+    /// One step of h, s, with damping that grows with the yaw rate: at rest, 1/s, and per yaw rate, 1/rad.
+    pub fn turn<const N: usize>(
+        &mut self,
+        x: &mut State<N>,
+        [damping_per_s, growth_per_rad]: [f64; 2],
+        push: f64,
+        h: f64,
+    ) {
+        let at = |r: f64| damping_per_s + growth_per_rad * r.abs();
+        let damping_per_s = match growth_per_rad == 0.0 {
+            true => damping_per_s,
+            false => {
+                let push = push + self.sway[0] * x[2] + x[3];
+                at(x[1] + 0.5 * h * (push - at(x[1]) * x[1]))
+            }
+        };
+        self.set(damping_per_s, h);
+        self.advance(x, push);
+    }
+
+    /// Over an interval, s, at these angles of the gear over its parts, rad. A run that leaves the numbers stays within 1,000 rad/s.
+    pub fn follow(
+        &mut self,
+        vehicle: &Vehicle,
+        x: &mut State,
+        angles: &[f64],
+        offset_rad_s2: f64,
+        interval_s: f64,
+    ) {
+        let part_s = interval_s / angles.len() as f64;
+        let damping = [vehicle.damping_per_s, vehicle.quadratic_per_rad];
+        for angle in angles {
+            let push = vehicle.authority_per_s2 * angle + offset_rad_s2;
+            self.turn(x, damping, push, part_s);
+            x[1] = x[1].clamp(-1e3, 1e3);
+        }
+    }
+}
+
+/// exp(-a h), (1 - exp(-a h))/a and (h - that)/a.
+pub fn decays(damping_per_s: f64, h: f64) -> [f64; 3] {
+    let z = (damping_per_s * h).clamp(-0.5, 60.0);
+    let left = libm::exp(-z);
+    if z.abs() < 1e-3 {
+        let once = h * (1.0 - 0.5 * z + z * z / 6.0);
+        return [left, once, 0.5 * h * h * (1.0 - z / 3.0)];
+    }
+    let damping_per_s = z / h;
+    let once = (1.0 - left) / damping_per_s;
+    [left, once, (h - once) / damping_per_s]
+}
+
+/// exp(A h) of the narrow-band disturbance.
+fn wave_over([strength, frequency, ratio]: [f64; 3], h: f64) -> [[f64; 2]; 2] {
+    if strength == 0.0 {
+        return [[0.0; 2]; 2];
+    }
+    let decay = ratio * frequency;
+    let ringing = frequency * (1.0 - ratio * ratio).max(1e-6).sqrt();
+    let e = libm::exp(-decay * h);
+    let (sin, cos) = (libm::sin(ringing * h), libm::cos(ringing * h));
+    [
+        [e * (cos + decay / ringing * sin), e * sin / ringing],
+        [
+            -e * frequency * frequency / ringing * sin,
+            e * (cos - decay / ringing * sin),
+        ],
+    ]
+}
+
+/// Heading, yaw rate and sway at each comparison of a leg of a free-running vehicle; the fourth is 0.
+pub fn simulate(leg: &Leg, vehicle: &Vehicle, start: &Start) -> Vec<State> {
+    let angles = angles(leg, vehicle);
+    let mut motion = Motion::new(vehicle, &Disturbances::NONE);
+    let mut x = start.state();
+    let mut states = Vec::with_capacity(leg.len());
+    states.extend((!leg.is_empty()).then_some(x));
+    let parts = parts_of(&angles, leg);
+    for (pair, during) in leg.time_s.windows(2).zip(angles.chunks_exact(parts)) {
+        motion.follow(
+            vehicle,
+            &mut x,
+            during,
+            start.offset_rad_s2,
+            pair[1] - pair[0],
+        );
+        states.push(x);
+    }
+    states
+}
+
+/// Overshoot of a heading step under proportional control, how far it is still off at the end, and how far it swings there, shares of
+/// the step.
+///
+/// The controller sees the heading every `interval_s` and turns the rudder within `limit_rad`; it runs for 30 time constants, but at most
+/// 6,000 intervals.
+pub fn heading_step(
+    vehicle: &Vehicle,
+    gain: f64,
+    step_rad: f64,
+    limit_rad: f64,
+    interval_s: f64,
+) -> [f64; 3] {
+    const LENGTH: f64 = 30.0;
+    let slowest_s = 1.0 / vehicle.damping_per_s.abs().max(f64::MIN_POSITIVE);
+    let of_loop_s = 1.0
+        / (gain * vehicle.authority_per_s2)
+            .abs()
+            .sqrt()
+            .max(f64::MIN_POSITIVE);
+    let steps = (LENGTH * slowest_s.max(of_loop_s) / interval_s).clamp(100.0, 6_000.0) as usize;
+    let part_s = interval_s / PARTS as f64;
+    let mut gear = Gear::new(vehicle, 0.0);
+    let mut motion = Motion::new(vehicle, &Disturbances::NONE);
+    let mut x: State = [0.0; 4];
+    let (mut most, mut off) = (0.0_f64, 0.0_f64);
+    let [mut lowest, mut highest] = [f64::INFINITY, f64::NEG_INFINITY];
+    for k in 0..steps {
+        let command = (gain * (step_rad - x[0])).clamp(-limit_rad, limit_rad);
+        for _ in 0..PARTS {
+            let act = gear.advance(command, part_s);
+            motion.follow(vehicle, &mut x, &[act], 0.0, part_s);
+        }
+        most = most.max(x[0] - step_rad);
+        if 4 * k > 3 * steps {
+            off = off.max((x[0] - step_rad).abs());
+            [lowest, highest] = [lowest.min(x[0]), highest.max(x[0])];
+        }
+    }
+    [most, off, highest - lowest].map(|rad| rad / step_rad)
+}
