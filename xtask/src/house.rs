@@ -3,6 +3,7 @@
 mod floors;
 mod gates;
 mod modules;
+mod owners;
 mod paths;
 mod source;
 
@@ -108,6 +109,8 @@ impl Survey {
                 if seen.insert(path.clone()) {
                     self.counts.add(name, path, source);
                     self.add_file(name, path, source);
+                    self.faults
+                        .extend(owners::faults(name, path, &source.text, plan));
                 }
             }
         }

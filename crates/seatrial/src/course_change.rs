@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use crate::draw::Draw;
 use crate::gain_allowance::{DAMPING_RATIO, GainAllowance};
 use crate::identification::Identification;
-use crate::likelihood::motion::heading_step;
+use crate::likelihood::free_run::heading_step;
 use crate::propagation::drawn;
 
 /// The course change of boatbuilders, 40 deg.

@@ -7,7 +7,6 @@ use super::excited_segment::most_excited;
 use super::intervals::{normal_intervals, widened};
 use super::robust::estimate::MODEL_ERROR;
 use crate::identification::{EstimateMethod, HigherOrder, Refined, WIDEST_A22, WIDEST_B2};
-use crate::likelihood::filter::Noise;
 use crate::likelihood::hypothesis::Vehicle;
 use crate::likelihood::steering_model::{first_order_at, log_steady_gain};
 use crate::likelihood::{Candidate, Contest, Disturbance, contest_of_hulls};
@@ -62,10 +61,7 @@ fn same_steady_turn(contest: &Contest, rudder_amplitude_rad: f64) -> Option<Refi
         interval_95: normal_intervals(&model, &covariance),
         covariance: covariance.into(),
         heading_noise_rad: noise_rad,
-        disturbance_rad_s2: match fit.noise {
-            Noise::Sea { per_s2, .. } => per_s2 * noise_rad,
-            Noise::None | Noise::Drift { .. } => 0.0,
-        },
+        disturbance_rad_s2: fit.noise.sea[0] * noise_rad,
     };
     let is_finite = model
         .theta()

@@ -4,8 +4,8 @@ use crate::course_change::COURSE_CHANGE_RAD;
 use crate::gain_allowance::{DAMPING_RATIO, GainAllowance, sampled};
 use crate::identification::{GainVehicle, Refined};
 use crate::likelihood::Contest;
+use crate::likelihood::free_run::heading_step;
 use crate::likelihood::hypothesis::Vehicle;
-use crate::likelihood::motion::heading_step;
 
 /// Overshoot, and error and swing that stay, of a course change that no vehicle may exceed, shares of the course change.
 const MOST_OVERSHOOT: f64 = 0.2;

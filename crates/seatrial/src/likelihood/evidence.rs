@@ -2,9 +2,8 @@
 
 use nalgebra::DVector;
 
-use super::filter::Noise;
 use super::fit::{Fit, Problem};
-use super::hypothesis::{Disturbance, Parameter, Scale, Structure};
+use super::hypothesis::{Disturbance, Noise, Parameter, Scale, Structure};
 use super::leg::Leg;
 use super::search::Effort;
 use super::steering_model::SteeringModel;
@@ -147,11 +146,11 @@ fn first_looks(legs: &[Leg], interval_s: f64) -> Option<[(f64, f64); 2]> {
             let scale = Scale::of(legs, interval_s, rate, rate);
             let problem = Problem::new(legs, Structure::FIRST_ORDER, scale);
             let noise = match is_whitened {
-                true => Noise::Sea {
-                    per_s2: 0.6 * rate * rate,
-                    time_s: 2.0 / rate,
+                true => Noise {
+                    sea: [0.6 * rate * rate, 2.0 / rate],
+                    ..Noise::NONE
                 },
-                false => Noise::None,
+                false => Noise::NONE,
             };
             let (cost, there) = problem.linear_cost(&problem.first_guess(), &noise)?;
             Some((cost, rate, there[1] * rate))
@@ -245,7 +244,7 @@ impl<'a> Search<'_, 'a> {
             ..Effort::WHOLE
         };
         let again = |noise| self.problem.fit(sea, noise, effort);
-        let better = again(Noise::None).filter(|f| f.log_evidence > calm.log_evidence + CLEARLY);
+        let better = again(Noise::NONE).filter(|f| f.log_evidence > calm.log_evidence + CLEARLY);
         let drift_again = drift.first().and_then(|(log, fit)| {
             let better = again(fit.noise)?;
             let found = better.log_evidence + LOG_DRIFT;
@@ -265,14 +264,14 @@ impl<'a> Search<'_, 'a> {
             };
             let mut fits: Vec<Fit> = starts
                 .iter()
-                .filter_map(|x| problem.fit(x, Noise::None, brief))
+                .filter_map(|x| problem.fit(x, Noise::NONE, brief))
                 .collect();
             fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
             starts = fits.into_iter().take(2).map(|fit| fit.x).collect();
         }
         starts
             .iter()
-            .filter_map(|x| problem.fit(x, Noise::None, Effort::WHOLE))
+            .filter_map(|x| problem.fit(x, Noise::NONE, Effort::WHOLE))
             .max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
     }
 
@@ -323,7 +322,7 @@ impl<'a> Search<'_, 'a> {
                 x[0] = libm::exp2(f64::from(damping) - 2.0);
                 x[limit] = 0.5 * f64::from(size);
                 x[shift] = 0.0;
-                self.problem.linear_cost(&x, &Noise::None)
+                self.problem.linear_cost(&x, &Noise::NONE)
             })
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, x)| x)
@@ -342,8 +341,9 @@ impl<'a> Search<'_, 'a> {
                 return;
             }
             let from = nodes.first().map_or(start, |(_, fit)| &fit.x);
-            let noise = Noise::Drift {
-                per_sqrt_s: libm::exp2(f64::from(k)) * rate.sqrt(),
+            let noise = Noise {
+                drift: libm::exp2(f64::from(k)) * rate.sqrt(),
+                ..Noise::NONE
             };
             if let Some(fit) = self.problem.fit(from, noise, effort) {
                 nodes.push((k, fit));
@@ -368,9 +368,9 @@ impl<'a> Search<'_, 'a> {
             Some(_) => starts.swap_remove(0),
             None => starts.swap_remove(1),
         };
-        let middling = Noise::Sea {
-            per_s2: rate * rate,
-            time_s: 2.0 / rate,
+        let middling = Noise {
+            sea: [rate * rate, 2.0 / rate],
+            ..Noise::NONE
         };
         let brief = Effort {
             steps: 10,
@@ -396,9 +396,12 @@ impl<'a> Search<'_, 'a> {
                 return;
             }
             let from = nodes.first().map_or(&start.x, |(_, fit)| &fit.x);
-            let noise = Noise::Sea {
-                per_s2: libm::exp2(f64::from(strength)) * rate * rate,
-                time_s: libm::exp2(log2_time(time)) / rate,
+            let noise = Noise {
+                sea: [
+                    libm::exp2(f64::from(strength)) * rate * rate,
+                    libm::exp2(log2_time(time)) / rate,
+                ],
+                ..Noise::NONE
             };
             if let Some(fit) = self.problem.fit(from, noise, Effort::NODE) {
                 nodes.push(((strength, time), fit));

@@ -11,64 +11,9 @@
 
 use seatrial_core::whitening::{Covariance, Gain};
 
-use super::hypothesis::Vehicle;
+use super::hypothesis::{Noise, Vehicle};
 use super::leg::{Leg, parts_of};
 use super::motion::{Motion, Start, State};
-
-/// Strength of a disturbance, relative to the heading noise of one comparison.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Noise {
-    /// No disturbance.
-    None,
-    /// Random walk of the heading, 1/sqrt(s).
-    Drift {
-        /// Its deviation after a second over that of the heading noise, 1/sqrt(s).
-        per_sqrt_s: f64,
-    },
-    /// Gauss-Markov yaw acceleration.
-    Sea {
-        /// Its standard deviation over that of the heading noise, 1/s^2.
-        per_s2: f64,
-        /// Its time constant, s.
-        time_s: f64,
-    },
-}
-
-/// What besides the rudder turns a vehicle, relative to the heading noise.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Disturbances {
-    /// Deviation of a random walk of the heading after a second, 1/sqrt(s).
-    pub drift: f64,
-    /// Deviation of a Gauss-Markov yaw acceleration, 1/s^2, and its time constant, s.
-    pub sea: [f64; 2],
-    /// Deviation of a narrow-band yaw acceleration, 1/s^2, its frequency, rad/s, and its damping ratio.
-    pub wave: [f64; 3],
-}
-
-impl Disturbances {
-    /// Nothing.
-    pub const NONE: Self = Self {
-        drift: 0.0,
-        sea: [0.0, f64::INFINITY],
-        wave: [0.0, 1.0, 0.5],
-    };
-}
-
-impl From<Noise> for Disturbances {
-    fn from(noise: Noise) -> Self {
-        match noise {
-            Noise::None => Self::NONE,
-            Noise::Drift { per_sqrt_s } => Self {
-                drift: per_sqrt_s,
-                ..Self::NONE
-            },
-            Noise::Sea { per_s2, time_s } => Self {
-                sea: [per_s2, time_s],
-                ..Self::NONE
-            },
-        }
-    }
-}
 
 /// Changes of an interval or of the damping by less than these shares keep the transition.
 const SAME_INTERVAL: f64 = 0.2;
@@ -77,7 +22,7 @@ const SAME_DAMPING: f64 = 1e-3;
 /// Gains of a vehicle under disturbances, from one comparison to the next.
 pub struct Whitening<const N: usize> {
     vehicle: Vehicle,
-    disturbances: Disturbances,
+    noise: Noise,
     gyro_noise: Option<f64>,
     /// A gain has settled where a comparison changes it by less than this share.
     settled: f64,
@@ -93,7 +38,7 @@ impl<const N: usize> Whitening<N> {
     /// share of less than `settled` stay as they are.
     pub fn new(
         vehicle: &Vehicle,
-        disturbances: &Disturbances,
+        noise: &Noise,
         start: [[f64; N]; N],
         gyro_noise: Option<f64>,
         settled: f64,
@@ -106,7 +51,7 @@ impl<const N: usize> Whitening<N> {
         };
         Self {
             vehicle: *vehicle,
-            disturbances: *disturbances,
+            noise: *noise,
             gyro_noise,
             settled,
             covariance: Covariance(start),
@@ -135,7 +80,7 @@ impl<const N: usize> Whitening<N> {
     pub fn advance(&mut self, damping_per_s: f64, interval_s: f64) {
         if !self.transition.is_near(damping_per_s, interval_s) {
             self.transition =
-                Transition::new(&self.vehicle, &self.disturbances, damping_per_s, interval_s);
+                Transition::new(&self.vehicle, &self.noise, damping_per_s, interval_s);
             self.is_settled = false;
         }
         if !self.is_settled {
@@ -164,12 +109,12 @@ impl<const N: usize> Transition<N> {
     };
 
     /// Without a sea and waves only the heading is uncertain.
-    fn new(vehicle: &Vehicle, disturbances: &Disturbances, damping_per_s: f64, h: f64) -> Self {
-        let Disturbances {
+    fn new(vehicle: &Vehicle, noise: &Noise, damping_per_s: f64, h: f64) -> Self {
+        let Noise {
             drift,
             sea: [sea, sea_s],
             wave: [wave, frequency, ratio],
-        } = *disturbances;
+        } = *noise;
         let mut transition = Self {
             interval_s: h,
             damping_per_s,
@@ -274,7 +219,7 @@ const SETTLED: f64 = 1e-9;
 #[derive(Clone, Debug)]
 pub struct Gains {
     gains: Vec<(Gain<f64, 4>, f64)>,
-    disturbances: Disturbances,
+    noise: Noise,
     /// Sum of the logs of the deviations of the innovations.
     pub log_deviations: f64,
 }
@@ -283,16 +228,15 @@ impl Gains {
     /// Of a leg under a disturbance. A nonlinear vehicle is linearised along the slopes of the heading, rad/s. `None` where nothing
     /// disturbs.
     pub fn of(leg: &Leg, vehicle: &Vehicle, noise: &Noise, slopes_rad_s: &[f64]) -> Option<Self> {
-        if *noise == Noise::None {
+        if *noise == Noise::NONE {
             return None;
         }
-        let disturbances = Disturbances::from(*noise);
         let mut start = [[0.0; 4]; 4];
-        start[3][3] = disturbances.sea[0].powi(2);
-        let mut filter = Whitening::new(vehicle, &disturbances, start, None, SETTLED);
+        start[3][3] = noise.sea[0].powi(2);
+        let mut filter = Whitening::new(vehicle, noise, start, None, SETTLED);
         let mut found = Self {
             gains: Vec::with_capacity(leg.len()),
-            disturbances,
+            noise: *noise,
             log_deviations: 0.0,
         };
         for (i, at_s) in leg.time_s.iter().enumerate() {
@@ -322,8 +266,8 @@ pub fn innovations(
     let mut errors = Vec::with_capacity(to - from);
     let parts = parts_of(angles, leg);
     let mut x: State = start.state();
-    let disturbances = gains.map_or(Disturbances::NONE, |gains| gains.disturbances);
-    let mut motion = Motion::new(vehicle, &disturbances);
+    let noise = gains.map_or(Noise::NONE, |gains| gains.noise);
+    let mut motion = Motion::new(vehicle, &noise);
     for i in from..to {
         let heading_rad = leg.heading_rad[i];
         errors.push(match gains {

@@ -2,9 +2,9 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::filter::{Gains, Noise, innovations};
+use super::filter::{Gains, innovations};
 use super::gear::angles;
-use super::hypothesis::{Parameter, Scale, Structure, Vehicle};
+use super::hypothesis::{Noise, Parameter, Scale, Structure, Vehicle};
 use super::leg::Leg;
 use super::motion::Start;
 use super::search::{Effort, Landscape, shortened};
@@ -195,7 +195,7 @@ impl<'a> Problem<'a> {
             let step = 1e-4;
             let mut moved = x.clone();
             moved[i] += step;
-            let own = parameter.is_dynamic() && !matches!(noise, Noise::None | Noise::Drift { .. });
+            let own = parameter.is_dynamic() && noise.sea[0] > 0.0;
             let there = match own {
                 true => self.innovations(&moved, &self.all_gains(&moved, noise).0),
                 false => self.innovations(&moved, gains),

@@ -194,6 +194,26 @@ impl fmt::Display for Disturbance {
     }
 }
 
+/// How strong a disturbance is, relative to the heading noise of one comparison.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// Deviation of a random walk of the heading after a second, 1/sqrt(s).
+    pub drift: f64,
+    /// Deviation of a Gauss-Markov yaw acceleration, 1/s^2, and its time constant, s.
+    pub sea: [f64; 2],
+    /// Deviation of a narrow-band yaw acceleration, 1/s^2, its frequency, rad/s, and its damping ratio.
+    pub wave: [f64; 3],
+}
+
+impl Noise {
+    /// No disturbance.
+    pub const NONE: Self = Self {
+        drift: 0.0,
+        sea: [0.0, f64::INFINITY],
+        wave: [0.0, 1.0, 0.5],
+    };
+}
+
 /// A parameter that all legs share: first those of a vehicle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parameter {

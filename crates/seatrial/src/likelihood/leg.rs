@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use seatrial_core::Sample;
 
-use crate::identify::robust::play::fin_behind;
+use super::gear::fin_behind;
 use crate::record_series::RecordSeries;
 
 /// Parts of an interval over which the rudder is a mean, and at most where the gear is not linear and where a stroke begins matters.

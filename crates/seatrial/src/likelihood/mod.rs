@@ -26,6 +26,7 @@ pub mod choice;
 pub mod evidence;
 pub mod filter;
 pub mod fit;
+pub mod free_run;
 pub mod gear;
 pub mod hypothesis;
 mod left_out;

@@ -3,10 +3,10 @@
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
-use super::filter::{Disturbances, Gains, innovations};
+use super::filter::{Gains, innovations};
 use super::fit::{Fit, Problem};
 use super::gear::angles;
-use super::hypothesis::Vehicle;
+use super::hypothesis::{Noise, Vehicle};
 use super::leg::Leg;
 use super::motion::{Motion, State};
 use crate::draw::Draw;
@@ -86,10 +86,10 @@ fn drawn(
     draw: &mut Draw,
 ) -> [DVector<f64>; 2] {
     let vehicle = problem.vehicle(&sea.x);
-    let (disturbances, noise_rad) = (Disturbances::from(sea.noise), sea.variance_rad2.sqrt());
+    let noise_rad = sea.variance_rad2.sqrt();
     let (mut added, mut whitened) = (Vec::new(), Vec::new());
     for (leg, record) in problem.legs.iter().enumerate() {
-        let wander = wander(record, &vehicle, &disturbances, noise_rad, draw);
+        let wander = wander(record, &vehicle, &sea.noise, noise_rad, draw);
         let mut moved = record.clone();
         for (heading, added) in moved.heading_rad.iter_mut().zip(&wander) {
             *heading += added;
@@ -108,14 +108,14 @@ fn drawn(
 fn wander(
     leg: &Leg,
     vehicle: &Vehicle,
-    disturbances: &Disturbances,
+    noise: &Noise,
     noise_rad: f64,
     draw: &mut Draw,
 ) -> Vec<f64> {
     let slopes = leg.slopes_rad_s();
-    let [sea, time_s] = disturbances.sea;
+    let [sea, time_s] = noise.sea;
     let sea_rad_s2 = sea * noise_rad;
-    let mut motion = Motion::new(vehicle, disturbances);
+    let mut motion = Motion::new(vehicle, noise);
     let mut x: State = [0.0, 0.0, 0.0, sea_rad_s2 * draw.normal()];
     let mut headings = Vec::with_capacity(leg.len());
     for (i, at_s) in leg.time_s.iter().enumerate() {

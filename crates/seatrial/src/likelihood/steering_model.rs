@@ -3,9 +3,10 @@
 use seatrial_core::{Sample, YawModel};
 use serde::{Deserialize, Serialize};
 
+use super::free_run::simulate;
 use super::hypothesis::Vehicle;
 use super::leg::Leg;
-use super::motion::{Start, simulate};
+use super::motion::Start;
 
 /// Yaw with sway, quadratic damping and a steering gear.
 ///

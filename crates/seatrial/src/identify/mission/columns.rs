@@ -10,8 +10,9 @@
 //! the measurements, once on the rudder, the offset and the bias of the gyro each, and b, c and b_r follow by least squares.
 
 use super::record::Legs;
-use crate::likelihood::filter::{Disturbances, Whitening};
+use crate::likelihood::filter::Whitening;
 use crate::likelihood::gear::Gear;
+use crate::likelihood::hypothesis::Noise;
 use crate::likelihood::motion::{Motion, State};
 use crate::likelihood::{Leg, Vehicle};
 
@@ -43,7 +44,7 @@ pub struct Point {
     /// Noise of the gyro over that of the heading, 1/s.
     pub gyro_noise: f64,
     /// Sea and waves.
-    pub disturbances: Disturbances,
+    pub noise: Noise,
     /// Time by which the speed is logged late, s.
     pub speed_late_s: f64,
     /// How the speed matters.
@@ -74,7 +75,7 @@ pub fn each_innovation(
     yaw_rate_rad_s: f64,
     took: impl FnMut(&[f64; COLUMNS], f64),
 ) {
-    match point.disturbances.wave[0] == 0.0 {
+    match point.noise.wave[0] == 0.0 {
         true => each_of::<4>(legs, point, yaw_rate_rad_s, took),
         false => each_of::<6>(legs, point, yaw_rate_rad_s, took),
     }
@@ -127,13 +128,9 @@ pub struct Run<'a, const STATES: usize> {
 impl<'a, const STATES: usize> Run<'a, STATES> {
     /// At the first comparison of a leg.
     pub fn new(leg: &'a Leg, point: &'a Point, interval_s: f64, yaw_rate_rad_s: f64) -> Self {
-        let Point {
-            vehicle,
-            disturbances,
-            ..
-        } = point;
+        let Point { vehicle, noise, .. } = point;
         let commands = leg.smooth_commands(vehicle.shift_s, interval_s);
-        let [wave, frequency, _] = disturbances.wave;
+        let [wave, frequency, _] = noise.wave;
         // Headings are compared with the first: its own noise is that of the start.
         let wide = 1e4;
         let noise_rad = 1e-3;
@@ -142,14 +139,7 @@ impl<'a, const STATES: usize> Run<'a, STATES> {
             true => turning * vehicle.sway_s,
             false => 0.0,
         };
-        let deviations = [
-            wide,
-            turning,
-            swaying,
-            disturbances.sea[0],
-            wave,
-            wave * frequency,
-        ];
+        let deviations = [wide, turning, swaying, noise.sea[0], wave, wave * frequency];
         let mut start = [[0.0; STATES]; STATES];
         for (i, deviation) in deviations.into_iter().enumerate().take(STATES) {
             start[i][i] = deviation * deviation;
@@ -163,8 +153,8 @@ impl<'a, const STATES: usize> Run<'a, STATES> {
             leg,
             point,
             x,
-            filter: Whitening::new(vehicle, disturbances, start, gyro_noise, SETTLED),
-            motion: Motion::new(vehicle, disturbances),
+            filter: Whitening::new(vehicle, noise, start, gyro_noise, SETTLED),
+            motion: Motion::new(vehicle, noise),
         }
     }
 

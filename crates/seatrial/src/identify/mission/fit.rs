@@ -5,9 +5,8 @@ use nalgebra::{DMatrix, DVector, Vector4};
 use super::columns::{COLUMNS, Point, SpeedLaw, Sums, each_innovation};
 use super::record::Legs;
 use crate::identify::robust::estimate::LEAST_EVIDENCE;
-use crate::likelihood::filter::Disturbances;
 use crate::likelihood::fit::log_determinant;
-use crate::likelihood::hypothesis::{Parameter, Scale};
+use crate::likelihood::hypothesis::{Noise, Parameter, Scale};
 use crate::likelihood::search::{Effort, Landscape, shortened};
 use crate::likelihood::steering_model::log_steady_gain;
 use crate::likelihood::{Structure, Vehicle};
@@ -186,16 +185,16 @@ impl<'a> Problem<'a> {
             vehicle: self.scale.vehicle(&parameters, &scaled),
             turning_rad_s: self.turning_rad_s,
             gyro_noise: exp(Parameter::GyroNoise),
-            disturbances: Disturbances {
+            noise: Noise {
                 sea: [
                     strength * exp(Parameter::Sea),
                     exp(Parameter::SeaTime) / rate,
                 ],
                 wave: match hypothesis.waves {
                     true => wave,
-                    false => Disturbances::NONE.wave,
+                    false => Noise::NONE.wave,
                 },
-                ..Disturbances::NONE
+                ..Noise::NONE
             },
             speed_late_s: of(Parameter::SpeedLate).clamp(-2.0, 2.0) / rate,
             law: hypothesis.law,

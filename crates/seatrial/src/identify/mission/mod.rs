@@ -38,8 +38,7 @@ use crate::identification::{
     Validation, Verdict,
 };
 use crate::likelihood::evidence::shares;
-use crate::likelihood::filter::Disturbances;
-use crate::likelihood::hypothesis::Scale;
+use crate::likelihood::hypothesis::{Noise, Scale};
 use crate::likelihood::posterior::Moments;
 use crate::likelihood::{SteeringModel, Structure, Vehicle};
 use crate::manoeuvre::Manoeuvre;
@@ -262,7 +261,7 @@ impl Estimate {
             covariance[(i, i)] += (share * model.theta()[i]).powi(2);
         }
         let noise_rad = self.heaviest.variance_rad2.sqrt();
-        let Disturbances { sea, wave, .. } = self.heaviest.point.disturbances;
+        let Noise { sea, wave, .. } = self.heaviest.point.noise;
         Refined {
             method: match self.steering_model().is_some() {
                 true => EstimateMethod::RudderLag,

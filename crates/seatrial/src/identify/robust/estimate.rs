@@ -5,8 +5,9 @@ use super::edges::of_edges;
 use super::hypothesis::{CAUTIOUS, EXPECTED};
 use super::misfit::of_the_hull;
 use super::nearest::Nearest;
-use super::play::{fin_behind, likely_play_rad};
+use super::play::likely_play_rad;
 use super::record::{A22, B2, C0, DELAY, LAG2, PARAMETERS, Record, three};
+use crate::likelihood::gear::fin_behind;
 use crate::propagation::NORMAL_95;
 
 /// Model error of a22 and of b2 as a share of them, in every interval: no vehicle is of first order to the last digit.

@@ -5,6 +5,7 @@ use super::linearised::COLUMNS;
 use super::misfit::left;
 use super::noise::whitened_products;
 use super::record::{B2, DELAY, FIRST, LAG2, PARAMETERS, Record};
+use crate::likelihood::gear::fin_behind;
 
 /// Plays that are looked for, from stop to stop, in amplitudes of the rudder.
 pub const PLAYS: [f64; 6] = [0.02, 0.05, 0.1, 0.15, 0.25, 0.4];
@@ -14,22 +15,6 @@ const ALL: usize = COLUMNS + PLAYS.len();
 
 /// Twice the log of how much likelier a record must be with play: a first look, before the record is held against both in full.
 pub const LIKELIER: f64 = 12.0;
-
-/// The fin behind play, rad: at rest it stands where the first command is.
-///
-/// ```text
-/// f_k = min(max(f_(k-1), u_k - p/2), u_k + p/2),   f_0 = u_0
-/// ```
-pub fn fin_behind(rudder_rad: &[f64], play_rad: f64) -> Vec<f64> {
-    let half_rad = 0.5 * play_rad;
-    let mut fin_rad = rudder_rad.first().copied().unwrap_or(0.0);
-    (rudder_rad.iter())
-        .map(|command_rad| {
-            fin_rad = fin_rad.clamp(command_rad - half_rad, command_rad + half_rad);
-            fin_rad
-        })
-        .collect()
-}
 
 /// The play from stop to stop, rad, that makes a record likeliest under one lag and disturbance. `None` where none makes it clearly likelier.
 ///
