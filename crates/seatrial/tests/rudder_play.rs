@@ -4,7 +4,7 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use seatrial::identification::{EstimateMethod, ReasonCode, Refined};
-use seatrial::identify::robust::play::fin_behind;
+use seatrial::likelihood::leg::fin_behind;
 use seatrial::identify::whole_record::{WholeRecord, robust_estimate};
 use seatrial::identify::{IdentifySettings, ValidationData, identify};
 use seatrial::{Record, Window};

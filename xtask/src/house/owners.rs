@@ -55,7 +55,8 @@ impl Visit<'_> for Corrections {
             let factors = factors(&difference.right);
             let of = |expression: &Expr| bare(expression).to_token_stream().to_string();
             let minuend = of(&difference.left);
-            let is_factor = factors.iter().any(|factor| of(factor) == minuend);
+            let is_number = matches!(bare(&difference.left), Expr::Lit(_));
+            let is_factor = !is_number && factors.iter().any(|factor| of(factor) == minuend);
             let has_transpose = factors
                 .iter()
                 .any(|factor| of(factor).contains("transpose"));
@@ -148,6 +149,7 @@ mod tests {
         assert_eq!(of("seatrial-sim", "crates/seatrial-sim/src/plant.rs"), 0);
         for other in [
             "fn f() { let e = y - (a * u + b); let away = psi[k] - gain * r; x[i] -= x[j]; }",
+            "fn f() { 2.0 - 2.0 * share; self.rate[i] -= k * h; }",
             "#[cfg(test)] mod tests { fn f() { p[a][b] -= gain[a] * row[b]; } }",
         ] {
             assert_eq!(faults_in(other), 0, "{other}");

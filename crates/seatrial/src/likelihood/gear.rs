@@ -68,22 +68,6 @@ impl Gear {
     }
 }
 
-/// The fin behind play, rad: at rest it stands where the first command is.
-///
-/// ```text
-/// f_k = min(max(f_(k-1), u_k - p/2), u_k + p/2),   f_0 = u_0
-/// ```
-pub fn fin_behind(rudder_rad: &[f64], play_rad: f64) -> Vec<f64> {
-    let half_rad = 0.5 * play_rad;
-    let mut fin_rad = rudder_rad.first().copied().unwrap_or(0.0);
-    (rudder_rad.iter())
-        .map(|command_rad| {
-            fin_rad = fin_rad.clamp(command_rad - half_rad, command_rad + half_rad);
-            fin_rad
-        })
-        .collect()
-}
-
 /// Mean angles of the gear over parts of each interval between comparisons, rad. The gear starts at rest at the leg's beginning.
 ///
 /// Of a thinned leg they are averaged as its headings are: the mean of headings follows the mean of angles.

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use seatrial_core::Sample;
 
-use super::gear::fin_behind;
 use crate::record_series::RecordSeries;
 
 /// Parts of an interval over which the rudder is a mean, and at most where the gear is not linear and where a stroke begins matters.
@@ -303,6 +302,22 @@ impl Cursor<'_> {
         let [once, twice] = self.commands.integrals[self.at];
         twice + since_s * (once + 0.5 * since_s * self.commands.command_rad[self.at])
     }
+}
+
+/// The fin behind play, rad: at rest it stands where the first command is.
+///
+/// ```text
+/// f_k = min(max(f_(k-1), u_k - p/2), u_k + p/2),   f_0 = u_0
+/// ```
+pub fn fin_behind(rudder_rad: &[f64], play_rad: f64) -> Vec<f64> {
+    let half_rad = 0.5 * play_rad;
+    let mut fin_rad = rudder_rad.first().copied().unwrap_or(0.0);
+    (rudder_rad.iter())
+        .map(|command_rad| {
+            fin_rad = fin_rad.clamp(command_rad - half_rad, command_rad + half_rad);
+            fin_rad
+        })
+        .collect()
 }
 
 /// Parts of each interval between comparisons.

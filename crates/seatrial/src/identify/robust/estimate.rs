@@ -1,5 +1,7 @@
 //! The robust estimate: which model, how sure, and why.
 
+use seatrial_core::whitening::Covariance;
+
 use super::average::Hypotheses;
 use super::edges::of_edges;
 use super::hypothesis::{CAUTIOUS, EXPECTED};
@@ -7,7 +9,7 @@ use super::misfit::of_the_hull;
 use super::nearest::Nearest;
 use super::play::likely_play_rad;
 use super::record::{A22, B2, C0, DELAY, LAG2, PARAMETERS, Record, three};
-use crate::likelihood::gear::fin_behind;
+use crate::likelihood::leg::fin_behind;
 use crate::propagation::NORMAL_95;
 
 /// Model error of a22 and of b2 as a share of them, in every interval: no vehicle is of first order to the last digit.
@@ -218,10 +220,9 @@ fn theta_of(parameters: &[f64; PARAMETERS]) -> [f64; 3] {
 /// Covariance of a22, b2 and C0 at the mean delay.
 fn given_delay(covariance: &[[f64; PARAMETERS]; PARAMETERS]) -> [[f64; 3]; 3] {
     const THETA: [usize; 3] = [A22, B2, C0];
-    let of_delay = covariance[DELAY][DELAY].max(f64::MIN_POSITIVE);
-    THETA.map(|i| {
-        THETA.map(|j| covariance[i][j] - covariance[i][DELAY] * covariance[j][DELAY] / of_delay)
-    })
+    let mut given = Covariance(*covariance);
+    given.measure(DELAY, f64::MIN_POSITIVE);
+    THETA.map(|i| THETA.map(|j| given.0[i][j]))
 }
 
 /// An estimate with a 95 % interval that holds another one, too.

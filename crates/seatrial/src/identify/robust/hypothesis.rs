@@ -2,6 +2,8 @@
 
 use core::f64::consts::TAU;
 
+use seatrial_core::whitening::Covariance;
+
 use super::noise::whiten;
 use super::normal::above_zero;
 use super::peak::Peak;
@@ -95,13 +97,14 @@ impl Hypothesis {
         let deviation = covariance[LAG2][LAG2].sqrt();
         let cut = above_zero(peak.mean[LAG2] / deviation);
         let column: [f64; PARAMETERS] = core::array::from_fn(|i| covariance[i][LAG2] / deviation);
+        // A cut narrows as a measurement does whose noise is as much larger.
+        let mut cut_covariance = Covariance(covariance);
+        cut_covariance.measure(LAG2, deviation * deviation * (1.0 / cut.narrowing - 1.0));
         Self {
             share,
             log_evidence: peak.log_evidence + cut.log_probability,
             mean: core::array::from_fn(|i| peak.mean[i] + column[i] * cut.shift),
-            covariance: core::array::from_fn(|i| {
-                core::array::from_fn(|j| covariance[i][j] - column[i] * column[j] * cut.narrowing)
-            }),
+            covariance: cut_covariance.0,
             peak,
         }
     }

@@ -1,5 +1,7 @@
 //! Heading noise with a yaw acceleration disturbance, and the Kalman filter that whitens it.
 
+use seatrial_core::whitening::{Covariance, Gain};
+
 use super::response::{gains, small_exponential};
 
 /// Change of the innovation variance under which the filter counts as steady.
@@ -19,20 +21,15 @@ pub struct Noise {
     pub a22_per_s: f64,
 }
 
-/// The filter at one sample. Variances are in units of the heading noise.
+/// The filter at one sample, by the gains of [`seatrial_core::whitening`]. Variances are in units of the heading noise.
 ///
 /// ```text
 /// x = [psi, r, d],  psi' = r,  r' = a22 r + d,  d' = -d/tau_d + white
-/// S = P_psi,psi + 1,  K = P e_psi / S,  P <- F (P - K S K^T) F^T + Q
 /// ```
 struct Filter<'a> {
     noise: &'a Noise,
-    covariance: Covariance,
-    /// K, of heading, yaw rate and disturbance.
-    gain: [f64; 3],
-    /// S.
-    variance: f64,
-    precision: f64,
+    covariance: Covariance<f64, 3>,
+    gain: Gain<f64, 3>,
     step: Transition,
     last_s: f64,
     /// A step from which others near it are told.
@@ -43,12 +40,13 @@ struct Filter<'a> {
 
 impl<'a> Filter<'a> {
     fn new(noise: &'a Noise) -> Self {
+        let mut covariance = Covariance([[0.0; 3]; 3]);
+        let gain = covariance.measure(0, 1.0);
+        covariance.0[2][2] = noise.relative * noise.relative;
         Self {
             noise,
-            covariance: Covariance::of_disturbance(noise.relative * noise.relative),
-            gain: [0.0; 3],
-            variance: 1.0,
-            precision: 1.0,
+            covariance,
+            gain,
             step: Transition::over(noise, 0.0),
             last_s: f64::NAN,
             known: (f64::NAN, Transition::over(noise, 0.0)),
@@ -74,14 +72,14 @@ impl<'a> Filter<'a> {
             self.is_steady = false;
         }
         if !self.is_steady {
-            let variance = self.covariance.of_heading() + 1.0;
-            self.is_steady =
-                (variance - self.variance).abs() < STEADY * variance && self.samples > 3;
-            self.variance = variance;
-            self.precision = 1.0 / variance;
-            self.gain = self.covariance.first_column(self.precision);
+            let gain = self.covariance.measure(0, 1.0);
+            self.is_steady = (gain.variance - self.gain.variance).abs() < STEADY * gain.variance
+                && self.samples > 3;
+            self.gain = gain;
+            let step = self.step;
+            self.covariance = self.covariance.advanced(|state| step.of(state));
             let power = self.noise.relative * self.noise.relative;
-            self.covariance = self.covariance.given(&self.gain).after(&self.step, power);
+            self.covariance.0[2][2] += power * (1.0 - step.memory * step.memory);
         }
         self.samples += 1;
     }
@@ -128,7 +126,7 @@ impl<const N: usize> States<N> {
     #[inline(always)]
     fn innovations(&mut self, row: &[f64; N], now: &Filter) -> [f64; N] {
         let step = &now.step;
-        let [of_heading, of_rate, of_disturbance] = now.gain;
+        let [of_heading, of_rate, of_disturbance] = now.gain.gain;
         let [headings, rates, disturbances] = &mut self.0;
         let mut innovations = [0.0; N];
         for i in 0..N {
@@ -157,8 +155,8 @@ pub fn whiten<const N: usize>(time_s: &[f64], rows: &mut [[f64; N]], noise: &Noi
     let mut variances = LogProduct::ONE;
     for (k, row) in rows.iter_mut().enumerate() {
         filter.next(time_s.get(k + 1).map(|next_s| next_s - time_s[k]));
-        variances.times(filter.variance);
-        let scale = filter.precision.sqrt();
+        variances.times(filter.gain.variance);
+        let scale = filter.gain.precision.sqrt();
         *row = states.innovations(row, &filter);
         for whitened in row.iter_mut() {
             *whitened *= scale;
@@ -184,9 +182,9 @@ pub fn whitened_products<const N: usize>(
     let mut variances = LogProduct::ONE;
     for (k, row) in rows.enumerate() {
         filter.next(time_s.get(k + 1).map(|next_s| next_s - time_s[k]));
-        variances.times(filter.variance);
+        variances.times(filter.gain.variance);
         let innovations = states.innovations(&row, &filter);
-        add_products(&mut products, &innovations, filter.precision);
+        add_products(&mut products, &innovations, filter.gain.precision);
     }
     (products, variances.ln())
 }
@@ -199,60 +197,6 @@ fn add_products<const N: usize>(products: &mut [[f64; N]; N], row: &[f64; N], pr
         for j in i - i % 2..N {
             products[i][j] += of_i * row[j];
         }
-    }
-}
-
-/// Covariance of heading, yaw rate and disturbance: psi psi, psi r, psi d, r r, r d, d d.
-#[derive(Clone, Copy)]
-struct Covariance([f64; 6]);
-
-impl Covariance {
-    fn of_disturbance(variance: f64) -> Self {
-        Self([0.0, 0.0, 0.0, 0.0, 0.0, variance])
-    }
-
-    fn of_heading(&self) -> f64 {
-        self.0[0]
-    }
-
-    fn first_column(&self, factor: f64) -> [f64; 3] {
-        [self.0[0] * factor, self.0[1] * factor, self.0[2] * factor]
-    }
-
-    /// P - K S K^T, where K S is the first column of P.
-    #[inline(always)]
-    fn given(&self, [of_heading, of_rate, of_disturbance]: &[f64; 3]) -> Self {
-        let [pp, pr, pd, rr, rd, dd] = self.0;
-        Self([
-            pp - of_heading * pp,
-            pr - of_heading * pr,
-            pd - of_heading * pd,
-            rr - of_rate * pr,
-            rd - of_rate * pd,
-            dd - of_disturbance * pd,
-        ])
-    }
-
-    /// F P F^T + Q, with a disturbance of that variance.
-    #[inline(always)]
-    fn after(&self, step: &Transition, variance: f64) -> Self {
-        let (e, g) = (step.decay, step.rate_gain_s);
-        let (h, m) = (step.heading_gain_s2, step.memory);
-        let [pp, pr, pd, rr, rd, dd] = self.0;
-        let heading = [
-            pp + g * pr + h * pd,
-            pr + g * rr + h * rd,
-            pd + g * rd + h * dd,
-        ];
-        let rate = [e * rr + g * rd, e * rd + g * dd];
-        Self([
-            heading[0] + g * heading[1] + h * heading[2],
-            e * heading[1] + g * heading[2],
-            m * heading[2],
-            e * rate[0] + g * rate[1],
-            m * rate[1],
-            m * m * dd + variance * (1.0 - m * m),
-        ])
     }
 }
 
@@ -274,6 +218,15 @@ impl Transition {
             heading_gain_s2,
             memory: libm::exp(-t / noise.time_constant_s),
         }
+    }
+
+    #[inline(always)]
+    fn of(&self, [psi, r, d]: [f64; 3]) -> [f64; 3] {
+        [
+            psi + self.rate_gain_s * r + self.heading_gain_s2 * d,
+            self.decay * r + self.rate_gain_s * d,
+            self.memory * d,
+        ]
     }
 
     /// Over so much more time; `None` where that is too long to be told without an exponential.

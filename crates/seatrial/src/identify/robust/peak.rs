@@ -2,6 +2,8 @@
 
 use std::rc::Rc;
 
+use seatrial_core::whitening::Covariance;
+
 use super::belief::{Equations, LOG_TAU};
 use super::linearised::{COLUMNS, Linearised};
 use super::noise::{Noise, whitened_products};
@@ -53,8 +55,9 @@ impl Peak {
         if self.mean[LAG2] == self.point.0[LAG2] {
             return *own;
         }
-        let held = |i: usize, j: usize| own[i][j] - own[i][LAG2] * own[LAG2][j] / own[LAG2][LAG2];
-        core::array::from_fn(|i| core::array::from_fn(|j| held(i, j)))
+        let mut held = Covariance(*own);
+        held.measure(LAG2, 0.0);
+        held.0
     }
 }
 

@@ -5,7 +5,7 @@ use super::linearised::COLUMNS;
 use super::misfit::left;
 use super::noise::whitened_products;
 use super::record::{B2, DELAY, FIRST, LAG2, PARAMETERS, Record};
-use crate::likelihood::gear::fin_behind;
+use crate::likelihood::leg::fin_behind;
 
 /// Plays that are looked for, from stop to stop, in amplitudes of the rudder.
 pub const PLAYS: [f64; 6] = [0.02, 0.05, 0.1, 0.15, 0.25, 0.4];
