@@ -7,7 +7,7 @@ mod cases;
 use std::thread;
 
 use cases::{Kind, Sea, verdict};
-use seatrial::identification::{Reason, ReasonCode};
+use seatrial::identification::{Reason, ReasonCode, Subject};
 
 const KINDS: [Kind; 6] = [
     Kind::SoundRun,
@@ -44,7 +44,9 @@ fn main() {
                             let (mut accepted, mut sure) = (0, 0);
                             for verdict in judged.filter(|verdict| verdict.accepted) {
                                 accepted += 1;
-                                let is_weak = |r: &Reason| r.code == ReasonCode::WeaklyValidated;
+                                let is_weak = |r: &Reason| {
+                                    r.kind() == ReasonCode::UnderExcited.of(Subject::Validation)
+                                };
                                 sure += usize::from(!verdict.reasons.iter().any(is_weak));
                             }
                             format!("{accepted} {sure}")

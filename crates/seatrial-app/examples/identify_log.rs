@@ -45,7 +45,7 @@ fn identified(log: &Path) -> Result<IdentifiedLog, Box<dyn Error>> {
         );
     }
     for reason in &found.verdict().reasons {
-        println!("{}: {}", reason.code, reason.text);
+        println!("{}: {}", reason.kind(), reason.text);
     }
     // What `seatrial identify LOG --json` prints.
     println!("{}", serde_json::to_string_pretty(&found.document())?);

@@ -3,7 +3,7 @@
 
 use seatrial::campaign::Run;
 use seatrial::identification::{
-    Intervals, Outcome, Reader, Reason, ReasonCode, ValidRange, Verdict,
+    Intervals, Outcome, Reader, Reason, ReasonCode, ReasonKind, Subject, ValidRange, Verdict,
 };
 use seatrial::{Campaign, Identification};
 use seatrial_core::RudderUnit;
@@ -83,6 +83,9 @@ pub struct ReportedVerdict {
 pub struct ReportedReason {
     /// Its code.
     pub code: ReasonCode,
+    /// The channel or the part that it is about.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub of: Option<Subject>,
     /// What it is, in a sentence.
     pub cause: String,
     /// What was measured.
@@ -95,18 +98,20 @@ impl ReportedReason {
     fn of(reason: &Reason) -> Self {
         Self {
             code: reason.code.clone(),
+            of: reason.of.clone(),
             cause: reason.text.clone(),
             detail: reason.measured().to_owned(),
             action: reason.action_for(Reader::Terminal).to_owned(),
         }
     }
 
-    /// What a code stands for; `None` of one that there is not.
-    pub fn of_code(code: &str) -> Option<Self> {
-        let quoted = serde_json::Value::String(code.to_owned());
-        match serde_json::from_value(quoted).ok()? {
+    /// What a code stands for, and of what, where it has several subjects; `None` of one that there is not.
+    pub fn of_code(code: &str, of: Option<&str>) -> Option<Self> {
+        let asked = serde_json::json!({"code": code, "of": of});
+        let kind: ReasonKind = serde_json::from_value(asked).ok()?;
+        match kind.code {
             ReasonCode::Other(_) => None,
-            known => Some(Self::of(&Reason::new(known, ""))),
+            _ => Some(Self::of(&Reason::new(kind, ""))),
         }
     }
 }
@@ -290,16 +295,16 @@ mod tests {
 
     #[test]
     fn exact_a_code_says_its_cause_and_what_to_do() {
-        let reason = ReportedReason::of_code("rudder_constant").unwrap();
-        assert_eq!(reason.code, ReasonCode::RudderConstant);
+        let reason = ReportedReason::of_code("constant", Some("rudder")).unwrap();
+        assert_eq!(reason.of, Some(Subject::Rudder));
         assert!(!reason.cause.is_empty() && !reason.action.is_empty());
-        assert_eq!(ReportedReason::of_code("no_such_code"), None);
+        assert_eq!(ReportedReason::of_code("no_such_code", None), None);
     }
 
     #[test]
     fn exact_the_sentence_of_a_verdict_never_praises_a_model_that_is_not_to_be_used() {
         let refused = ReportedVerdict::of(&Verdict::refused(Reason::new(
-            ReasonCode::RudderConstant,
+            ReasonCode::Constant.of(Subject::Rudder),
             "0.0 deg",
         )));
         assert!(!refused.may_be_used);

@@ -307,10 +307,10 @@ fn exact_a_drift_that_a_gyro_sees_through_repeats_nothing() {
         .verdict
         .reasons
         .iter()
-        .map(|r| r.code.to_string())
+        .map(|r| r.kind().to_string())
         .collect();
     assert!(
-        codes.contains(&"ok".into()) && codes.contains(&"offset_drifted".into()),
+        codes.contains(&"ok".into()) && codes.contains(&"drifted of offset".into()),
         "{codes:?}"
     );
     // It looks like a turn of its own, C0/-a22, and the interval of C0 covers either.

@@ -5,7 +5,7 @@
 mod cases;
 
 use cases::{Kind, Sea, verdict};
-use seatrial::identification::ReasonCode;
+use seatrial::identification::{ReasonCode, Subject};
 
 const CALM: Sea = Sea {
     noise_deg: 0.2,
@@ -47,7 +47,7 @@ fn prop_a_wrong_model_is_not_accepted_without_a_word() {
     for kind in [Kind::ThirtyPercentWrong, Kind::Saturated] {
         let is_sure = |seed: &u64| {
             verdict(kind, ROUGH, *seed).is_some_and(|verdict| {
-                let is_weak = verdict.has(&ReasonCode::WeaklyValidated);
+                let is_weak = verdict.has(ReasonCode::UnderExcited.of(Subject::Validation));
                 verdict.accepted && !is_weak
             })
         };

@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 
 use nalgebra::{Matrix3, Quaternion, Vector3};
-use seatrial::identification::{Outcome as ModelOutcome, ReasonCode};
+use seatrial::identification::{Outcome as ModelOutcome, ReasonCode, Subject};
 use seatrial::identify::{IdentifyError, ValidationData};
 use seatrial::motions::pitch::{fit, identify};
 use seatrial::{Campaign, Identification, Record, Run, Window};
@@ -347,11 +347,11 @@ fn io_what_cannot_be_identified_is_refused() {
     let still: Record = (0..400).map(sample).collect();
     let few: Record = (0..10).map(sample).collect();
     for (record, code) in [
-        (still, ReasonCode::ElevatorConstant),
-        (few, ReasonCode::TooFewSamples),
+        (still, ReasonCode::Constant.of(Subject::Elevator)),
+        (few, ReasonCode::TooFewSamples.into()),
     ] {
         match identify(&record, Window::ALL, None) {
-            Err(IdentifyError::Refused(reason)) => assert_eq!(reason.code, code),
+            Err(IdentifyError::Refused(reason)) => assert_eq!(reason.kind(), code),
             other => panic!("{other:?}"),
         }
     }

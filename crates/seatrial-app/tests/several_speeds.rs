@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use seatrial::identification::{Intervals, Outcome, ReasonCode};
+use seatrial::identification::{Intervals, Outcome, ReasonCode, Subject};
 use seatrial::identify::{IdentifySettings, ValidationData, identify_joined};
 use seatrial_app::identify_log::{IdentifiedLog, Options, identify_log};
 use seatrial_app::models::Models;
@@ -69,7 +69,10 @@ fn recover_a_fin_that_broke_between_two_speeds_of_a_log() {
     assert_eq!(models.len(), 2);
     for verdict in models.iter().map(|m| &m.verdict).chain([log.verdict()]) {
         assert_eq!(verdict.outcome(), Outcome::DoNotUse);
-        assert_eq!(verdict.reasons[0].code, ReasonCode::AuthorityChanged);
+        assert_eq!(
+            verdict.reasons[0].kind(),
+            ReasonCode::SpeedsDiffer.of(Subject::Rudder)
+        );
     }
 }
 
@@ -171,7 +174,8 @@ fn recover_another_load_in_mid_campaign() {
                 .unwrap()
                 .campaign;
             let verdict = campaign.verdict();
-            verdict.has(&ReasonCode::DampingChanged) && verdict.outcome() != Outcome::Use
+            verdict.has(ReasonCode::SpeedsDiffer.of(Subject::Damping))
+                && verdict.outcome() != Outcome::Use
         };
         (1..=20).filter(|seed| of_seed(*seed)).count()
     };

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use seatrial::health::{
     Change, Effect, Effects, Finding, HealthError, HealthSettings, WatchReport,
 };
-use seatrial::identification::Verdict;
 use seatrial::words::sentence;
 use seatrial_app::health::{self, Comparison, Criteria, Missions, Watched};
 use seatrial_app::models::{ComparedModels, compared_models, open_named};
@@ -140,7 +139,7 @@ impl Args {
         output.print(&document, || {
             comparison_page(source, &now, &change, &self.logbook)
         })?;
-        Ok(Exit::of(&change.verdict))
+        Ok(exit(change.finding))
     }
 
     fn watch(
@@ -158,7 +157,7 @@ impl Args {
         let report = missions.report();
         let document = Watched::of(source, missions.logs(), &report);
         output.print(&document, || watch_page(source, &self.watch, &report))?;
-        Ok(Exit::of(&report.verdict))
+        Ok(exit(report.finding))
     }
 }
 
@@ -174,10 +173,15 @@ const IN_MISSIONS: [&str; 3] = [
     "Watch more logs, of missions with more turns.",
 ];
 
+/// Done where nothing has changed.
+fn exit(finding: Finding) -> Exit {
+    Exit::done_if(finding == Finding::Unchanged)
+}
+
 /// The finding, its cause and what to do.
 fn head(
     finding: Finding,
-    verdict: &Verdict,
+    [because, action_of_cause]: [&str; 2],
     [changed, act, look]: &[&str; 3],
     width: usize,
 ) -> String {
@@ -186,13 +190,12 @@ fn head(
         Finding::Changed => (*changed, *act),
         Finding::CannotTell => ("CANNOT TELL", *look),
     };
-    let reason = &verdict.reasons[0];
-    let action = match reason.action.as_str() {
+    let action = match action_of_cause {
         "" => action,
-        of_the_reason => of_the_reason,
+        of_the_cause => of_the_cause,
     };
     format!("{headline}\n")
-        + &labelled("Cause      ", &sentence(&reason.text), width)
+        + &labelled("Cause      ", &sentence(because), width)
         + &labelled("Do         ", action, width)
 }
 
@@ -209,7 +212,12 @@ fn comparison_page(
     logbook: &Path,
 ) -> String {
     let width = width();
-    let mut text = head(change.finding, &change.verdict, &BETWEEN_TRIALS, width);
+    let mut text = head(
+        change.finding,
+        [&change.because, &change.action],
+        &BETWEEN_TRIALS,
+        width,
+    );
     if let (Finding::Changed, Some(number)) = (change.finding, now.campaign) {
         text += &command("Next       ", &next::gains_of_trial(number, logbook), width);
     }
@@ -242,7 +250,7 @@ fn comparison_page(
 
 fn watch_page(reference: &ComparedModels, logs: &[String], report: &WatchReport) -> String {
     let width = width();
-    let mut text = head(report.finding, &report.verdict, &IN_MISSIONS, width);
+    let mut text = head(report.finding, [&report.because, ""], &IN_MISSIONS, width);
     text += &origin_text("Reference", reference);
     let watched = format!(
         "{} log{}, {:.0} s; in {} window{} the rudder excites the vehicle",

@@ -7,7 +7,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use seatrial::Identification;
-use seatrial::identification::{Outcome, ReasonCode, Verdict};
+use seatrial::identification::{Outcome, ReasonCode, Subject, Verdict};
 use seatrial::identify::IdentifySettings;
 use seatrial::words::{sentence, three_figures};
 use seatrial_app::identify_log::{IdentifiedLog, Logs, Options, identify_log_observed};
@@ -183,7 +183,9 @@ pub fn text(found: &IdentifiedLog, call: &str, schedule: Option<&Path>, width: u
         );
     }
     let mut reasons = verdict.reasons.iter();
-    if let Some(sign) = reasons.find(|reason| reason.code == ReasonCode::SignReversed) {
+    if let Some(sign) =
+        reasons.find(|reason| reason.kind() == ReasonCode::SignReversed.of(Subject::Rudder))
+    {
         text += &labelled("Sign   ", &sign.text, width);
     }
     text + &command("Next   ", &next::after_log(found, call, schedule), width)

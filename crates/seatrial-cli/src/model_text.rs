@@ -12,7 +12,7 @@ use seatrial_core::RudderUnit;
 pub fn verdict_text(verdict: &Verdict) -> String {
     let mut text = verdict.outcome().name().to_uppercase() + "\n";
     for reason in &verdict.reasons {
-        let _ = writeln!(text, "  {}: {}", reason.code, reason.measured());
+        let _ = writeln!(text, "  {}: {}", reason.kind(), reason.measured());
     }
     text + "\n"
 }

@@ -68,6 +68,7 @@ impl From<seatrial::identification::Reason> for Reason {
         let reason = advice::reason(reason, Reader::Dashboard);
         Self {
             code: reason.code.to_string(),
+            of: reason.of.map(|subject| subject.to_string()),
             action: reason.action,
             text: reason.text,
         }

@@ -200,17 +200,15 @@ fn what_changed(a: &Campaign, b: &Campaign) -> Option<WhatChanged> {
     }
     let settings = HealthSettings::new(FALSE_ALARM_RATE, 0.0, true).ok()?;
     let change = compare(&reference, &now, &settings);
-    let mut reasons: Vec<Reason> = change
-        .verdict
-        .reasons
-        .into_iter()
-        .map(Reason::from)
-        .collect();
-    reasons.extend(change.left_out.into_iter().map(|text| Reason {
-        code: "left_out".into(),
-        text: addressed(&text, Reader::Dashboard),
+    let reason = |code: String, text: &str| Reason {
+        code,
+        of: None,
+        text: addressed(text, Reader::Dashboard),
         action: String::new(),
-    }));
+    };
+    let mut reasons = vec![reason(change.finding.to_string(), &change.because)];
+    let left_out = change.left_out.iter();
+    reasons.extend(left_out.map(|text| reason("left_out".into(), text)));
     Some(WhatChanged {
         changed: match change.finding {
             seatrial::health::Finding::Changed => Some(true),

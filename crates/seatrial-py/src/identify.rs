@@ -132,7 +132,10 @@ fn no_model(py: Python<'_>, found: IdentifyError) -> PyErr {
                 "RejectedError",
                 format!("{} {}", reason.text, reason.action).trim_end(),
             );
-            match refused.value(py).setattr("reason", reason.code.to_string()) {
+            match refused
+                .value(py)
+                .setattr("reason", reason.kind().to_string())
+            {
                 Ok(()) => refused,
                 Err(failed) => failed,
             }

@@ -87,7 +87,7 @@ def test_cli_exceptions_carry_the_exit_codes_of_the_command(tmp_path: Path) -> N
     time_s = np.arange(100) * 0.05
     with pytest.raises(seatrial.RejectedError) as rejected:
         seatrial.identify(time_s, np.sin(time_s), np.zeros(100))
-    assert (rejected.value.code, rejected.value.reason) == (4, "rudder_constant")
+    assert (rejected.value.code, rejected.value.reason) == (4, "constant of rudder")
     with pytest.raises(seatrial.UsageError, match="expected as many"):
         seatrial.identify(time_s, time_s, np.zeros(99))
     with pytest.raises(seatrial.UsageError, match="lambda"):

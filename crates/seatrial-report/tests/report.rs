@@ -2,7 +2,9 @@
 
 mod made_up_trial;
 
-use seatrial::identification::{EstimateMethod, Outcome as Usable, Reason, ReasonCode, Verdict};
+use seatrial::identification::{
+    EstimateMethod, Outcome as Usable, Reason, ReasonCode, Subject, Verdict,
+};
 use seatrial::log::LambdaReason;
 use seatrial::{Campaign, Record};
 use seatrial_core::{AbortReason, Outcome, Plan, RudderUnit};
@@ -64,7 +66,7 @@ fn pages() -> Vec<(&'static str, String)> {
         provenance: &[("Format", "csv".to_owned())],
     };
     let verdict = Verdict::refused(Reason::new(
-        ReasonCode::RudderConstant,
+        ReasonCode::Constant.of(Subject::Rudder),
         "the rudder stays within 0.01 deg",
     ));
     let refused = Log {
@@ -548,7 +550,7 @@ fn exact_the_page_of_a_log_says_each_thing_once() {
         Reason {
             detail: "the log has no yaw rate to compare the heading with".into(),
             text: "The log has no yaw rate to check the compass with.".into(),
-            ..Reason::new(ReasonCode::HeadingUnchecked, "")
+            ..Reason::new(ReasonCode::Unchecked.of(Subject::Heading), "")
         },
         Reason::new(ReasonCode::Ok, "twice"),
         Reason::new(ReasonCode::Ok, "twice"),

@@ -228,7 +228,7 @@ fn inspected(log: &str, reading: LogReading, files: &FileMap) -> Result<Value, E
 fn verdict(verdict: &Verdict, promised: Option<CourseChange>) -> Value {
     let cause = |reason: &Reason| {
         let reason = advice::reason(reason.clone(), Reader::Dashboard);
-        json!({ "code": reason.code, "action": reason.action, "text": reason.text })
+        json!({ "code": reason.code, "of": reason.of, "action": reason.action, "text": reason.text })
     };
     json!({
         "outcome": verdict.outcome(),

@@ -437,7 +437,7 @@ impl Tally {
             let mark = if is_accepted { "" } else { "!" };
             *self
                 .said
-                .entry(format!("{mark}{}", reason.code))
+                .entry(format!("{mark}{}", reason.kind()))
                 .or_default() += 1;
         }
         let gain =
@@ -468,7 +468,7 @@ impl Tally {
                     .verdict
                     .reasons
                     .iter()
-                    .map(|r| r.code.to_string())
+                    .map(|r| r.kind().to_string())
                     .collect::<Vec<_>>()
             );
         }

@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 .verdict
                 .reasons
                 .iter()
-                .map(|r| r.code.to_string())
+                .map(|r| r.kind().to_string())
                 .collect::<Vec<_>>()
                 .join(" ")
         );

@@ -410,7 +410,7 @@ fn of_hulls(seed: u64, count: u64) {
                     .verdict
                     .reasons
                     .iter()
-                    .map(|r| r.code.to_string())
+                    .map(|r| r.kind().to_string())
                     .collect::<Vec<_>>()
             );
         }

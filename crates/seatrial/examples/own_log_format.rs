@@ -15,7 +15,7 @@ fn main() {
     let found = run().unwrap();
     println!("{:?}", found.model());
     for reason in &found.verdict.reasons {
-        println!("{}: {}", reason.code, reason.text);
+        println!("{}: {}", reason.kind(), reason.text);
     }
 }
 

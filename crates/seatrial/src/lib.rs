@@ -37,7 +37,7 @@
 //! let found = identify(&record, training, Some(validation), &IdentifySettings::default())?;
 //!
 //! for reason in &found.verdict.reasons {
-//!     println!("{}: {}", reason.code, reason.text);
+//!     println!("{}: {}", reason.kind(), reason.text);
 //! }
 //! assert!(found.verdict.accepted);
 //!

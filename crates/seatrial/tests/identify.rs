@@ -1,7 +1,7 @@
 //! Identification of the recorded and simulated logs, against an independent implementation and the
 //! figures that have to hold.
 
-use seatrial::identification::{EstimateMethod, Outcome, Reason, ReasonCode};
+use seatrial::identification::{EstimateMethod, Outcome, Reason, ReasonCode, Subject};
 use std::path::PathBuf;
 
 use rand::{RngExt, SeedableRng};
@@ -141,7 +141,7 @@ fn codes(identification: &Identification) -> Vec<String> {
     let reasons = &identification.verdict.reasons;
     reasons
         .iter()
-        .map(|reason| reason.code.to_string())
+        .map(|reason| reason.kind().to_string())
         .collect()
 }
 
@@ -170,7 +170,11 @@ fn val_kvlcc2_predicts_the_zig_zag_to_the_other_side() {
     let gain = seatrial::GainAllowance::of(&found).design(&found.model(), 0.7);
     assert!(gain.is_err(), "{gain:?}");
     // b2 is negative in these logs: noted, not refused.
-    assert!(codes(&found).iter().any(|code| code == "sign_reversed"));
+    assert!(
+        codes(&found)
+            .iter()
+            .any(|code| code == "sign_reversed of rudder")
+    );
     let r2 = found.validation.unwrap().r2_yaw_rate.unwrap();
     assert!(r2 >= 0.97, "{r2}");
 }
@@ -244,7 +248,7 @@ fn val_remus_mean_r2_of_validation_heading() {
                         "under_excited",
                         "not_identifiable",
                         "sampled_too_seldom",
-                        "weakly_validated",
+                        "under_excited of validation",
                     ]
                     .contains(&code.as_str())
                 };
@@ -399,7 +403,10 @@ fn recover_what_may_be_late_without_a_gyro() {
     for seed in 0..3 {
         let smoothed = verdict(0.0, 1.5, seed);
         assert_eq!(smoothed.outcome(), Outcome::DoNotUse, "{smoothed:?}");
-        assert!(smoothed.has(&ReasonCode::CompassLate), "{smoothed:?}");
+        assert!(
+            smoothed.has(ReasonCode::Late.of(Subject::Heading)),
+            "{smoothed:?}"
+        );
         assert!(!smoothed.has(&ReasonCode::ModelOrder), "{smoothed:?}");
 
         let slow = verdict(2.5, 0.0, seed);
@@ -409,10 +416,10 @@ fn recover_what_may_be_late_without_a_gyro() {
 
         let short = verdict(0.6, 0.0, seed);
         assert!(
-            short.accepted && !short.has(&ReasonCode::CompassLate),
+            short.accepted && !short.has(ReasonCode::Late.of(Subject::Heading)),
             "{short:?}"
         );
-        let is_order = |reason: &&Reason| reason.code == ReasonCode::ModelOrder;
+        let is_order = |reason: &&Reason| reason.kind() == ReasonCode::ModelOrder.into();
         let order = short.reasons.iter().find(is_order).unwrap();
         let both = "the rudder lags, or the heading is late or smoothed";
         assert!(order.measured().contains(both), "{order:?}");
@@ -576,12 +583,12 @@ fn prop_windows_outside_the_log_and_dead_channels_are_refused() {
         record.samples.truncate(samples);
         record.samples.iter_mut().for_each(change);
         match identify(&record, Window::ALL, None, &settings) {
-            Err(IdentifyError::Refused(reason)) => reason.code.to_string(),
+            Err(IdentifyError::Refused(reason)) => reason.kind().to_string(),
             other => panic!("{other:?}"),
         }
     };
-    assert_eq!(refused(|s| s.rudder_rad = 0.1, 100), "rudder_constant");
-    assert_eq!(refused(|s| s.heading_rad = 1.0, 100), "heading_constant");
+    assert_eq!(refused(|s| s.rudder_rad = 0.1, 100), "constant of rudder");
+    assert_eq!(refused(|s| s.heading_rad = 1.0, 100), "constant of heading");
     assert_eq!(refused(|_| {}, 1), "too_few_samples");
 }
 

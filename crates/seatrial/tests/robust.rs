@@ -5,7 +5,7 @@ use std::path::Path;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
-use seatrial::identification::ReasonCode;
+use seatrial::identification::{ReasonCode, Subject};
 use seatrial::identify::whole_record::robust_estimate;
 use seatrial::identify::{IdentifySettings, ValidationData, identify};
 use seatrial::{Record, Window};
@@ -67,7 +67,7 @@ impl Firmware {
         let away =
             off(refined.interval_95.a22_per_s, a22).max(off(refined.interval_95.b2_per_s2, b2));
         let a22_off = refined.model.a22_per_s / a22 - 1.0;
-        let codes: Vec<_> = found.verdict.reasons.iter().map(|r| &r.code).collect();
+        let codes: Vec<_> = found.verdict.reasons.iter().map(|r| r.kind()).collect();
         println!(
             "{name}: a22 {:+.1} %, b2 {:+.1} %, {away:.2} half widths, accepted {} {codes:?}",
             100.0 * a22_off,
@@ -336,7 +336,10 @@ fn recover_a_yaw_rate_that_overshoots_is_refused_for_no_other_cause() {
         let verdict = &found.verdict;
         assert!(!verdict.accepted);
         assert!(!verdict.has(&ReasonCode::SampledTooSeldom), "{verdict:?}");
-        assert!(!verdict.has(&ReasonCode::RudderJammed), "{verdict:?}");
+        assert!(
+            !verdict.has(ReasonCode::RudderNotFollowed.of(Subject::Rudder)),
+            "{verdict:?}"
+        );
     }
 }
 
@@ -416,7 +419,7 @@ fn val_lies() {
                 continue;
             };
             for reason in &found.verdict.reasons {
-                *codes.entry(reason.code.to_string()).or_default() += 1;
+                *codes.entry(reason.kind().to_string()).or_default() += 1;
             }
             if let Some(refined) = found.refined.filter(|_| found.verdict.accepted) {
                 accepted += 1;

@@ -3,7 +3,7 @@
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
-use seatrial::identification::{EstimateMethod, ReasonCode, Refined};
+use seatrial::identification::{EstimateMethod, ReasonCode, Refined, Subject};
 use seatrial::likelihood::leg::fin_behind;
 use seatrial::identify::whole_record::{WholeRecord, robust_estimate};
 use seatrial::identify::{IdentifySettings, ValidationData, identify};
@@ -120,13 +120,18 @@ fn recover_ordinary_steering_tells_the_play_of_its_rudder() {
         let refined = found.refined.as_ref().unwrap();
         assert_eq!(refined.method, EstimateMethod::PredictionError);
         assert!(
-            found.verdict.has(&ReasonCode::RudderPlay),
+            found
+                .verdict
+                .has(ReasonCode::RudderNotFollowed.of(Subject::Linkage)),
             "{:?}",
             found.verdict
         );
         assert!(beyond(refined) < 0.5, "seed {seed}: {refined:?}");
         let sound = steered(0.0, seed).verdict;
-        assert!(!sound.has(&ReasonCode::RudderPlay), "{sound:?}");
+        assert!(
+            !sound.has(ReasonCode::RudderNotFollowed.of(Subject::Linkage)),
+            "{sound:?}"
+        );
     }
 }
 

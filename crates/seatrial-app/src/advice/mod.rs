@@ -69,6 +69,7 @@ pub fn reason(reason: Reason, reader: Reader) -> Reason {
         text: addressed(&reason.text, reader),
         detail: addressed(&reason.detail, reader),
         code: reason.code,
+        of: reason.of,
     }
 }
 

@@ -6,7 +6,7 @@ mod windows;
 use std::path::{Path, PathBuf};
 
 use seatrial::campaign::speeds::SpeedLaw;
-use seatrial::identification::{Reason, ReasonCode, Verdict};
+use seatrial::identification::{Reason, ReasonCode, Subject, Verdict};
 use seatrial::identify::Proposal;
 use seatrial::identify::mission::is_ordinary_steering;
 use seatrial::identify::{IdentifyError, IdentifySettings, ValidationData, identify};
@@ -128,23 +128,24 @@ fn naming_other_columns(verdict: Verdict, log: &OpenedLog) -> Verdict {
 
 /// A log may have both the command of the rudder and its measured angle: where one gives no model, the other may.
 fn naming_another_rudder(mut verdict: Verdict, log: &OpenedLog) -> Verdict {
-    let is_for_want_of_a_rudder = |code: &ReasonCode| {
+    let is_for_want_of_a_rudder = |reason: &Reason| {
         matches!(
-            code,
-            ReasonCode::RudderConstant
-                | ReasonCode::NotIdentifiable
-                | ReasonCode::UnderExcited
-                | ReasonCode::DoesNotFit
-                | ReasonCode::Disagreement
-                | ReasonCode::LowR2
-                | ReasonCode::Contradicted
-                | ReasonCode::RudderSaturated
-                | ReasonCode::RudderJammed
+            (&reason.code, &reason.of),
+            (ReasonCode::Constant, Some(Subject::Rudder))
+                | (ReasonCode::Contradicted, _)
+                | (ReasonCode::RudderNotFollowed, None | Some(Subject::Rudder))
+                | (
+                    ReasonCode::NotIdentifiable
+                        | ReasonCode::UnderExcited
+                        | ReasonCode::DoesNotFit
+                        | ReasonCode::LowR2,
+                    None
+                )
         )
     };
     if !verdict.accepted
         && let Some(cause) = verdict.reasons.first_mut()
-        && is_for_want_of_a_rudder(&cause.code)
+        && is_for_want_of_a_rudder(cause)
         && let Some(other) = log.description.other_columns(Quantity::Rudder).first()
     {
         cause.action = format!("Try column `{other}` for the rudder. {}", cause.action);

@@ -3,7 +3,9 @@
 use seatrial::campaign::speeds::{
     Part, SpeedLaw, SpeedResult, contradictions, missing, remarks, share, whole,
 };
-use seatrial::identification::{Identification, Outcome, Reason, ReasonCode, Refined, Verdict};
+use seatrial::identification::{
+    Identification, Outcome, Reason, ReasonCode, Refined, Subject, Verdict,
+};
 use seatrial::identify::joined::Joined;
 use seatrial::identify::{IdentifyError, IdentifySettings, RecordSurvey, ValidationData};
 use seatrial::identify::{Proposal, propose};
@@ -156,9 +158,9 @@ pub(super) fn whole_verdict(models: &[SpeedModel]) -> Verdict {
         return whole(&accepted, unit, missing(&parts, unit));
     }
     let mut reasons = foremost(models).map_or_else(Vec::new, |model| model.verdict.reasons.clone());
-    let given: Vec<_> = reasons.iter().map(|reason| reason.code.clone()).collect();
+    let given: Vec<_> = reasons.iter().map(Reason::kind).collect();
     let rest = remarks(&parts, unit, |_| true).into_iter();
-    reasons.extend(rest.filter(|reason| !given.contains(&reason.code)));
+    reasons.extend(rest.filter(|reason| !given.contains(&reason.kind())));
     Verdict {
         accepted: false,
         reasons,
@@ -180,7 +182,7 @@ fn name_unknown_speed(verdict: &mut Verdict, proposal: &Proposal) {
     } else if differ {
         let windows = proposal.training.len() + usize::from(proposal.validation.is_some());
         let reason = Reason::new(
-            ReasonCode::SpeedUnknown,
+            ReasonCode::ManoeuvresDiffer.of(Subject::Speed),
             format!(
                 "{windows} manoeuvres were taken for manoeuvres of one speed: the log has neither speed nor thrust"
             ),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use seatrial::identification::{Reason, ReasonCode, Verdict};
+use seatrial::identification::{Reason, ReasonCode, Subject, Verdict};
 use seatrial::log::heading_later_s;
 use seatrial_core::Sample;
 use seatrial_logs::{Channel, Format, LogDescription, Quantity, names_a_course};
@@ -78,10 +78,10 @@ impl OtherHeading {
                 "Column `{read}` is a heading {late_s:.1} s later than column `{column}`."
             ),
             action: format!("Read column `{column}` for the heading."),
-            ..Reason::new(ReasonCode::CompassLate, measured)
+            ..Reason::new(ReasonCode::Late.of(Subject::Heading), measured)
         };
         // A late heading is what looks like a rudder that lags.
-        let is_else = |reason: &Reason| reason.code != ReasonCode::ModelOrder;
+        let is_else = |reason: &Reason| reason.kind() != ReasonCode::ModelOrder.into();
         verdict.reasons.retain(is_else);
         verdict
             .reasons

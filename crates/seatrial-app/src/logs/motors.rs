@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use seatrial::identification::{Outcome, Reason, ReasonCode, Verdict};
+use seatrial::identification::{Outcome, Reason, ReasonCode, Subject, Verdict};
 use seatrial_core::{Real, Sample};
 use seatrial_logs::{ChannelChoice, Quantity};
 
@@ -60,13 +60,12 @@ impl MirroredMotor {
             "`{first}` and `{second}` move together, and the vehicle turns with half their sum: `{mirrored}` counts the other way."
         );
         let option = format!("Read the rudder with --rudder '{first},-{second}'{reversed}.");
-        let is_else = |reason: &Reason| reason.code != ReasonCode::RudderConstant;
+        let is_else = |reason: &Reason| reason.kind() != ReasonCode::Constant.of(Subject::Rudder);
         verdict.reasons.retain(is_else);
         let reason = Reason {
-            code: ReasonCode::RudderConstant,
             text,
             action: option,
-            detail: String::new(),
+            ..Reason::new(ReasonCode::Constant.of(Subject::Rudder), "")
         };
         verdict.reasons.insert(0, reason);
         verdict

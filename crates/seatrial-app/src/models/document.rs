@@ -348,7 +348,7 @@ impl StoredRun {
     /// The model of a run that is accepted, by its own verdict or by an operator.
     fn point(&self) -> Result<ModelPoint, NoModel> {
         let identification = self.identification.as_ref().ok_or(NoModel::NoEstimate)?;
-        let by_operator = ReasonCode::AcceptedByOperator;
+        let by_operator = ReasonCode::AcceptedByOperator.into();
         let verdict = self.verdict.as_ref();
         let is_by_itself = !verdict.is_some_and(|verdict| verdict.has(&by_operator));
         if let Some(own) = &identification.verdict
@@ -453,7 +453,7 @@ impl StoredIdentification {
     /// Does the verdict say that no gain may hold?
     fn may_be_unstable(&self) -> bool {
         let verdict = self.verdict.as_ref();
-        verdict.is_some_and(|verdict| verdict.has(&ReasonCode::Unstable))
+        verdict.is_some_and(|verdict| verdict.has(&ReasonCode::Unstable.into()))
     }
 
     /// The steady turns of the hypotheses, where the model is not made of them.

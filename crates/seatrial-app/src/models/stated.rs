@@ -1,6 +1,6 @@
 //! What a file states of a model and its uncertainty, before it is believed: held against itself.
 
-use seatrial::identification::{NORMAL_95, ReasonCode, ValidRange};
+use seatrial::identification::{NORMAL_95, ReasonCode, ReasonKind, ValidRange};
 use seatrial_core::{Nomoto, YawModel};
 use serde::Deserialize;
 
@@ -208,15 +208,16 @@ pub(super) struct StatedVerdict {
 
 #[derive(Deserialize)]
 struct StatedReason {
-    code: ReasonCode,
+    #[serde(flatten)]
+    kind: ReasonKind,
     #[serde(default)]
     text: String,
 }
 
 impl StatedVerdict {
     /// Does it give this reason?
-    pub fn has(&self, code: &ReasonCode) -> bool {
-        self.reasons.iter().any(|reason| reason.code == *code)
+    pub fn has(&self, kind: &ReasonKind) -> bool {
+        self.reasons.iter().any(|reason| reason.kind == *kind)
     }
 
     /// Why it refuses, in words.
@@ -232,9 +233,9 @@ impl StatedVerdict {
             use ReasonCode::{AcceptedByOperator, Ok, Other};
             matches!(code, Ok | AcceptedByOperator | Other(_))
         };
-        let first = self.reasons.first().map(|reason| &reason.code);
+        let first = self.reasons.first().map(|reason| &reason.kind.code);
         let follows = match self.accepted {
-            true => first.is_none() || self.reasons.iter().any(|reason| says(&reason.code)),
+            true => first.is_none() || self.reasons.iter().any(|reason| says(&reason.kind.code)),
             false => first != Some(&ReasonCode::Ok),
         };
         let is_of_outcome = match self.outcome.as_deref() {

@@ -5,7 +5,7 @@ use std::fmt;
 use std::sync::Mutex;
 
 use seatrial::campaign::{Campaign, Run, Stage};
-use seatrial::identification::{Identification, ReasonCode};
+use seatrial::identification::{Identification, Reason, ReasonCode, ReasonKind, Subject};
 use seatrial_core::{AbortReason, Envelope, Outcome, Plan, YawModel};
 use seatrial_sim::faults::{Fault, Kind, Moment, Onset, Upset};
 use seatrial_sim::sensors::Chance;
@@ -54,14 +54,14 @@ pub enum Why {
     /// The trial was aborted.
     Aborted(AbortReason),
     /// A run was rejected.
-    Rejected(ReasonCode),
+    Rejected(String),
 }
 
 impl fmt::Display for Why {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Self::Aborted(reason) => reason.serialize(f),
-            Self::Rejected(code) => code.serialize(f),
+            Self::Rejected(code) => code.fmt(f),
         }
     }
 }
@@ -149,7 +149,7 @@ impl Rehearsal {
             result,
             reason: aborted
                 .map(Why::Aborted)
-                .or_else(|| rejection.map(|reason| Why::Rejected(reason.code.clone()))),
+                .or_else(|| rejection.map(|reason| Why::Rejected(reason.kind().to_string()))),
             farthest,
             handed_back_after_s,
             faults,
@@ -301,9 +301,9 @@ fn unexpected(
         faults.push("not aborted".into());
     }
     for run in rejected.iter().filter(|_| began) {
-        let code = run.verdict.reasons.first().map(|reason| &reason.code);
-        if !code.is_some_and(|code| may_reject(fault.kind, code)) {
-            let code = code.map_or_else(String::new, ToString::to_string);
+        let code = run.verdict.reasons.first().map(Reason::kind);
+        if !(code.as_ref()).is_some_and(|code| may_reject(fault.kind, code)) {
+            let code = code.map_or_else(String::new, |code| code.to_string());
             faults.push(format!("run {} rejected because {code}", run.number));
         }
     }
@@ -341,37 +341,37 @@ fn aborts(kind: Kind, lasts: bool) -> &'static [AbortReason] {
 }
 
 /// May a run with this fault be rejected for this reason?
-fn may_reject(kind: Kind, code: &ReasonCode) -> bool {
+fn may_reject(kind: Kind, code: &ReasonKind) -> bool {
     use ReasonCode::*;
-    let does_not_tell = matches!(
-        code,
-        RejectedSamples
-            | LowR2
-            | WeaklyValidated
-            | DoesNotFit
-            | Disagreement
-            | NotIdentifiable
-            | UnderExcited
-            // What changed between training and validation data gives another model.
-            | Contradicted
+    let (code, of) = (&code.code, &code.of);
+    let is_of_samples = matches!((code, of), (Damaged, Some(Subject::Samples)));
+    let does_not_tell = is_of_samples
+        || matches!(
+            (code, of),
+            (LowR2 | UnderExcited | DoesNotFit, _)
+                | (NotIdentifiable, None)
+                // What changed between training and validation data gives another model.
+                | (Contradicted, _)
+        );
+    // Noise alone may make the trial repeat a run, or leave the validation data too uncertain.
+    let is_noise = matches!(
+        (code, of),
+        (LowR2, _) | (UnderExcited, Some(Subject::Validation))
     );
     match kind {
-        // Noise alone may make the trial repeat a run, or leave the validation data too uncertain.
-        Kind::OperatorTakeover | Kind::DepthLoss => matches!(code, LowR2 | WeaklyValidated),
-        Kind::DuplicatedSamples | Kind::ReorderedSamples => {
-            matches!(code, LowR2 | WeaklyValidated | RejectedSamples)
-        }
+        Kind::OperatorTakeover | Kind::DepthLoss => is_noise,
+        Kind::DuplicatedSamples | Kind::ReorderedSamples => is_noise || is_of_samples,
         Kind::CompassFreeze
         | Kind::CompassStep
         | Kind::CompassSpike
         | Kind::CompassDrift
         | Kind::ClockJump => {
             let is_of_compass = matches!(
-                code,
-                CompassError | CompassDeviation | CompassLate | HeadingConstant
+                (code, of),
+                (CompassError, _) | (YawRateContradicts | Late | Constant, Some(Subject::Heading))
             );
             is_of_compass || does_not_tell
         }
-        _ => does_not_tell || matches!(code, Unstable | RudderSaturated),
+        _ => does_not_tell || matches!((code, of), (Unstable | RudderNotFollowed, None)),
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use seatrial::identification::ReasonCode;
+use seatrial::identification::{ReasonCode, ReasonKind};
 use seatrial_sim::lies::{Decidability, KINDS, Kind, kind_of_name};
 use serde::Serialize;
 
@@ -196,14 +196,7 @@ impl Row {
     fn of(kind: &'static Kind, endings: &[Ending], first_seed: u64) -> Self {
         let count = |is: &dyn Fn(&Ending) -> bool| endings.iter().filter(|e| is(e)).count();
         // What a log cannot show.
-        let is_note = |code: &ReasonCode| {
-            matches!(
-                code,
-                ReasonCode::HeadingUnchecked
-                    | ReasonCode::RudderUnchecked
-                    | ReasonCode::TimeUnchecked
-            )
-        };
+        let is_note = |kind: &ReasonKind| kind.code == ReasonCode::Unchecked;
         let is_noted = |e: &Ending| e.notes.iter().any(is_note);
         let mut refused = BTreeMap::new();
         let mut noted = BTreeMap::new();

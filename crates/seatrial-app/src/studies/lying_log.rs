@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use seatrial::Identification;
-use seatrial::identification::{ReasonCode, Verdict};
+use seatrial::identification::{Reason, ReasonCode, ReasonKind, Subject, Verdict};
 use seatrial_core::RudderUnit;
 use serde::Serialize;
 
@@ -36,7 +36,7 @@ pub struct Ending {
     /// Why it was refused; `unreadable` where the reader did.
     pub refused: Option<String>,
     /// What was noted of an accepted model.
-    pub notes: Vec<ReasonCode>,
+    pub notes: Vec<ReasonKind>,
     /// What says that columns are wrong, and their quantities: the first reason of a refusal, every reason of an accepted model.
     pub blames: Vec<(String, Vec<&'static str>)>,
 }
@@ -99,12 +99,9 @@ impl Ending {
             .filter_map(|(_, identification)| distance((*identification)?, truth, unit))
             .max_by(|a, b| a.0.total_cmp(&b.0));
         let verdict = accepted.first().copied().or(found.first()).map(|(v, _)| *v);
-        let codes = |verdict: &Verdict| -> Vec<ReasonCode> {
-            let codes = verdict.reasons.iter().map(|reason| &reason.code);
-            codes
-                .filter(|code| **code != ReasonCode::Ok)
-                .cloned()
-                .collect()
+        let codes = |verdict: &Verdict| -> Vec<ReasonKind> {
+            let codes = verdict.reasons.iter().map(Reason::kind);
+            codes.filter(|kind| kind.code != ReasonCode::Ok).collect()
         };
         let codes = verdict.map(codes).unwrap_or_default();
         let is_accepted = !accepted.is_empty();
@@ -139,33 +136,38 @@ fn named(error: &str) -> Vec<&'static str> {
 }
 
 /// The quantities that a reason says something is wrong with; none where it blames the vehicle, the sea or the manoeuvre.
-fn blamed(code: &ReasonCode) -> &'static [&'static str] {
-    match code {
-        ReasonCode::TimeUnitDoubtful
-        | ReasonCode::TimesShared
-        | ReasonCode::ClockJumped
-        | ReasonCode::ClockJitter
-        | ReasonCode::SampledTooSeldom => &["time"],
-        ReasonCode::HeadingUnitDoubtful
-        | ReasonCode::HeadingConstant
-        | ReasonCode::CompassError
-        | ReasonCode::CompassDeviation
-        | ReasonCode::CompassLate
-        | ReasonCode::HeadingHeld
-        | ReasonCode::CourseForHeading
-        | ReasonCode::Quantised => &["heading"],
-        ReasonCode::RudderUnitDoubtful
-        | ReasonCode::RudderScaleUnknown
-        | ReasonCode::RudderHeld
-        | ReasonCode::RudderConstant
-        | ReasonCode::RudderSaturated
-        | ReasonCode::RudderJammed
-        | ReasonCode::RudderPlay => &["rudder"],
+fn blamed(kind: &ReasonKind) -> &'static [&'static str] {
+    use Subject::*;
+    match (&kind.code, &kind.of) {
+        (ReasonCode::UnitDoubtful, Some(Time))
+        | (ReasonCode::SampledTooSeldom, None | Some(Time))
+        | (ReasonCode::ClockJumped | ReasonCode::ClockJitter, _) => &["time"],
+        (
+            ReasonCode::UnitDoubtful
+            | ReasonCode::Constant
+            | ReasonCode::YawRateContradicts
+            | ReasonCode::Late
+            | ReasonCode::SampledTooSeldom,
+            Some(Heading),
+        )
+        | (ReasonCode::CompassError | ReasonCode::CourseForHeading | ReasonCode::Quantised, _) => {
+            &["heading"]
+        }
+        (
+            ReasonCode::UnitDoubtful
+            | ReasonCode::UnitUnknown
+            | ReasonCode::SampledTooSeldom
+            | ReasonCode::Constant,
+            Some(Rudder),
+        )
+        | (ReasonCode::RudderNotFollowed, _) => &["rudder"],
         // Of the log as it is: which of the two channels does not follow.
-        ReasonCode::NotIdentifiable | ReasonCode::SignReversed => &["rudder", "heading"],
-        ReasonCode::YawRateReversed => &["heading", "yaw_rate"],
-        ReasonCode::YawRateLate => &["yaw_rate"],
-        ReasonCode::YawRateContradicts => &["time", "heading", "yaw_rate"],
+        (ReasonCode::NotIdentifiable, None) | (ReasonCode::SignReversed, Some(Rudder)) => {
+            &["rudder", "heading"]
+        }
+        (ReasonCode::SignReversed, Some(YawRate)) => &["heading", "yaw_rate"],
+        (ReasonCode::Late, Some(YawRate)) => &["yaw_rate"],
+        (ReasonCode::YawRateContradicts, None) => &["time", "heading", "yaw_rate"],
         _ => &[],
     }
 }

@@ -167,11 +167,7 @@ pub fn health(asked: &HealthQuestion) -> Answer {
     };
     let settings = criteria.between_trials().map_err(words)?;
     let change = change(&was, &reference(&was).map_err(words)?, &now, &settings);
-    let cause = change.verdict.cause().map(|cause| cause.text.clone());
-    answer(
-        cause.unwrap_or_default(),
-        &Comparison::of(&was, &now, &change),
-    )
+    answer(change.because.clone(), &Comparison::of(&was, &now, &change))
 }
 
 /// A plan by its differences from the paper's.
@@ -236,11 +232,12 @@ pub fn plan(asked: &PlanQuestion) -> Answer {
 #[serde(deny_unknown_fields)]
 pub struct ExplainQuestion {
     code: String,
+    of: Option<String>,
 }
 
 /// What a code means.
 pub fn explain(asked: &ExplainQuestion) -> Answer {
-    let reason = ReportedReason::of_code(&asked.code)
+    let reason = ReportedReason::of_code(&asked.code, asked.of.as_deref())
         .ok_or_else(|| format!("no code {:?} in any verdict", asked.code))?;
     answer(format!("{} {}", reason.cause, reason.action), &reason)
 }

@@ -64,7 +64,12 @@ const TOOLS: [Tool; 9] = [
         name: "explain_verdict",
         description: "What a code of a verdict means, and what to do about it.",
         moves_a_vehicle: false,
-        properties: || json!({"code": text("A code of a reason, such as low_r2.")}),
+        properties: || {
+            json!({
+                "code": text("A code of a reason, such as low_r2."),
+                "of": text("What the reason is of, where it says so, such as rudder."),
+            })
+        },
         required: &["code"],
     },
     Tool {

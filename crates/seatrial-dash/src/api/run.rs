@@ -34,6 +34,9 @@ pub struct Outcome {
 pub struct Reason {
     /// Short and stable.
     pub code: String,
+    /// The channel or the part that it is about, where the code has several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub of: Option<String>,
     /// The cause, in a sentence.
     pub text: String,
     /// What to do about it; empty where nothing is to be done.

@@ -80,7 +80,12 @@ def _outcome(document: dict[str, Any]) -> Outcome:
 
 
 def _reasons(document: dict[str, Any]) -> list[tuple[str, str]]:
-    return [(reason["code"], reason["text"]) for reason in document["verdict"]["reasons"]]
+    return [(_kind(reason), reason["text"]) for reason in document["verdict"]["reasons"]]
+
+
+def _kind(reason: dict[str, Any]) -> str:
+    """``low_r2``, or ``constant of rudder`` where the code has several subjects."""
+    return f"{reason['code']} of {reason['of']}" if "of" in reason else reason["code"]
 
 
 @dataclass(frozen=True)
@@ -437,4 +442,5 @@ def watch(
 def _health(text: str, told: list[str]) -> Health:
     tell(told)
     document = json.loads(text)
-    return Health(document["finding"], _reasons(document), document["effects"], document)
+    reasons = [(document["finding"], document["because"])]
+    return Health(document["finding"], reasons, document["effects"], document)

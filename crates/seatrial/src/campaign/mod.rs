@@ -276,7 +276,7 @@ impl Campaign {
                 let cause = run
                     .verdict
                     .cause()
-                    .filter(|cause| cause.code.is_of_the_vehicle())?;
+                    .filter(|cause| cause.is_of_the_vehicle())?;
                 let measured = format!("run {} at {:.0} % thrust", run.number, 100.0 * run.thrust);
                 Some(Reason {
                     text: format!(

@@ -6,7 +6,6 @@ use super::cause::{self, Explanation};
 use super::not_compared::NotCompared;
 use super::pool::{Deviation, Pooled, ReferenceError};
 use super::{Detectable, Effects, Expected, Finding, HealthSettings, Reference, SpeedModel};
-use crate::identification::Verdict;
 
 /// The answer to whether the vehicle has changed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -27,8 +26,10 @@ pub struct Change {
     pub detectable: Option<Detectable>,
     /// Speeds that could not be compared, and why.
     pub left_out: Vec<String>,
-    /// Accepted where nothing has changed.
-    pub verdict: Verdict,
+    /// Why, in words.
+    pub because: String,
+    /// What to do; empty where the finding by itself says it.
+    pub action: String,
 }
 
 /// The test at one speed.
@@ -119,12 +120,10 @@ impl Change {
     ///
     /// let settings = HealthSettings::new(0.01, 0.1, true)?;
     /// let change = Change::cannot_tell(&settings, "the rudder did not move".into(), "");
-    /// assert_eq!((change.finding, change.verdict.accepted), (Finding::CannotTell, false));
+    /// assert_eq!((change.finding, &*change.because), (Finding::CannotTell, "the rudder did not move"));
     /// # Ok::<(), seatrial::health::HealthError>(())
     /// ```
     pub fn cannot_tell(settings: &HealthSettings, why: String, action: &str) -> Self {
-        let mut verdict = Finding::CannotTell.verdict(why);
-        verdict.reasons[0].action = action.into();
         Self {
             settings: *settings,
             finding: Finding::CannotTell,
@@ -134,7 +133,8 @@ impl Change {
             explanation: None,
             detectable: None,
             left_out: Vec::new(),
-            verdict,
+            because: why,
+            action: action.into(),
         }
     }
 }
@@ -195,7 +195,7 @@ impl Comparison<'_> {
             .as_ref()
             .filter(|_| is_changed)
             .and_then(|pooled| Explanation::of(pooled, self.delta0_rad, self.speed_is_known));
-        let (finding, text) = match (effects, detectable) {
+        let (finding, because) = match (effects, detectable) {
             (Some(effects), _) if is_changed => {
                 let words = cause::words(explanation.as_ref(), &effects);
                 let only_at = (deviations.len() > 1 && !differs_together).then_some(&*differing);
@@ -213,7 +213,8 @@ impl Comparison<'_> {
             explanation,
             detectable,
             left_out,
-            verdict: finding.verdict(text),
+            because,
+            action: String::new(),
         }
     }
 

@@ -20,6 +20,8 @@ mod not_compared;
 mod pool;
 mod watch;
 
+use std::fmt;
+
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 use seatrial_core::{SchedulePoint, SpeedSchedule, YawModel};
 use serde::Serialize;
@@ -28,7 +30,7 @@ pub use cause::{Cause, Explanation};
 pub use change::{Change, SpeedChange, compare};
 pub use watch::{Skipped, Watch, WatchReport, WatchedWindow};
 
-use crate::identification::{Identification, Reason, ReasonCode, Verdict};
+use crate::identification::Identification;
 use crate::record::mean;
 use crate::servo::Servo;
 use not_compared::{NotCompared, Speeds};
@@ -403,17 +405,9 @@ pub enum Finding {
     CannotTell,
 }
 
-impl Finding {
-    fn verdict(self, text: String) -> Verdict {
-        let code = match self {
-            Self::Unchanged => ReasonCode::Unchanged,
-            Self::Changed => ReasonCode::Changed,
-            Self::CannotTell => ReasonCode::CannotTell,
-        };
-        Verdict {
-            accepted: self == Self::Unchanged,
-            reasons: vec![Reason::new(code, text)],
-        }
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        self.serialize(f)
     }
 }
 

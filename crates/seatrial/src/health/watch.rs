@@ -15,7 +15,7 @@ use super::{
     Detectable, Effects, Finding, HealthError, HealthSettings, Reference, SpeedModel,
     degrees_of_freedom,
 };
-use crate::identification::{Refined, Verdict};
+use crate::identification::Refined;
 use crate::identify::misfit::{disturbance_share, is_large_share};
 use crate::identify::whole_record::robust_estimate_behind;
 use crate::manoeuvre::Manoeuvre;
@@ -114,8 +114,8 @@ pub struct WatchReport {
     pub explanation: Option<Explanation>,
     /// What would have been found.
     pub detectable: Option<Detectable>,
-    /// Accepted where no re-trial is due.
-    pub verdict: Verdict,
+    /// Why, in words.
+    pub because: String,
 }
 
 impl Watch {
@@ -355,7 +355,7 @@ impl Watch {
             .filter(|_| since.is_some())
             .and_then(|p| Explanation::of(p, mean_delta0_rad(&self.reference), speed_is_known));
         let changed = since.map(|first| &windows[first]).zip(effects.as_ref());
-        let (finding, text) = answer(changed, explanation.as_ref(), detectable.as_ref());
+        let (finding, because) = answer(changed, explanation.as_ref(), detectable.as_ref());
         WatchReport {
             settings,
             finding,
@@ -367,7 +367,7 @@ impl Watch {
             effects,
             explanation,
             detectable,
-            verdict: finding.verdict(text),
+            because,
         }
     }
 

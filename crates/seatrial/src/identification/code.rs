@@ -4,7 +4,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// What was decided about a model or a run. In documents its name is in snake case: `too_few_samples`.
+/// What was decided about a model or a run; [of what](super::Subject) a reason says beside it. In documents its name is in snake case:
+/// `too_few_samples`.
 ///
 /// Causes are added: a program that answers to some has an answer to the others.
 ///
@@ -12,10 +13,10 @@ use serde::{Deserialize, Serialize};
 /// use seatrial::identification::ReasonCode;
 ///
 /// let next = |code| match code {
-///     ReasonCode::RudderConstant => "move the rudder",
+///     ReasonCode::TooFewSamples => "log faster",
 ///     _ => "read the verdict",
 /// };
-/// assert_eq!(next(ReasonCode::RudderConstant), "move the rudder");
+/// assert_eq!(next(ReasonCode::TooFewSamples), "log faster");
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -27,117 +28,69 @@ pub enum ReasonCode {
     NotAVessel,
     /// The training window holds too few usable samples.
     TooFewSamples,
-    /// The rudder did not move, or hardly.
-    RudderConstant,
-    /// The heading did not move.
-    HeadingConstant,
+    /// Rudder, heading or elevator did not move, or hardly.
+    Constant,
     /// The record does not determine the model.
     NotIdentifiable,
-    /// The intervals are too wide.
+    /// The manoeuvre was too small: the intervals are too wide, or validation data are too uncertain to show a wrong model.
     UnderExcited,
     /// The model does not describe its own training record.
     DoesNotFit,
-    /// a22 is not negative.
+    /// The motion is not damped: a22, or a of pitch, is not negative.
     Unstable,
-    /// Online and refined estimates are far apart.
-    Disagreement,
     /// A rudder lag that the log does not contain would matter.
     LagUnknown,
-    /// The prediction errors of the first-order model are not white.
-    ResidualNotWhite,
     /// The rudder moved far while samples were missing.
     SamplesMissing,
-    /// A first-order model does not explain the record.
+    /// A first-order model does not explain the record, or its prediction errors are not white.
     ModelOrder,
     /// Something other than the rudder turned the vehicle.
     Disturbed,
-    /// b2 is negative.
+    /// The rudder (b2 is negative) or the yaw rate has the opposite sense of the heading.
     SignReversed,
-    /// Samples were rejected.
-    RejectedSamples,
-    /// The speed changed within the training, or from there to the validation.
-    SpeedDrifted,
-    /// A channel is logged too seldom for this vehicle.
+    /// Speed or offset changed within the training, or from there to the validation.
+    Drifted,
+    /// A channel is logged too seldom for this vehicle, or refreshed more slowly than rows are written.
     SampledTooSeldom,
     /// Intervals between samples are uneven.
     ClockJitter,
-    /// Rows that differ share a time.
-    TimesShared,
     /// The clock jumped.
     ClockJumped,
-    /// The rudder stopped short of the angle that was asked for.
-    RudderSaturated,
-    /// The rudder stayed where it was, whatever it was told.
-    RudderJammed,
-    /// The rudder seems to have play.
-    RudderPlay,
+    /// The rudder stopped short of the angle that was asked for, stuck, or follows through a linkage with play.
+    RudderNotFollowed,
     /// The heading comes in coarse steps.
     Quantised,
     /// The heading parts from where the yaw rate takes it.
     CompassError,
-    /// The heading changes by more or less than the yaw rate says.
-    CompassDeviation,
-    /// The heading is later than the yaw rate.
-    CompassLate,
+    /// Heading or yaw rate is later than the other.
+    Late,
     /// R^2 on validation data is too low.
     LowR2,
     /// There were no validation data.
     NotValidated,
-    /// The offset changed between training and validation.
-    OffsetDrifted,
-    /// Validation data by themselves give another model.
+    /// Other data, or another way to estimate, give another model.
     Contradicted,
-    /// Validation data are too uncertain to show a wrong model.
-    WeaklyValidated,
     /// Validation data use more rudder than the training.
     Extrapolating,
-    /// The elevator did not move.
-    ElevatorConstant,
-    /// The pitch is not damped: a is not negative.
-    PitchUndamped,
-    /// The elevator does not explain the pitch.
-    PitchNotExplained,
-    /// Manoeuvres of one speed differ by more than chance explains.
+    /// Manoeuvres of one speed, or of speeds that the log does not tell, differ by more than chance explains.
     ManoeuvresDiffer,
-    /// Manoeuvres differ, and the log does not tell at which speed each was made.
-    SpeedUnknown,
     /// A speed that was tried has no model.
     SpeedMissing,
     /// A fault of the vehicle spoiled a run that was then repeated.
     RunRepeated,
-    /// The speed falls although thrust rises.
-    SpeedFalls,
-    /// b2 changes over speed in a way that one vehicle's does not.
-    AuthorityChanged,
-    /// a22 changes over speed in a way that one vehicle's does not.
-    DampingChanged,
-    /// The heading's numbers are not in the unit that its column says.
-    HeadingUnitDoubtful,
-    /// The rudder's numbers are not in the unit that its column says.
-    RudderUnitDoubtful,
-    /// Nothing tells in which unit the rudder is.
-    RudderScaleUnknown,
-    /// The time is not in the unit that its column says.
-    TimeUnitDoubtful,
+    /// Speed, b2 or a22 changes over the thrust in a way that one vehicle's does not.
+    SpeedsDiffer,
+    /// The numbers of a channel are not in the unit that its column says.
+    UnitDoubtful,
+    /// Nothing tells in which unit a channel is.
+    UnitUnknown,
     /// The yaw rate contradicts heading and time.
     YawRateContradicts,
-    /// The yaw rate has the opposite sense of the heading.
-    YawRateReversed,
-    /// The yaw rate is later than the heading.
-    YawRateLate,
     /// The column of the heading names a course over ground.
     CourseForHeading,
-    /// The heading is refreshed more slowly than rows are written.
-    HeadingHeld,
-    /// The rudder is refreshed more slowly than rows are written.
-    RudderHeld,
-    /// There is no yaw rate to compare the heading with.
-    HeadingUnchecked,
-    /// Nothing shows whether the rudder goes where its column says.
-    RudderUnchecked,
-    /// Nothing shows whether a row takes a second, as the column of the time says.
-    TimeUnchecked,
-    /// A part of the log or of the logbook is damaged.
+    /// Nothing in the log shows whether a channel is right.
+    Unchecked,
+    /// Samples of the log, or a part of log or logbook, are damaged.
     Damaged,
     /// The trial was aborted.
     Aborted,
@@ -147,55 +100,9 @@ pub enum ReasonCode {
     AcceptedByOperator,
     /// An operator rejected the run.
     RejectedByOperator,
-    /// The vehicle is as it was.
-    Unchanged,
-    /// The vehicle is different.
-    Changed,
-    /// The data would not show a change worth knowing.
-    CannotTell,
     /// A code that this version does not know, from a document that another version wrote.
     #[serde(untagged)]
     Other(String),
-}
-
-impl ReasonCode {
-    /// Does it name a fault of compass, clock or rudder, of which a low R^2 is a consequence?
-    pub(crate) fn is_fault(&self) -> bool {
-        matches!(
-            self,
-            Self::CompassError
-                | Self::CompassDeviation
-                | Self::CompassLate
-                | Self::ClockJumped
-                | Self::RudderJammed
-        )
-    }
-
-    /// Does it say that the vehicle, or what measures it, did not do what a sound one does?
-    pub(crate) fn is_of_the_vehicle(&self) -> bool {
-        self.is_fault()
-            || matches!(
-                self,
-                Self::LowR2 | Self::Contradicted | Self::DoesNotFit | Self::Disagreement
-            )
-    }
-
-    /// Does it limit what an accepted model may be used for?
-    pub(crate) fn limits(&self) -> bool {
-        !matches!(
-            self,
-            Self::Ok
-                | Self::SignReversed
-                | Self::RejectedSamples
-                | Self::Quantised
-                | Self::YawRateReversed
-                | Self::YawRateLate
-                | Self::HeadingUnchecked
-                | Self::RudderUnchecked
-                | Self::AcceptedByOperator
-                | Self::Unchanged
-        )
-    }
 }
 
 impl fmt::Display for ReasonCode {

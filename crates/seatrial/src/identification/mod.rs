@@ -2,6 +2,7 @@
 //! report draws. Missing things are `None`, never 0 or NaN.
 
 mod code;
+mod kind;
 mod method;
 mod reason;
 #[cfg(test)]
@@ -26,6 +27,7 @@ use crate::record::Window;
 use crate::servo::Servo;
 use crate::time_scale::LambdaReason;
 pub use code::ReasonCode;
+pub use kind::{ReasonKind, Subject};
 pub use method::EstimateMethod;
 pub use reason::{Outcome, Reason, Verdict};
 pub use valid_range::ValidRange;

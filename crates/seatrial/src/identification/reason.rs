@@ -4,6 +4,7 @@ use serde::ser::SerializeStruct;
 use serde::{Deserialize, Serialize, Serializer};
 
 use super::code::ReasonCode;
+use super::kind::{ReasonKind, Subject};
 use super::words::{self, Reader};
 
 /// What a person may do with a model. In documents its name is in snake case: `use_with_care`.
@@ -64,7 +65,7 @@ impl Verdict {
     /// ```
     /// use seatrial::identification::{Outcome, Reason, ReasonCode, Verdict};
     ///
-    /// let verdict = Verdict::refused(Reason::new(ReasonCode::RudderConstant, "it moved by 0.1 deg"));
+    /// let verdict = Verdict::refused(Reason::new(ReasonCode::TooFewSamples, "12 samples"));
     /// assert_eq!((verdict.accepted, verdict.outcome()), (false, Outcome::DoNotUse));
     /// ```
     pub fn refused(reason: Reason) -> Self {
@@ -91,9 +92,7 @@ impl Verdict {
         match (self.accepted, first) {
             (false, Some(ReasonCode::NotValidated)) => Outcome::NotValidated,
             (false, _) => Outcome::DoNotUse,
-            (true, _) if self.reasons.iter().any(|reason| reason.code.limits()) => {
-                Outcome::UseWithCare
-            }
+            (true, _) if self.reasons.iter().any(|reason| reason.limits()) => Outcome::UseWithCare,
             (true, _) => Outcome::Use,
         }
     }
@@ -112,7 +111,7 @@ impl Verdict {
         let limit = self
             .reasons
             .iter()
-            .find(|reason| self.accepted && reason.code.limits());
+            .find(|reason| self.accepted && reason.limits());
         limit.or(self.reasons.first())
     }
 
@@ -152,9 +151,10 @@ impl Verdict {
     /// ```
     pub fn of_a_trial(mut self) -> Self {
         for reason in &mut self.reasons {
-            let is_own = words::of(&reason.code)
+            let kind = reason.kind();
+            let is_own = words::of(&kind)
                 .is_none_or(|words| reason.action != words.action(Reader::Terminal));
-            if let Some(action) = words::in_a_trial(&reason.code)
+            if let Some(action) = words::in_a_trial(&kind)
                 && !is_own
             {
                 reason.action = action.into();
@@ -166,10 +166,14 @@ impl Verdict {
     /// The reasons that speak against the model or limit its use.
     ///
     /// ```
-    /// use seatrial::identification::{Reason, ReasonCode, Verdict};
+    /// use seatrial::identification::{Reason, ReasonCode, Subject, Verdict};
     ///
-    /// let codes = [ReasonCode::Ok, ReasonCode::SignReversed, ReasonCode::LagUnknown];
-    /// let verdict = Verdict { accepted: true, reasons: codes.map(|code| Reason::new(code, "")).into() };
+    /// let kinds = [
+    ///     ReasonCode::Ok.into(),
+    ///     ReasonCode::SignReversed.of(Subject::Rudder),
+    ///     ReasonCode::LagUnknown.into(),
+    /// ];
+    /// let verdict = Verdict { accepted: true, reasons: kinds.map(|kind| Reason::new(kind, "")).into() };
     /// // The sign of the rudder is told by itself and limits nothing.
     /// let causes: Vec<_> = verdict.causes().map(|reason| &reason.code).collect();
     /// assert_eq!(causes, [&ReasonCode::LagUnknown]);
@@ -194,41 +198,91 @@ impl Verdict {
         self.reasons.retain(is_else);
     }
 
-    /// Is this among its reasons?
+    /// Is this among its reasons? A code by itself is the one of no subject.
     ///
     /// ```
-    /// use seatrial::identification::{Reason, ReasonCode, Verdict};
+    /// use seatrial::identification::{Reason, ReasonCode, Subject, Verdict};
     ///
-    /// let verdict = Verdict::refused(Reason::new(ReasonCode::LowR2, "R^2 is 0.31"));
-    /// assert!(verdict.has(&ReasonCode::LowR2) && !verdict.has(&ReasonCode::Ok));
+    /// let still = ReasonCode::Constant.of(Subject::Rudder);
+    /// let verdict = Verdict::refused(Reason::new(still.clone(), "it moved by 0.1 deg"));
+    /// assert!(verdict.has(still) && !verdict.has(ReasonCode::Constant.of(Subject::Heading)));
     /// ```
-    pub fn has(&self, code: &ReasonCode) -> bool {
-        self.reasons.iter().any(|reason| reason.code == *code)
+    pub fn has(&self, kind: impl Into<ReasonKind>) -> bool {
+        let kind = kind.into();
+        self.reasons.iter().any(|reason| reason.kind() == kind)
     }
 }
 
 /// One reason of a verdict.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Written")]
 pub struct Reason {
     /// Short and stable, for programs.
     pub code: ReasonCode,
+    /// The channel or the part that it is about; `None` where the code says it all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub of: Option<Subject>,
     /// The cause, in one sentence for people.
     pub text: String,
     /// What to do next, for a reader at a terminal; empty where nothing is to be done.
-    #[serde(default)]
     pub action: String,
     /// What was measured; empty where the text says it all.
-    #[serde(default)]
     pub detail: String,
+}
+
+/// As a document holds it.
+#[derive(Deserialize)]
+struct Written {
+    #[serde(flatten)]
+    kind: ReasonKind,
+    text: String,
+    #[serde(default)]
+    action: String,
+    #[serde(default)]
+    detail: String,
+}
+
+impl From<Written> for Reason {
+    fn from(written: Written) -> Self {
+        let ReasonKind { code, of } = written.kind;
+        Self {
+            code,
+            of,
+            text: written.text,
+            action: written.action,
+            detail: written.detail,
+        }
+    }
 }
 
 impl Reason {
     fn is_cause(&self) -> bool {
-        !matches!(self.code, ReasonCode::Ok | ReasonCode::SignReversed)
+        let rudder_sign = ReasonCode::SignReversed.of(Subject::Rudder);
+        self.code != ReasonCode::Ok && self.kind() != rudder_sign
     }
 
-    /// A reason with what was measured. Cause and action are those of the code; the measured text is the cause of a
-    /// code that has none.
+    /// Its code, and of what.
+    pub fn kind(&self) -> ReasonKind {
+        ReasonKind {
+            code: self.code.clone(),
+            of: self.of.clone(),
+        }
+    }
+
+    pub(crate) fn is_fault(&self) -> bool {
+        self.kind().is_fault()
+    }
+
+    pub(crate) fn is_of_the_vehicle(&self) -> bool {
+        self.kind().is_of_the_vehicle()
+    }
+
+    pub(crate) fn limits(&self) -> bool {
+        self.kind().limits()
+    }
+
+    /// A reason with what was measured. Cause and action are those of the code and its subject; the measured text is the cause of
+    /// one that has none.
     ///
     /// ```
     /// use seatrial::identification::{Reason, ReasonCode};
@@ -238,9 +292,9 @@ impl Reason {
     /// assert!(!reason.text.contains("0.31"));
     /// assert_eq!(reason.measured(), "R^2 is 0.31");
     /// ```
-    pub fn new(code: ReasonCode, measured: impl Into<String>) -> Self {
-        let measured = measured.into();
-        let (text, action, detail) = match words::of(&code) {
+    pub fn new(kind: impl Into<ReasonKind>, measured: impl Into<String>) -> Self {
+        let (kind, measured) = (kind.into(), measured.into());
+        let (text, action, detail) = match words::of(&kind) {
             Some(words) => (
                 words.cause.into(),
                 words.action(Reader::Terminal).into(),
@@ -249,7 +303,8 @@ impl Reason {
             None => (measured, String::new(), String::new()),
         };
         Self {
-            code,
+            code: kind.code,
+            of: kind.of,
             text,
             action,
             detail,
@@ -276,7 +331,7 @@ impl Reason {
     /// assert!(!reason.action_for(Reader::Python).contains("--"));
     /// ```
     pub fn action_for(&self, reader: Reader) -> &str {
-        match words::of(&self.code) {
+        match words::of(&self.kind()) {
             // What a reason advises by itself fits everywhere.
             Some(words) if self.action == words.action(Reader::Terminal) => words.action(reader),
             _ => &self.action,
@@ -292,26 +347,27 @@ mod tests {
     #[test]
     fn exact_no_reason_of_a_trial_advises_about_a_log() {
         use ReasonCode::*;
+        use Subject::{Heading, Rudder, Samples, Speed, Time, YawRate};
         let log_only = [
-            TooFewSamples,
-            RejectedSamples,
-            SamplesMissing,
-            ClockJitter,
-            TimesShared,
-            ClockJumped,
-            SampledTooSeldom,
-            HeadingUnitDoubtful,
-            RudderUnitDoubtful,
-            RudderScaleUnknown,
-            CourseForHeading,
-            TimeUnitDoubtful,
-            YawRateContradicts,
-            YawRateReversed,
-            LagUnknown,
-            NotValidated,
-            SpeedUnknown,
+            TooFewSamples.into(),
+            Damaged.of(Samples),
+            SamplesMissing.into(),
+            ClockJitter.into(),
+            SampledTooSeldom.of(Time),
+            ClockJumped.into(),
+            SampledTooSeldom.into(),
+            UnitDoubtful.of(Heading),
+            UnitDoubtful.of(Rudder),
+            UnitUnknown.of(Rudder),
+            CourseForHeading.into(),
+            UnitDoubtful.of(Time),
+            YawRateContradicts.into(),
+            SignReversed.of(YawRate),
+            LagUnknown.into(),
+            NotValidated.into(),
+            ManoeuvresDiffer.of(Speed),
         ];
-        let reasons = log_only.map(|code| Reason::new(code, ""));
+        let reasons = log_only.map(|kind: ReasonKind| Reason::new(kind, ""));
         let verdict = Verdict {
             accepted: false,
             reasons: reasons.to_vec(),
@@ -351,22 +407,29 @@ mod tests {
 
     #[test]
     fn exact_the_outcome_follows_from_the_reasons() {
-        let verdict = |accepted, codes: &[ReasonCode]| Verdict {
+        let sign = || ReasonCode::SignReversed.of(Subject::Rudder);
+        let verdict = |accepted, kinds: Vec<ReasonKind>| Verdict {
             accepted,
-            reasons: codes
-                .iter()
-                .map(|code| Reason::new(code.clone(), ""))
+            reasons: kinds
+                .into_iter()
+                .map(|kind| Reason::new(kind, ""))
                 .collect(),
         };
-        use ReasonCode::{LowR2, ModelOrder, NotValidated, Ok, SignReversed};
+        use ReasonCode::{LowR2, ModelOrder, NotValidated, Ok};
         for (verdict, outcome) in [
-            (verdict(true, &[Ok, SignReversed]), Outcome::Use),
-            (verdict(true, &[Ok, ModelOrder]), Outcome::UseWithCare),
+            (verdict(true, vec![Ok.into(), sign()]), Outcome::Use),
             (
-                verdict(false, &[NotValidated, ModelOrder]),
+                verdict(true, vec![Ok.into(), ModelOrder.into()]),
+                Outcome::UseWithCare,
+            ),
+            (
+                verdict(false, vec![NotValidated.into(), ModelOrder.into()]),
                 Outcome::NotValidated,
             ),
-            (verdict(false, &[LowR2, NotValidated]), Outcome::DoNotUse),
+            (
+                verdict(false, vec![LowR2.into(), NotValidated.into()]),
+                Outcome::DoNotUse,
+            ),
         ] {
             assert_eq!(verdict.outcome(), outcome, "{verdict:?}");
             let json = serde_json::to_value(&verdict).unwrap();
@@ -377,21 +440,25 @@ mod tests {
 
     #[test]
     fn exact_the_cause_is_what_decides() {
-        use ReasonCode::{ClockJitter, LowR2, ModelOrder, NotValidated, Ok, SignReversed};
-        for (accepted, codes, cause, others) in [
-            (true, &[Ok, SignReversed][..], Ok, 0),
+        use ReasonCode::{ClockJitter, LowR2, ModelOrder, NotValidated, Ok};
+        let sign = || ReasonCode::SignReversed.of(Subject::Rudder);
+        for (accepted, kinds, cause, others) in [
+            (true, vec![Ok.into(), sign()], Ok, 0),
             (
                 true,
-                &[Ok, SignReversed, ModelOrder, ClockJitter],
+                vec![Ok.into(), sign(), ModelOrder.into(), ClockJitter.into()],
                 ModelOrder,
                 1,
             ),
-            (false, &[NotValidated], NotValidated, 0),
-            (false, &[LowR2, NotValidated], LowR2, 1),
+            (false, vec![NotValidated.into()], NotValidated, 0),
+            (false, vec![LowR2.into(), NotValidated.into()], LowR2, 1),
         ] {
             let verdict = Verdict {
                 accepted,
-                reasons: codes.iter().map(|c| Reason::new(c.clone(), "")).collect(),
+                reasons: kinds
+                    .into_iter()
+                    .map(|kind: ReasonKind| Reason::new(kind, ""))
+                    .collect(),
             };
             assert_eq!(verdict.cause().unwrap().code, cause);
             assert_eq!(verdict.other_causes(), others);

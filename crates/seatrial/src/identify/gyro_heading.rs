@@ -19,7 +19,7 @@ use super::compass::{CompassError, Jump, LEAST_ERROR_RAD, MEAN_OVER_S, Path};
 use super::joined::Joined;
 use super::{IdentifyError, RecordSurvey, ValidationData};
 use crate::figures::{degrees, with_decimals};
-use crate::identification::{Identification, Outcome, Reason, ReasonCode};
+use crate::identification::{Identification, Outcome, Reason, ReasonCode, Subject};
 use crate::record::{Record, Window, between_gaps, median};
 
 /// Gyro and compass turn by the same but for this share: beyond it either may be wrong.
@@ -76,7 +76,7 @@ pub(super) fn where_the_compass_jumped(
 fn with_the_remark(mut found: Identification, jump: Jump) -> Identification {
     let (size, time) = (degrees(jump.size_rad), with_decimals(jump.time_s, 1));
     let reasons = &mut found.verdict.reasons;
-    reasons.retain(|reason| reason.code != ReasonCode::HeadingUnchecked);
+    reasons.retain(|reason| reason.kind() != ReasonCode::Unchecked.of(Subject::Heading));
     let jumped = Reason {
         text: format!(
             "At {time} s the compass jumped, stuck or was disturbed by {size} deg, and the gyro did not: the integral of the yaw rate was used for the heading."

@@ -1,7 +1,7 @@
 //! Records that cannot give any model at all.
 
 use crate::figures::degrees;
-use crate::identification::{Reason, ReasonCode};
+use crate::identification::{Reason, ReasonCode, Subject};
 use crate::record::{RudderUnit, rudder_text};
 
 /// Three parameters, two initial conditions and a noise level need some samples each.
@@ -20,7 +20,7 @@ pub fn refuse_record(
 ) -> Option<Reason> {
     if samples < LEAST_SAMPLES && times_are_shared {
         return Some(Reason::new(
-            ReasonCode::TimesShared,
+            ReasonCode::SampledTooSeldom.of(Subject::Time),
             format!(
                 "{samples} usable samples in the training window, since rows that differ have the same time: write the time with more digits, or choose the column that holds it"
             ),
@@ -39,7 +39,7 @@ pub fn refuse_record(
     }
     if heading_range_rad < LEAST_MOVEMENT_RAD {
         return Some(Reason::new(
-            ReasonCode::HeadingConstant,
+            ReasonCode::Constant.of(Subject::Heading),
             format!(
                 "the heading stays within {} deg while the rudder moves {} either side; check that the heading channel is alive",
                 degrees(heading_range_rad),
@@ -53,7 +53,7 @@ pub fn refuse_record(
 /// The reason to refuse a record in which the rudder stays where it is.
 pub fn rudder_constant(rudder_amplitude_rad: f64, rudder_unit: RudderUnit) -> Reason {
     Reason::new(
-        ReasonCode::RudderConstant,
+        ReasonCode::Constant.of(Subject::Rudder),
         format!(
             "the rudder stays within {}: nothing excites the vehicle; command a doublet, or choose a window with one",
             rudder_text(rudder_unit, rudder_amplitude_rad)

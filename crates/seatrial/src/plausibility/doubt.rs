@@ -2,7 +2,7 @@
 
 use super::mismatch::RateMismatch;
 use crate::figures::{three_figures, with_decimals};
-use crate::identification::{Reason, ReasonCode};
+use crate::identification::{Reason, ReasonCode, ReasonKind, Subject};
 use crate::stated_units::HeadingJumps;
 
 /// Something in a log that does not mean what it says.
@@ -158,44 +158,48 @@ const LARGEST_SMOOTHING: f64 = 0.3;
 
 impl Doubt {
     /// Its name for programs.
-    pub fn code(&self) -> ReasonCode {
+    pub fn kind(&self) -> ReasonKind {
         match self {
             Self::HeadingUnit { .. } | Self::HeadingHalfTurn | Self::HeadingCounts { .. } => {
-                ReasonCode::HeadingUnitDoubtful
+                ReasonCode::UnitDoubtful.of(Subject::Heading)
             }
             Self::RudderUnit { .. }
             | Self::RudderAgainstName
             | Self::RudderOfOneSide { .. }
-            | Self::RudderBeyondFull { .. } => ReasonCode::RudderUnitDoubtful,
-            Self::RudderScale { .. } => ReasonCode::RudderScaleUnknown,
+            | Self::RudderBeyondFull { .. } => ReasonCode::UnitDoubtful.of(Subject::Rudder),
+            Self::RudderScale { .. } => ReasonCode::UnitUnknown.of(Subject::Rudder),
             Self::ScaleAssumed { columns } => match columns[0].0 {
-                "heading" => ReasonCode::HeadingUnitDoubtful,
-                "rudder" => ReasonCode::RudderScaleUnknown,
-                _ => ReasonCode::TimeUnitDoubtful,
+                "heading" => ReasonCode::UnitDoubtful.of(Subject::Heading),
+                "rudder" => ReasonCode::UnitUnknown.of(Subject::Rudder),
+                _ => ReasonCode::UnitDoubtful.of(Subject::Time),
             },
-            Self::HeadingIsCourse => ReasonCode::CourseForHeading,
+            Self::HeadingIsCourse => ReasonCode::CourseForHeading.into(),
             Self::TurnsTooFast {
                 is_of_heading: true,
                 ..
-            } => ReasonCode::HeadingUnitDoubtful,
-            Self::TimeIsIndex { is_stated: true } => ReasonCode::TimeUnchecked,
+            } => ReasonCode::UnitDoubtful.of(Subject::Heading),
+            Self::TimeIsIndex { is_stated: true } => ReasonCode::Unchecked.of(Subject::Time),
             Self::TimeUnit { .. }
             | Self::TurnsTooFast { .. }
             | Self::TimeIsIndex { .. }
-            | Self::TimeAssumed { .. } => ReasonCode::TimeUnitDoubtful,
-            Self::RateMismatch(mismatch) if mismatch.is_reversed() => ReasonCode::YawRateReversed,
-            Self::RateMismatch(_) => ReasonCode::YawRateContradicts,
-            Self::HeadingHeld { .. } | Self::HeadingInterpolated { .. } => ReasonCode::HeadingHeld,
-            Self::HeadingSmoothed { .. } => ReasonCode::CompassLate,
-            Self::RudderHeld { .. } => ReasonCode::RudderHeld,
-            Self::TimesShared { .. } => ReasonCode::TimesShared,
-            Self::ClockJumped { .. } => ReasonCode::ClockJumped,
+            | Self::TimeAssumed { .. } => ReasonCode::UnitDoubtful.of(Subject::Time),
+            Self::RateMismatch(mismatch) if mismatch.is_reversed() => {
+                ReasonCode::SignReversed.of(Subject::YawRate)
+            }
+            Self::RateMismatch(_) => ReasonCode::YawRateContradicts.into(),
+            Self::HeadingHeld { .. } | Self::HeadingInterpolated { .. } => {
+                ReasonCode::SampledTooSeldom.of(Subject::Heading)
+            }
+            Self::HeadingSmoothed { .. } => ReasonCode::Late.of(Subject::Heading),
+            Self::RudderHeld { .. } => ReasonCode::SampledTooSeldom.of(Subject::Rudder),
+            Self::TimesShared { .. } => ReasonCode::SampledTooSeldom.of(Subject::Time),
+            Self::ClockJumped { .. } => ReasonCode::ClockJumped.into(),
             Self::HeadingStood { .. }
             | Self::HeadingJumped(_)
-            | Self::HeadingThroughSouth { .. } => ReasonCode::CompassError,
-            Self::Damaged => ReasonCode::Damaged,
-            Self::HeadingUnchecked { .. } => ReasonCode::HeadingUnchecked,
-            Self::RudderUnchecked => ReasonCode::RudderUnchecked,
+            | Self::HeadingThroughSouth { .. } => ReasonCode::CompassError.into(),
+            Self::Damaged => ReasonCode::Damaged.into(),
+            Self::HeadingUnchecked { .. } => ReasonCode::Unchecked.of(Subject::Heading),
+            Self::RudderUnchecked => ReasonCode::Unchecked.of(Subject::Rudder),
         }
     }
 
@@ -268,7 +272,7 @@ impl Doubt {
 impl Doubt {
     /// The reason of a verdict.
     pub(crate) fn reason(&self) -> Reason {
-        let reason = Reason::new(self.code(), self.text());
+        let reason = Reason::new(self.kind(), self.text());
         match self {
             Self::HeadingStood { from_s, for_s } => Reason {
                 text: format!(

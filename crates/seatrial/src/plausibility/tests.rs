@@ -1,7 +1,7 @@
 use seatrial_core::{Real, Sample};
 
 use super::*;
-use crate::identification::ReasonCode;
+use crate::identification::{ReasonCode, ReasonKind, Subject};
 use crate::record::RudderUnit;
 use crate::stated_units::{ColumnUnit, Origin, StatedUnits};
 
@@ -68,8 +68,8 @@ fn counting_rows(mut record: Record) -> Record {
     record
 }
 
-fn codes(record: &Record) -> Vec<ReasonCode> {
-    unit_doubts(record).iter().map(Doubt::code).collect()
+fn codes(record: &Record) -> Vec<ReasonKind> {
+    unit_doubts(record).iter().map(Doubt::kind).collect()
 }
 
 fn refusals(record: &Record) -> Vec<Doubt> {
@@ -108,7 +108,7 @@ fn exact_an_assumed_scale_is_told_until_something_shows_it() {
     assert_eq!(codes(&away(units)), []);
     let mut bare = without_rate(away(units));
     let doubt = &unit_doubts(&bare)[0];
-    assert!(!doubt.refuses() && doubt.code().limits(), "{doubt:?}");
+    assert!(!doubt.refuses() && doubt.reason().limits(), "{doubt:?}");
     assert!(
         doubt
             .text()
@@ -155,9 +155,15 @@ fn exact_angles_in_the_other_unit_are_found() {
         sample.heading_rad =
             (sample.heading_rad * DEG + 1.5).rem_euclid(std::f64::consts::TAU) / DEG;
     }
-    assert_eq!(codes(&away), [ReasonCode::HeadingUnitDoubtful]);
+    assert_eq!(
+        codes(&away),
+        [ReasonCode::UnitDoubtful.of(Subject::Heading)]
+    );
     away.units.heading.origin = Origin::Given;
-    assert_eq!(codes(&away), [ReasonCode::HeadingUnitDoubtful]);
+    assert_eq!(
+        codes(&away),
+        [ReasonCode::UnitDoubtful.of(Subject::Heading)]
+    );
     assert!(!unit_doubts(&away)[0].refuses());
     // Degrees that somebody says are radians: nobody begins a log 14 turns from north, unless a gyro says the same.
     let mut turned = record(stated_degrees());
@@ -167,16 +173,22 @@ fn exact_angles_in_the_other_unit_are_found() {
     turned.units.heading = unit(1.0, Origin::Given);
     let found = codes(&without_rate(turned.clone()));
     assert!(
-        found.contains(&ReasonCode::HeadingUnitDoubtful),
+        found.contains(&ReasonCode::UnitDoubtful.of(Subject::Heading)),
         "{found:?}"
     );
-    assert!(!codes(&turned).contains(&ReasonCode::HeadingUnitDoubtful));
+    assert!(!codes(&turned).contains(&ReasonCode::UnitDoubtful.of(Subject::Heading)));
     // Degrees that somebody says are radians: no rudder stands at 15 rad.
     let mut chosen = scaled(record(stated_degrees()), 1.0, DEG, 1.0);
     chosen.units.rudder = unit(1.0, Origin::Given);
-    assert_eq!(codes(&chosen), [ReasonCode::RudderUnitDoubtful]);
+    assert_eq!(
+        codes(&chosen),
+        [ReasonCode::UnitDoubtful.of(Subject::Rudder)]
+    );
     let rudder = scaled(record(stated_degrees()), 1.0, radians_as_degrees, 1.0);
-    assert_eq!(codes(&rudder), [ReasonCode::RudderUnitDoubtful]);
+    assert_eq!(
+        codes(&rudder),
+        [ReasonCode::UnitDoubtful.of(Subject::Rudder)]
+    );
 }
 
 /// A unit that was chosen is doubted where no vessel could turn so.
@@ -209,12 +221,15 @@ fn exact_a_heading_that_turns_too_fast_asks_for_its_own_unit() {
         is_of_heading,
     };
     let [heading, time] = [true, false].map(|is_of_heading| doubt(is_of_heading).reason());
-    assert_eq!(heading.code, ReasonCode::HeadingUnitDoubtful);
+    assert_eq!(
+        heading.kind(),
+        ReasonCode::UnitDoubtful.of(Subject::Heading)
+    );
     assert!(
         heading.action.contains("--unit heading=ddeg"),
         "{heading:?}"
     );
-    assert_eq!(time.code, ReasonCode::TimeUnitDoubtful);
+    assert_eq!(time.kind(), ReasonCode::UnitDoubtful.of(Subject::Time));
     assert!(time.action.contains("--unit time="), "{time:?}");
 }
 
@@ -226,7 +241,7 @@ fn exact_a_course_in_place_of_the_heading_limits_the_model() {
     };
     let doubts = unit_doubts(&record(course));
     assert_eq!(doubts, [Doubt::HeadingIsCourse]);
-    assert!(!doubts[0].refuses() && doubts[0].code().limits());
+    assert!(!doubts[0].refuses() && doubts[0].reason().limits());
 }
 
 #[test]
@@ -239,19 +254,25 @@ fn exact_a_rudder_without_scale_is_found() {
         };
         let record = scaled(without_rate(record(units)), 1.0, largest / 0.26, 1.0);
         let refusals = refusals(&record);
-        refusals.iter().map(Doubt::code).collect::<Vec<_>>()
+        refusals.iter().map(Doubt::kind).collect::<Vec<_>>()
     };
     let stated = unit(1.0, Origin::Stated);
     let assumed = unit(1.0, Origin::Assumed);
-    assert_eq!(bare(stated, 1.0, 0.5), [ReasonCode::RudderScaleUnknown]);
-    assert_eq!(bare(assumed, 1.0, 0.9), [ReasonCode::RudderScaleUnknown]);
+    assert_eq!(
+        bare(stated, 1.0, 0.5),
+        [ReasonCode::UnitUnknown.of(Subject::Rudder)]
+    );
+    assert_eq!(
+        bare(assumed, 1.0, 0.9),
+        [ReasonCode::UnitUnknown.of(Subject::Rudder)]
+    );
     assert_eq!(
         bare(unit(DEG, Origin::Assumed), 1.0, 0.5),
-        [ReasonCode::RudderScaleUnknown]
+        [ReasonCode::UnitUnknown.of(Subject::Rudder)]
     );
     assert_eq!(
         bare(unit(DEG, Origin::Assumed), DEG, 60.0 / DEG),
-        [ReasonCode::RudderScaleUnknown]
+        [ReasonCode::UnitUnknown.of(Subject::Rudder)]
     );
     assert_eq!(bare(unit(DEG, Origin::Assumed), DEG, 30.0 / DEG), []);
     let of_full_rudder = |per_si| {
@@ -264,7 +285,10 @@ fn exact_a_rudder_without_scale_is_found() {
     assert_eq!(codes(&pulses), []);
     // Shares of two motors are used, and their unit is said to be assumed.
     let shares = of_full_rudder(1.0);
-    assert_eq!(codes(&shares), [ReasonCode::RudderScaleUnknown]);
+    assert_eq!(
+        codes(&shares),
+        [ReasonCode::UnitUnknown.of(Subject::Rudder)]
+    );
     assert_eq!(refusals(&shares), []);
     assert_eq!(refusals(&of_full_rudder(100.0)).len(), 1);
 }
@@ -312,13 +336,16 @@ fn exact_a_yaw_rate_finds_the_unit_of_time() {
         sample.yaw_rate_rad_s = sample.yaw_rate_rad_s.map(|rate| -rate);
     }
     let doubts = unit_doubts(&reversed);
-    assert_eq!(doubts[0].code(), ReasonCode::YawRateReversed);
+    assert_eq!(
+        doubts[0].kind(),
+        ReasonCode::SignReversed.of(Subject::YawRate)
+    );
     assert!(!doubts[0].refuses());
     leave_out_unsound(&mut reversed);
     assert!(reversed.samples.iter().all(|s| s.yaw_rate_rad_s.is_none()));
     assert_eq!(
-        unit_doubts(&reversed)[0].code(),
-        ReasonCode::YawRateReversed
+        unit_doubts(&reversed)[0].kind(),
+        ReasonCode::SignReversed.of(Subject::YawRate)
     );
     let mut sound = record(stated_degrees());
     leave_out_unsound(&mut sound);
@@ -346,7 +373,7 @@ fn exact_dates_a_second_apart_count_no_rows() {
         };
         codes(&counting_rows(without_rate(record(units))))
     };
-    assert_eq!(of(false), [ReasonCode::TimeUnitDoubtful]);
+    assert_eq!(of(false), [ReasonCode::UnitDoubtful.of(Subject::Time)]);
     assert_eq!(of(true), []);
 }
 
@@ -360,13 +387,13 @@ fn exact_time_without_a_yaw_rate() {
             time,
         ))
     };
-    assert_eq!(at(1000.0), [ReasonCode::TimeUnitDoubtful]);
+    assert_eq!(at(1000.0), [ReasonCode::UnitDoubtful.of(Subject::Time)]);
     let mut index = counting_rows(without_rate(record(stated_degrees())));
     // Who says how long a row takes is believed; the name of a column is, with care.
     index.units.time.origin = Origin::Given;
     assert_eq!(codes(&index), []);
     index.units.time.origin = Origin::Stated;
-    assert_eq!(codes(&index), [ReasonCode::TimeUnchecked]);
+    assert_eq!(codes(&index), [ReasonCode::Unchecked.of(Subject::Time)]);
     assert_eq!(refusals(&index), []);
     index.units.time.origin = Origin::Assumed;
     assert_eq!(refusals(&index), [Doubt::TimeIsIndex { is_stated: false }]);
@@ -399,10 +426,13 @@ fn exact_a_turn_too_fast_blames_the_unit_that_nobody_stated() {
         for (row, sample) in log.samples.iter_mut().enumerate() {
             sample.heading_rad = (1.5 * 0.05 * row as f64 * 6400.0 / 360.0).rem_euclid(6.0);
         }
-        unit_doubts(&log)[0].code()
+        unit_doubts(&log)[0].kind()
     };
-    assert_eq!(mils(units), ReasonCode::HeadingUnitDoubtful);
-    assert_eq!(mils(stated_degrees()), ReasonCode::TimeUnitDoubtful);
+    assert_eq!(mils(units), ReasonCode::UnitDoubtful.of(Subject::Heading));
+    assert_eq!(
+        mils(stated_degrees()),
+        ReasonCode::UnitDoubtful.of(Subject::Time)
+    );
 }
 
 /// A column that a program made of the heading proves neither time nor heading.
@@ -461,7 +491,7 @@ fn exact_whole_headings_without_a_unit_may_be_counts() {
         }
         record
     };
-    let doubtful = [ReasonCode::HeadingUnitDoubtful];
+    let doubtful = [ReasonCode::UnitDoubtful.of(Subject::Heading)];
     assert_eq!(codes(&whole(100.0, Origin::Assumed)), doubtful);
     assert!(unit_doubts(&whole(100.0, Origin::Assumed))[0].refuses());
     assert_eq!(codes(&whole(100.0, Origin::Stated)), []);
@@ -475,7 +505,7 @@ fn exact_an_assumed_unit_of_time_is_refused_without_a_witness() {
     let mut units = stated_degrees();
     units.time = unit(1000.0, Origin::Assumed);
     let bare = without_rate(record(units));
-    assert_eq!(codes(&bare), [ReasonCode::TimeUnitDoubtful]);
+    assert_eq!(codes(&bare), [ReasonCode::UnitDoubtful.of(Subject::Time)]);
     assert!(unit_doubts(&bare)[0].refuses());
     assert_eq!(codes(&record(units)), []);
     // Ten a tenth of a second: hundredths come first.
@@ -522,11 +552,17 @@ fn exact_a_chosen_unit_of_the_rudder_is_doubted() {
     for sample in &mut shares.samples {
         sample.rudder_rad *= 100.0;
     }
-    assert_eq!(codes(&shares), [ReasonCode::RudderUnitDoubtful]);
+    assert_eq!(
+        codes(&shares),
+        [ReasonCode::UnitDoubtful.of(Subject::Rudder)]
+    );
     assert!(unit_doubts(&shares)[0].refuses());
     let mut named = record(stated_degrees());
     named.units.rudder.is_against_name = true;
-    assert_eq!(codes(&named), [ReasonCode::RudderUnitDoubtful]);
+    assert_eq!(
+        codes(&named),
+        [ReasonCode::UnitDoubtful.of(Subject::Rudder)]
+    );
     assert!(!unit_doubts(&named)[0].refuses());
 }
 
@@ -575,16 +611,16 @@ fn exact_steps_of_a_coarse_compass_are_not_held() {
 
 #[test]
 fn exact_a_clock_that_jumped_differs_from_lost_rows() {
-    let codes = |samples: &[Sample<f64>]| -> Vec<ReasonCode> {
+    let codes = |samples: &[Sample<f64>]| -> Vec<ReasonKind> {
         let doubts = timing_doubts(samples, -1.0);
-        doubts.iter().map(Doubt::code).collect()
+        doubts.iter().map(Doubt::kind).collect()
     };
     // At full yaw rate.
     let mut jumped = held(1, 1);
     for sample in jumped.iter_mut().skip(251) {
         sample.time_s += 1.0;
     }
-    assert_eq!(codes(&jumped), [ReasonCode::ClockJumped]);
+    assert_eq!(codes(&jumped), [ReasonCode::ClockJumped.into()]);
     // Of no account to a ship whose time constant is 20 s.
     assert_eq!(timing_doubts(&jumped, -0.05), []);
     let mut lost = held(1, 1);
@@ -602,7 +638,7 @@ fn exact_a_clock_that_jumped_differs_from_lost_rows() {
 fn exact_times_that_are_shared_matter_to_a_fast_vehicle() {
     let samples: Vec<Sample<f64>> = held(1, 1).into_iter().step_by(2).collect();
     let doubt = shared_times(&samples, -1.0).unwrap();
-    assert_eq!(doubt.code(), ReasonCode::TimesShared);
+    assert_eq!(doubt.kind(), ReasonCode::SampledTooSeldom.of(Subject::Time));
     assert!(doubt.refuses());
     assert_eq!(shared_times(&samples, -0.1), None);
 }

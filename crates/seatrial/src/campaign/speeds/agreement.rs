@@ -30,7 +30,7 @@
 //! it is more than `LEAST_STEP` standard deviations. Valid for three speeds or more. Of 20 rehearsals whose moment of inertia rises by a
 //! quarter behind the second of five speeds, 20 were noted; of 60 sound ones of three vehicles, none.
 
-use crate::identification::{EstimateMethod, Reason, ReasonCode, Refined};
+use crate::identification::{EstimateMethod, Reason, ReasonCode, Refined, Subject};
 use crate::identify::robust::symmetric::invert;
 use crate::propagation::NORMAL_95;
 
@@ -118,7 +118,7 @@ pub(crate) fn load_change(results: &[SpeedResult]) -> Option<Reason> {
             "Check that nothing shifted, came aboard or went, then repeat all speeds with one load."
                 .into(),
         ..Reason::new(
-            ReasonCode::DampingChanged,
+            ReasonCode::SpeedsDiffer.of(Subject::Damping),
             format!(
                 "from {from} on the damping and the rudder's effect are both {percent:.0} % {slower} than one law over the speeds explains, which is {:.1} standard deviations",
                 (step / deviation).abs()
@@ -219,7 +219,7 @@ fn of_neighbours(
     let speed = (speed_ratio * LEAST_SPEED_RATIO < 1.0).then(|| {
         let percent = 100.0 * (1.0 - speed_ratio);
         reason(
-            ReasonCode::SpeedFalls,
+            ReasonCode::SpeedsDiffer.of(Subject::Speed),
             &format!("the speed fell by {percent:.0} % although thrust rose"),
             "",
             ": look for a fouled or damaged propeller, a weak battery or a current",
@@ -239,13 +239,15 @@ fn of_neighbours(
         ))
     };
     let authority = parted(
-        ReasonCode::AuthorityChanged,
+        ReasonCode::SpeedsDiffer.of(Subject::Rudder),
         "the rudder's effect",
         |refined| Magnitude::widened(refined.model.b2_per_s2, refined.interval_95.b2_per_s2),
     );
-    let damping = parted(ReasonCode::DampingChanged, "the yaw damping", |refined| {
-        Magnitude::widened(refined.model.a22_per_s, refined.interval_95.a22_per_s)
-    })
+    let damping = parted(
+        ReasonCode::SpeedsDiffer.of(Subject::Damping),
+        "the yaw damping",
+        |refined| Magnitude::widened(refined.model.a22_per_s, refined.interval_95.a22_per_s),
+    )
     .filter(|_| are_alike(slower.refined, faster.refined));
     let found = [authority, damping, speed].into_iter().flatten().collect();
     fin_and_propeller(found, &places)
@@ -260,10 +262,11 @@ fn are_alike(one: &Refined, other: &Refined) -> bool {
 
 /// A rudder that does less and a propeller that does less are one event, with one thing to do.
 fn fin_and_propeller(mut found: Vec<Reason>, places: &str) -> Vec<Reason> {
-    let at = |code| found.iter().position(|reason| reason.code == code);
-    let (Some(authority), Some(speed)) =
-        (at(ReasonCode::AuthorityChanged), at(ReasonCode::SpeedFalls))
-    else {
+    let at = |kind| found.iter().position(|reason| reason.kind() == kind);
+    let (Some(authority), Some(speed)) = (
+        at(ReasonCode::SpeedsDiffer.of(Subject::Rudder)),
+        at(ReasonCode::SpeedsDiffer.of(Subject::Speed)),
+    ) else {
         return found;
     };
     let speed = found.remove(speed);
@@ -318,6 +321,7 @@ mod tests {
 
     use super::*;
     use crate::identification::Intervals;
+    use crate::identification::ReasonKind;
 
     /// A model known to 3 %.
     fn refined(a22_per_s: f64, b2_per_s2: f64) -> Refined {
@@ -372,9 +376,9 @@ mod tests {
         check(&results)
     }
 
-    fn codes(speeds: &[Speed]) -> Vec<ReasonCode> {
+    fn codes(speeds: &[Speed]) -> Vec<ReasonKind> {
         let reasons = said(speeds, contradictions).into_iter();
-        reasons.map(|reason| reason.code).collect()
+        reasons.map(|reason| reason.kind()).collect()
     }
 
     /// Table II of the paper: nothing in it is contradicted.
@@ -404,9 +408,15 @@ mod tests {
     #[test]
     fn exact_a_broken_fin_is_seen() {
         let broken = [(0.6, 1.07, -0.91, 0.58), (0.7, 1.2, -0.95, 0.21)];
-        assert_eq!(codes(&broken), [ReasonCode::AuthorityChanged]);
+        assert_eq!(
+            codes(&broken),
+            [ReasonCode::SpeedsDiffer.of(Subject::Rudder)]
+        );
         let swapped = [(0.7, 1.2, 0.95, -0.21), (0.6, 1.07, 0.91, -0.58)];
-        assert_eq!(codes(&swapped), [ReasonCode::AuthorityChanged]);
+        assert_eq!(
+            codes(&swapped),
+            [ReasonCode::SpeedsDiffer.of(Subject::Rudder)]
+        );
     }
 
     /// Only dampings of one kind of model are held against each other.
@@ -420,9 +430,12 @@ mod tests {
                 refined: &models[at],
             };
             let found = contradictions(&[result(0), result(1)]).into_iter();
-            found.map(|reason| reason.code).collect::<Vec<_>>()
+            found.map(|reason| reason.kind()).collect::<Vec<_>>()
         };
-        assert_eq!(codes(&models), [ReasonCode::DampingChanged]);
+        assert_eq!(
+            codes(&models),
+            [ReasonCode::SpeedsDiffer.of(Subject::Damping)]
+        );
         models[1].method = EstimateMethod::WeighedHypotheses;
         assert_eq!(codes(&models), []);
     }
@@ -431,7 +444,10 @@ mod tests {
     #[test]
     fn exact_a_broken_fin_is_seen_without_thrust() {
         let broken = [(0.0, 1.2, -0.95, 0.21), (0.0, 1.07, -0.91, 0.58)];
-        assert_eq!(codes(&broken), [ReasonCode::AuthorityChanged]);
+        assert_eq!(
+            codes(&broken),
+            [ReasonCode::SpeedsDiffer.of(Subject::Rudder)]
+        );
         let sound = [(0.0, 1.36, -0.99, 0.87), (0.0, 1.07, -0.91, 0.58)];
         assert_eq!(codes(&sound), []);
     }
@@ -455,6 +471,9 @@ mod tests {
     #[test]
     fn exact_a_speed_that_falls_is_seen() {
         let slower = [(0.6, 1.5, -0.9, 0.58), (0.7, 1.2, -0.9, 0.58)];
-        assert_eq!(codes(&slower), [ReasonCode::SpeedFalls]);
+        assert_eq!(
+            codes(&slower),
+            [ReasonCode::SpeedsDiffer.of(Subject::Speed)]
+        );
     }
 }

@@ -37,7 +37,7 @@ pub fn whole(accepted: &[Part], unit: &str, others: Vec<Reason>) -> Verdict {
             speeds => format!("{speeds} speeds have a model that holds on validation data"),
         },
     );
-    let limits = remarks(accepted, unit, |code| code.limits());
+    let limits = remarks(accepted, unit, Reason::limits);
     Verdict {
         accepted: true,
         reasons: std::iter::once(ok).chain(others).chain(limits).collect(),
@@ -48,9 +48,9 @@ pub fn whole(accepted: &[Part], unit: &str, others: Vec<Reason>) -> Verdict {
 ///
 /// ```
 /// use seatrial::campaign::speeds::{Part, missing};
-/// use seatrial::identification::{Reason, ReasonCode, Verdict};
+/// use seatrial::identification::{Reason, ReasonCode, Verdict, Subject};
 ///
-/// let refused = Verdict::refused(Reason::new(ReasonCode::RudderConstant, ""));
+/// let refused = Verdict::refused(Reason::new(ReasonCode::Constant.of(Subject::Rudder), ""));
 /// let parts = ["60", "80"].map(|name| Part { name, verdict: &refused });
 /// // One cause, one reason.
 /// let reasons = missing(&parts, "% thrust");
@@ -78,21 +78,22 @@ pub fn missing(parts: &[Part], unit: &str) -> Vec<Reason> {
         };
         Reason {
             text: format!("{which}: {}", cause.text),
-            code: ReasonCode::SpeedMissing,
-            ..cause.clone()
+            action: cause.action.clone(),
+            detail: cause.detail.clone(),
+            ..Reason::new(ReasonCode::SpeedMissing, "")
         }
     };
     found.into_iter().map(of).collect()
 }
 
-/// Reasons of several speeds: each code once, with the speeds that it concerns.
-pub fn remarks(parts: &[Part], unit: &str, counts: fn(&ReasonCode) -> bool) -> Vec<Reason> {
+/// Reasons of several speeds: each kind once, with the speeds that it concerns.
+pub fn remarks(parts: &[Part], unit: &str, counts: fn(&Reason) -> bool) -> Vec<Reason> {
     let mut found: Vec<(Reason, Vec<&str>)> = Vec::new();
     for part in parts {
-        for reason in part.verdict.reasons.iter().filter(|r| counts(&r.code)) {
+        for reason in part.verdict.reasons.iter().filter(|r| counts(r)) {
             match found
                 .iter_mut()
-                .find(|(other, _)| other.code == reason.code)
+                .find(|(other, _)| other.kind() == reason.kind())
             {
                 Some((_, names)) => names.push(part.name),
                 None => found.push((reason.clone(), vec![part.name])),

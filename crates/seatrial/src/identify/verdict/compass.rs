@@ -5,7 +5,7 @@
 
 use super::{Share, Weighing};
 use crate::figures::{degrees, percent, three_figures, with_decimals};
-use crate::identification::{Reason, ReasonCode, Refined};
+use crate::identification::{Reason, ReasonCode, Refined, Subject};
 use crate::identify::compass::Jump;
 use crate::identify::model_evidence::ModelEvidence;
 
@@ -64,7 +64,7 @@ impl Weighing {
                 if scale > 0.0 { "more" } else { "less" },
             );
             self.reject(
-                ReasonCode::CompassDeviation,
+                ReasonCode::YawRateContradicts.of(Subject::Heading),
                 format!(
                     "the heading changes by {share} % {more} than the yaw rate says, and b2 is wrong by as much: the compass deviates on these headings, or the gyro's scale is wrong; swing the compass, or turn a full circle and compare the gyro's angle with 360 deg"
                 ),
@@ -77,7 +77,7 @@ impl Weighing {
             .filter(|x| effect(*x) > limit(a22, LATE_EFFECT))
         {
             self.reject(
-                ReasonCode::CompassLate,
+                ReasonCode::Late.of(Subject::Heading),
                 format!(
                     "the heading is {} s later than the yaw rate, which makes the vehicle look slower than it is: the compass is filtered, held, or logged with the time of its arrival; log it with the time of the measurement, or identify from the gyro's attitude",
                     three_figures(late_s)
@@ -86,7 +86,7 @@ impl Weighing {
         }
         if let Some(late_s) = found.yaw_rate_late_s().filter(|x| *x > LATE_YAW_RATE_S) {
             self.note(
-                ReasonCode::YawRateLate,
+                ReasonCode::Late.of(Subject::YawRate),
                 format!(
                     "the yaw rate is {} s later than the heading, as a filter of the gyro makes it (ArduPilot's INS_GYRO_FILTER): it was compared at its own time, and the model does not use it; a controller that does needs it earlier",
                     three_figures(late_s)

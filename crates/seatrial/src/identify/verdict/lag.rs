@@ -102,7 +102,7 @@ impl Weighing {
         });
         // Why an interval holds 0 is said once.
         let mut found = self.rejections.iter().enumerate();
-        let first = found.find(|(_, reason)| reason.code == ReasonCode::NotIdentifiable);
+        let first = found.find(|(_, reason)| reason.kind() == ReasonCode::NotIdentifiable.into());
         if let Some((first, _)) = first
             && first + 1 < self.rejections.len()
         {

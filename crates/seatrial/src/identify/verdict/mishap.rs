@@ -2,7 +2,7 @@
 
 use super::Weighing;
 use crate::figures::{degrees, with_decimals};
-use crate::identification::{Reason, ReasonCode};
+use crate::identification::{Reason, ReasonCode, Subject};
 use crate::identify::compass::Jump;
 use crate::identify::mishap::Jam;
 use crate::identify::model_evidence::ModelEvidence;
@@ -16,11 +16,12 @@ impl Weighing {
         if let Some(jump) = evidence.log.jump_beside.filter(|_| !times_are_shared) {
             self.nothing_held_out(jump);
         }
-        let led_to = |reason: &Reason| is_led_to(&reason.code);
-        let Some(at) = self.rejections.iter().position(led_to) else {
+        let Some(at) = self.rejections.iter().position(is_led_to) else {
             return;
         };
-        if self.has(&ReasonCode::CompassError) || self.has(&ReasonCode::TimesShared) {
+        if self.has(&ReasonCode::CompassError)
+            || self.has(ReasonCode::SampledTooSeldom.of(Subject::Time))
+        {
             return;
         }
         // A heading that went on while the time stood still did not jump.
@@ -62,18 +63,20 @@ fn nothing_held_out_text(jump: Jump) -> String {
 }
 
 /// Is it what a jump or a stuck rudder leads to?
-fn is_led_to(code: &ReasonCode) -> bool {
+fn is_led_to(reason: &Reason) -> bool {
     matches!(
-        code,
-        ReasonCode::LowR2
-            | ReasonCode::NotIdentifiable
-            | ReasonCode::UnderExcited
-            | ReasonCode::DoesNotFit
-            | ReasonCode::Unstable
-            | ReasonCode::Disagreement
-            | ReasonCode::Contradicted
-            | ReasonCode::SampledTooSeldom
-            | ReasonCode::RudderSaturated
+        (&reason.code, &reason.of),
+        (ReasonCode::Contradicted, _)
+            | (
+                ReasonCode::LowR2
+                    | ReasonCode::NotIdentifiable
+                    | ReasonCode::UnderExcited
+                    | ReasonCode::DoesNotFit
+                    | ReasonCode::Unstable
+                    | ReasonCode::SampledTooSeldom
+                    | ReasonCode::RudderNotFollowed,
+                None
+            )
     )
 }
 
@@ -100,7 +103,7 @@ fn rudder_jam(jam: Jam, place: &str, rudder: &str) -> Reason {
         None => "until the end".to_owned(),
     };
     let reason = Reason::new(
-        ReasonCode::RudderJammed,
+        ReasonCode::RudderNotFollowed.of(Subject::Rudder),
         format!(
             "the model explains the heading {place} where the rudder stays at {rudder} from {from} s {until}, whatever it was told, and not as it was told; log the measured rudder angle"
         ),

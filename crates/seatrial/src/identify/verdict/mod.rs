@@ -17,7 +17,9 @@ use super::model_evidence::ModelEvidence;
 pub use super::refusal::{refuse_record, rudder_constant};
 use crate::figures::r2_text;
 pub use crate::figures::three_figures;
-use crate::identification::{LEAST_R2, Outcome, Reason, ReasonCode, Refined, Validation, Verdict};
+use crate::identification::{
+    LEAST_R2, Outcome, Reason, ReasonCode, ReasonKind, Refined, Subject, Validation, Verdict,
+};
 pub use crate::identification::{WIDEST_A22, WIDEST_B2};
 use crate::plausibility::Doubt;
 pub(super) use steering::judge_steering;
@@ -79,9 +81,12 @@ fn of_a_turning_circle(mut verdict: Verdict) -> Verdict {
         return verdict;
     }
     for reason in &mut verdict.reasons {
-        match reason.code {
-            ReasonCode::NotValidated => reason.action = format!("{READ} {}", reason.action),
-            ReasonCode::UnderExcited | ReasonCode::NotIdentifiable | ReasonCode::DoesNotFit => {
+        match (&reason.code, &reason.of) {
+            (ReasonCode::NotValidated, _) => reason.action = format!("{READ} {}", reason.action),
+            (
+                ReasonCode::UnderExcited | ReasonCode::NotIdentifiable | ReasonCode::DoesNotFit,
+                None,
+            ) => {
                 reason.text = "This is a turning circle: it shows the steady turn, and too little of how the vehicle begins it.".into();
                 reason.action = format!("{READ} For a model steer a zig-zag or a doublet.");
             }
@@ -128,8 +133,8 @@ fn first_of_all_the_rudder(mut verdict: Verdict, log: &LogStatistics) -> Verdict
     let (amplitude_rad, unit) = (log.rudder_amplitude_rad, log.rudder_unit);
     let has_hardly_moved = unit == RudderUnit::Rad && amplitude_rad < HARDLY_MOVED_RAD;
     // In another unit it may have moved well, where the vehicle turned.
-    let is_in_doubt =
-        log.heading_range_rad > TURNED_RAD && verdict.has(&ReasonCode::RudderUnitDoubtful);
+    let is_in_doubt = log.heading_range_rad > TURNED_RAD
+        && verdict.has(ReasonCode::UnitDoubtful.of(Subject::Rudder));
     if has_hardly_moved && !is_in_doubt && verdict.outcome() == Outcome::DoNotUse {
         verdict
             .reasons
@@ -193,7 +198,7 @@ pub fn not_taken(
         .into_iter()
         .filter(|r| !matches!(r.code, ReasonCode::Ok | ReasonCode::LowR2));
     // What went wrong comes before what it led to.
-    let (mut reasons, others): (Vec<_>, Vec<_>) = others.partition(|r| r.code.is_fault());
+    let (mut reasons, others): (Vec<_>, Vec<_>) = others.partition(Reason::is_fault);
     reasons.push(low_r2);
     reasons.extend(others);
     Verdict {
@@ -221,21 +226,24 @@ struct Weighing {
 }
 
 impl Weighing {
-    fn reject(&mut self, code: ReasonCode, text: String) {
-        self.rejections.push(Reason::new(code, text));
+    fn reject(&mut self, kind: impl Into<ReasonKind>, text: String) {
+        self.rejections.push(Reason::new(kind, text));
     }
 
-    fn note(&mut self, code: ReasonCode, text: String) {
-        self.notes.push(Reason::new(code, text));
+    fn note(&mut self, kind: impl Into<ReasonKind>, text: String) {
+        self.notes.push(Reason::new(kind, text));
     }
 
-    fn has(&self, code: &ReasonCode) -> bool {
-        self.rejections.iter().any(|reason| reason.code == *code)
+    fn has(&self, kind: impl Into<ReasonKind>) -> bool {
+        let kind = kind.into();
+        self.rejections.iter().any(|reason| reason.kind() == kind)
     }
 
     /// Is this among what refuses or what is noted?
-    fn says(&self, code: &ReasonCode) -> bool {
-        self.has(code) || self.notes.iter().any(|reason| reason.code == *code)
+    fn says(&self, kind: impl Into<ReasonKind>) -> bool {
+        let kind = kind.into();
+        let mut reasons = self.rejections.iter().chain(&self.notes);
+        reasons.any(|reason| reason.kind() == kind)
     }
 
     /// What in the log may not mean what it says.

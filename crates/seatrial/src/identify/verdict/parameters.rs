@@ -6,7 +6,7 @@ use super::record::coarse_step_rad;
 use super::{HIGHER_ORDER, MOST_TIMES, Share, Weighing, holds_all_the_same, predicts_closely};
 use crate::figures::{degrees, percent, r2_text, three_figures};
 use crate::identification::{
-    HigherOrder, LagEffect, Reason, ReasonCode, Refined, Validation, WIDEST_A22, WIDEST_B2,
+    HigherOrder, LagEffect, Reason, ReasonCode, Refined, Subject, Validation, WIDEST_A22, WIDEST_B2,
 };
 use crate::identify::explanation::{Explanation, MUCH_BETTER};
 use crate::identify::model_choice::ModelSource;
@@ -188,13 +188,13 @@ impl Weighing {
                 )
             };
             if difference > LARGEST_DISAGREEMENT.max(2.0 * half_width) {
-                self.reject(ReasonCode::Disagreement, text());
+                self.reject(ReasonCode::Contradicted.of(Subject::Training), text());
             } else if difference - of_late <= NOTED_DISAGREEMENT
                 && difference > NOTED_DISAGREEMENT.max(2.0 * half_width)
             {
                 self.notes.push(rudder_late(late_s, text()));
             } else if difference > NOTED_DISAGREEMENT.max(2.0 * half_width) {
-                self.note(ReasonCode::Disagreement, text());
+                self.note(ReasonCode::Contradicted.of(Subject::Training), text());
             }
         }
     }
@@ -249,7 +249,7 @@ impl Weighing {
             "what is left has a rhythm of its own: waves, or a heading that was filtered; log the compass unfiltered, in calmer water, and take the intervals for too narrow"
         };
         self.note(
-            ReasonCode::ResidualNotWhite,
+            ReasonCode::ModelOrder.of(Subject::Residual),
             format!(
                 "of the prediction errors of the first-order model the whiteness statistic is {:.0} where {:.0} is expected, their correlation with earlier rudder angles {:.0} where {:.0} is; chance gives that in {:.1e} of sound records: {advice}",
                 white.statistic,
@@ -298,7 +298,7 @@ impl Weighing {
     pub(super) fn sign(&mut self, b2_per_s2: f64) {
         if b2_per_s2 < 0.0 {
             self.note(
-                ReasonCode::SignReversed,
+                ReasonCode::SignReversed.of(Subject::Rudder),
                 "b2 is negative: a positive rudder angle turns towards decreasing heading in this log; keep this sign, or negate the rudder channel".into(),
             );
         }
@@ -306,7 +306,7 @@ impl Weighing {
 
     fn misfit(&mut self, evidence: &ModelEvidence) {
         if let Some(share) = evidence.explanation.structural_misfit()
-            && !self.says(&ReasonCode::CompassLate)
+            && !self.says(ReasonCode::Late.of(Subject::Heading))
             && !holds_all_the_same(evidence, share)
         {
             self.beyond(beyond_first_order(evidence, share), evidence);
@@ -329,7 +329,7 @@ impl Weighing {
     pub(super) fn play(&mut self, play_rad: Option<f64>) {
         let Some(play_rad) = play_rad else { return };
         self.note(
-            ReasonCode::RudderPlay,
+            ReasonCode::RudderNotFollowed.of(Subject::Linkage),
             format!(
                 "the record is likelier of a rudder with about {:.1} deg of play than of one that goes where the log says: a22 and b2 hold for rudder angles like those of the record, their intervals hold the model behind the play; take the slack out of the linkage, or log the rudder's own angle",
                 play_rad.to_degrees()
@@ -449,6 +449,6 @@ fn rudder_late(late_s: f64, text: String) -> Reason {
         action:
             "Log the rudder with the time of its measurement, or take a column that is not late."
                 .into(),
-        ..Reason::new(ReasonCode::Disagreement, text)
+        ..Reason::new(ReasonCode::Contradicted.of(Subject::Training), text)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Weighing;
 use crate::figures::{degrees, three_figures};
-use crate::identification::{Reason, ReasonCode};
+use crate::identification::{Reason, ReasonCode, Subject};
 use crate::identify::log_statistics::LogStatistics;
 use crate::identify::model_evidence::ModelEvidence;
 use crate::record::{RudderUnit, rudder_text};
@@ -85,7 +85,7 @@ impl Weighing {
         let share = f64::from(counts.total()) / read.max(1) as f64;
         let untimely = counts.repeated_time + counts.reversed_time;
         let reason = Reason::new(
-            ReasonCode::RejectedSamples,
+            ReasonCode::Damaged.of(Subject::Samples),
             format!(
                 "{} of {read} samples were rejected: {untimely} came twice or out of order, {} had a heading that no rudder makes, {} were no numbers",
                 counts.total(),
@@ -112,7 +112,7 @@ impl Weighing {
         let change = (last - first).abs() / (0.5 * (first + last));
         if change > NOTED_SPEED_CHANGE {
             self.note(
-                ReasonCode::SpeedDrifted,
+                ReasonCode::Drifted.of(Subject::Speed),
                 format!(
                     "the speed went from {} to {} m/s within the training, and b2 goes with its square: the model is that of a mean speed; settle longer, or use less rudder",
                     three_figures(first),
@@ -131,7 +131,7 @@ impl Weighing {
                 "the rudder went {positive} to the positive side and {negative} to the other"
             );
             let reason = Reason::new(
-                ReasonCode::RudderSaturated,
+                ReasonCode::RudderNotFollowed,
                 format!(
                     "{text}: if it was asked for the same, it stops at the lesser; train with less than that, or trim the rudder"
                 ),
@@ -159,7 +159,8 @@ impl Weighing {
     }
     /// A heading that was interpolated or held is why it is new too seldom.
     fn held_comes_first(&mut self) {
-        let is_held = |reason: &Reason| reason.code == ReasonCode::HeadingHeld;
+        let is_held =
+            |reason: &Reason| reason.kind() == ReasonCode::SampledTooSeldom.of(Subject::Heading);
         if let Some(held) = self.notes.iter().position(is_held) {
             self.rejections.push(self.notes.remove(held));
         }

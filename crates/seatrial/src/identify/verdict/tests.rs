@@ -186,7 +186,11 @@ fn fit(refined: &Refined, residual: Option<ResidualTests>) -> FirstOrderFit {
 }
 
 fn codes(verdict: &Verdict) -> Vec<String> {
-    verdict.reasons.iter().map(|r| r.code.to_string()).collect()
+    verdict
+        .reasons
+        .iter()
+        .map(|r| r.kind().to_string())
+        .collect()
 }
 
 #[test]
@@ -241,7 +245,7 @@ fn exact_each_defect_is_refused_under_its_own_code() {
             Chain::with(|c| c.training_fit = GoodnessOfFit::default()),
         ),
         (
-            "rejected_samples",
+            "damaged of samples",
             Chain::with(|c| c.log.rejected.spike = 200),
         ),
         (
@@ -260,14 +264,14 @@ fn exact_each_defect_is_refused_under_its_own_code() {
             }),
         ),
         (
-            "compass_deviation",
+            "yaw_rate_contradicts of heading",
             compass(CompassError {
                 scale_error: Some(-0.06),
                 ..none
             }),
         ),
         (
-            "compass_late",
+            "late of heading",
             compass(CompassError {
                 late_s: Some(0.1),
                 ..none
@@ -278,7 +282,7 @@ fn exact_each_defect_is_refused_under_its_own_code() {
             Chain::with(|c| c.log.heading_step_rad = Some(0.2)),
         ),
         (
-            "disagreement",
+            "contradicted of training",
             Chain::with(|c| c.online = YawModel::from_theta([-0.1, 1.08, 0.012])),
         ),
     ];
@@ -297,7 +301,7 @@ fn exact_a_late_compass_explains_the_misfit() {
     let mut late = misfit;
     late.log.compass.late_s = Some(0.1);
     let verdict = late.judge();
-    assert!(verdict.has(&ReasonCode::CompassLate));
+    assert!(verdict.has(ReasonCode::Late.of(Subject::Heading)));
     assert!(!verdict.has(&ReasonCode::ModelOrder));
 }
 
@@ -347,7 +351,12 @@ fn exact_notes_do_not_refuse() {
     assert!(verdict.accepted);
     assert_eq!(
         codes(&verdict),
-        ["ok", "sign_reversed", "offset_drifted", "extrapolating"]
+        [
+            "ok",
+            "sign_reversed of rudder",
+            "drifted of offset",
+            "extrapolating"
+        ]
     );
     noted.validation = None;
     assert!(noted.judge().has(&ReasonCode::NotValidated));
@@ -355,23 +364,23 @@ fn exact_notes_do_not_refuse() {
 
 #[test]
 fn exact_records_without_a_model_are_refused() {
-    let code = |reason: Option<Reason>| reason.map(|r| r.code.to_string());
+    let code = |reason: Option<Reason>| reason.map(|r| r.kind().to_string());
     assert_eq!(
         code(refuse_record(1, 0.2, RudderUnit::Rad, 0.5, false)).as_deref(),
         Some("too_few_samples")
     );
     assert_eq!(
         code(refuse_record(330, 0.0, RudderUnit::Rad, 0.5, false)).as_deref(),
-        Some("rudder_constant")
+        Some("constant of rudder")
     );
     assert_eq!(
         code(refuse_record(330, 0.2, RudderUnit::Rad, 0.0, false)).as_deref(),
-        Some("heading_constant")
+        Some("constant of heading")
     );
     // No logging is too slow whose times are too coarse.
     assert_eq!(
         code(refuse_record(1, 0.2, RudderUnit::Rad, 0.5, true)).as_deref(),
-        Some("times_shared")
+        Some("sampled_too_seldom of time")
     );
     assert_eq!(refuse_record(330, 0.2, RudderUnit::Rad, 0.5, true), None);
 }
@@ -388,7 +397,7 @@ fn exact_a_drifting_speed_and_a_jittering_clock_are_noted() {
     assert_eq!(codes(&steady.judge()), ["ok"]);
     let verdict = at([1.6, 1.3], [0.05, 0.1]).judge();
     assert!(verdict.accepted);
-    assert_eq!(codes(&verdict), ["ok", "speed_drifted", "clock_jitter"]);
+    assert_eq!(codes(&verdict), ["ok", "drifted of speed", "clock_jitter"]);
 }
 
 #[test]
@@ -422,7 +431,7 @@ fn exact_a_rudder_that_stops_is_reported_with_its_angle() {
         .with_independent(&unsaturated, None)
         .judge();
     assert!(!verdict.accepted);
-    assert_eq!(codes(&verdict), ["rudder_saturated"]);
+    assert_eq!(codes(&verdict), ["rudder_not_followed"]);
     let text = &verdict.reasons[0].detail;
     // Half of 0.26 rad.
     assert!(text.contains("as if it stopped at 7.45 deg"), "{text}");
@@ -518,7 +527,7 @@ fn exact_a_late_rudder_explains_a_disagreement() {
         };
     })
     .judge();
-    assert_eq!(codes(&verdict), ["ok", "disagreement"]);
+    assert_eq!(codes(&verdict), ["ok", "contradicted of training"]);
     let late = &verdict.reasons[1];
     assert!(late.text.contains("is logged"), "{late:?}");
 }
@@ -527,7 +536,7 @@ fn exact_a_late_rudder_explains_a_disagreement() {
 fn exact_a_hand_that_falls_short_is_noted() {
     let verdict = Chain::with(|c| c.log.rudder_sides_rad = Some([0.26, 0.15])).judge();
     assert!(verdict.accepted);
-    assert_eq!(codes(&verdict), ["ok", "rudder_saturated"]);
+    assert_eq!(codes(&verdict), ["ok", "rudder_not_followed"]);
     let text = &verdict.reasons[1].detail;
     assert!(
         text.contains("14.9 deg") && text.contains("8.59 deg"),
@@ -566,7 +575,7 @@ fn exact_a_residual_that_chance_does_not_explain_is_noted() {
     ] {
         let verdict = judged(residual);
         assert!(verdict.accepted);
-        assert_eq!(codes(&verdict), ["ok", "residual_not_white"]);
+        assert_eq!(codes(&verdict), ["ok", "model_order of residual"]);
         let text = &verdict.reasons[1].detail;
         assert!(
             text.contains(said) && text.contains("is 40 where 20"),
@@ -597,7 +606,10 @@ fn exact_a_mishap_is_named_where_the_model_does_not_hold() {
         jump: None,
         jam: Some((jam, "in the validation data")),
     };
-    for (mishaps, code) in [(jumped, "compass_error"), (stuck, "rudder_jammed")] {
+    for (mishaps, code) in [
+        (jumped, "compass_error"),
+        (stuck, "rudder_not_followed of rudder"),
+    ] {
         assert_eq!(codes(&with(mishaps, 0.2).judge())[..2], [code, "low_r2"]);
         assert_eq!(codes(&with(mishaps, 0.95).judge()), ["ok"]);
     }
@@ -614,7 +626,10 @@ fn exact_a_rounded_time_comes_before_a_jump_of_the_heading() {
         chain.log.interval_s = Some([1.0, 10.0]);
         chain.log.times_are_shared = true;
     });
-    assert_eq!(codes(&rounded.judge())[..2], ["times_shared", "low_r2"]);
+    assert_eq!(
+        codes(&rounded.judge())[..2],
+        ["sampled_too_seldom of time", "low_r2"]
+    );
 }
 
 /// Rows that come evenly were not lost where their time is rounded.

@@ -5,7 +5,9 @@ use seatrial_core::YawModel;
 use super::contradiction::{BLIND, GIVEN, STOPPED, TRAINED, contradiction, weakness};
 use super::{MOST_TIMES, Weighing};
 use crate::figures::{r2_text, three_figures};
-use crate::identification::{EstimateMethod, LEAST_R2, Reason, ReasonCode, Refined, Validation};
+use crate::identification::{
+    EstimateMethod, LEAST_R2, Reason, ReasonCode, Refined, Subject, Validation,
+};
 use crate::identify::model_evidence::{Independent, ModelEvidence};
 use crate::record::{RudderUnit, rudder_text};
 
@@ -104,7 +106,7 @@ impl Weighing {
             format!(", by {} of rudder", drift.rudder_text())
         });
         let reason = Reason::new(
-            ReasonCode::OffsetDrifted,
+            ReasonCode::Drifted.of(Subject::Offset),
             format!(
                 "R^2 of heading on validation data is {} with the trained offset and {} with the offset estimated again: the model steers right, but the rudder that holds a straight course changed{by}",
                 r2_text(validation.r2_heading),
@@ -186,13 +188,13 @@ impl Weighing {
             }
             (Some(found), _) if let Some(speeds) = speeds_apart(refined, other, apart) => self
                 .reject(
-                    ReasonCode::SpeedDrifted,
+                    ReasonCode::Drifted.of(Subject::Speed),
                     format!("the validation data by themselves give {found}: {speeds}"),
                 ),
             (Some(_), Some(_))
                 if is_of_higher_order && shows_no_lost_effect(refined, other, evidence) => {}
             (Some(found), Some(saturated)) => self.reject(
-                ReasonCode::RudderSaturated,
+                ReasonCode::RudderNotFollowed,
                 format!("the validation data by themselves give {found}: {saturated}"),
             ),
             (Some(found), None) => self.contradicted(&found),
@@ -246,9 +248,9 @@ impl Weighing {
             "the validation data by themselves are too uncertain to show {wrong}: {remedy}"
         );
         if refuses {
-            self.reject(ReasonCode::WeaklyValidated, text);
+            self.reject(ReasonCode::UnderExcited.of(Subject::Validation), text);
         } else {
-            self.note(ReasonCode::WeaklyValidated, text);
+            self.note(ReasonCode::UnderExcited.of(Subject::Validation), text);
         }
     }
 

@@ -15,7 +15,8 @@ use seatrial_core::{GoodnessOfFit, PitchModel, Plan, Sample};
 
 use crate::figures::{degrees, r2_text};
 use crate::identification::{
-    Identification, LEAST_R2, Reason, ReasonCode, Settings, Validation, Verdict,
+    Identification, LEAST_R2, Reason, ReasonCode, ReasonKind, Settings, Subject, Validation,
+    Verdict,
 };
 use crate::identify::online::{self, Pass, Segment};
 use crate::identify::validation::heading_range_rad;
@@ -96,7 +97,7 @@ pub fn assess(
     let online = PitchModel::righted(&pass.online.model, online_m);
     let fit = fit(&inside, &online).ok_or_else(|| {
         IdentifyError::Refused(Reason::new(
-            ReasonCode::PitchNotExplained,
+            ReasonCode::NotIdentifiable.of(Subject::Pitch),
             "the search for the model whose simulation is nearest to the pitch found none",
         ))
     })?;
@@ -153,29 +154,30 @@ fn goodness_of_fit(model: &PitchModel<f64>, samples: &[Sample<f64>]) -> Goodness
 /// Weighs a model by its damping, its authority and its validation data.
 fn judge(fit: &Fit, validation: Option<&Validation>) -> Verdict {
     let mut rejections = Vec::new();
-    let mut reject = |code, measured: String| rejections.push(Reason::new(code, measured));
+    let mut reject =
+        |kind: ReasonKind, measured: String| rejections.push(Reason::new(kind, measured));
     let a = fit.model.damping_per_s;
     if a >= 0.0 {
         reject(
-            ReasonCode::PitchUndamped,
+            ReasonCode::Unstable.of(Subject::Pitch),
             format!("a = {a:.3} 1/s is not negative"),
         );
     }
     if fit.authority_may_be_zero() {
         let [_, _, [low, high], _] = fit.interval_95;
         reject(
-            ReasonCode::PitchNotExplained,
+            ReasonCode::NotIdentifiable.of(Subject::Pitch),
             format!("the 95 % interval of b, {low:.3} to {high:.3} 1/s^2, holds 0"),
         );
     }
     let r2 = validation.map(|validation| validation.r2_heading_offset_refit);
     match r2 {
         None => reject(
-            ReasonCode::NotValidated,
+            ReasonCode::NotValidated.into(),
             "nothing was held out to check the model".into(),
         ),
         Some(r2) if r2.is_none_or(|r2| r2 < LEAST_R2) => reject(
-            ReasonCode::LowR2,
+            ReasonCode::LowR2.into(),
             format!(
                 "R^2 of pitch on validation data is {} with the offset estimated again; at least {LEAST_R2} is needed: repeat the run",
                 r2_text(r2)
@@ -221,7 +223,7 @@ fn usable(
     let moved_rad = elevator_range_rad(&usable);
     if wanted == WindowUse::Training && moved_rad < EXCITED_RAD {
         return Err(IdentifyError::Refused(Reason::new(
-            ReasonCode::ElevatorConstant,
+            ReasonCode::Constant.of(Subject::Elevator),
             format!(
                 "the elevator moves by {} deg in the training window: nothing pitches the vehicle",
                 degrees(moved_rad)
@@ -230,7 +232,7 @@ fn usable(
     }
     if wanted == WindowUse::Training && heading_range_rad(&usable) == 0.0 {
         return Err(IdentifyError::Refused(Reason::new(
-            ReasonCode::PitchNotExplained,
+            ReasonCode::NotIdentifiable.of(Subject::Pitch),
             "the pitch does not change while the elevator moves",
         )));
     }
