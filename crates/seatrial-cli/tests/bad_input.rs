@@ -327,17 +327,30 @@ fn cli_readable_logs_that_give_no_model_exit_4_with_the_reason() {
     for k in 0..300 {
         let _ = writeln!(still_heading, "{},1.5,{}", f64::from(k) * 0.05, k / 40 % 2);
     }
-    for (content, code) in [
-        ("t,yaw,rudder\n0,0,0.1\n".to_string(), "too_few_samples"),
-        (still_rudder, "rudder_constant"),
-        (still_heading, "heading_constant"),
+    for (content, kind) in [
+        (
+            "t,yaw,rudder\n0,0,0.1\n".to_string(),
+            serde_json::json!({"code": "too_few_samples", "of": null}),
+        ),
+        (
+            still_rudder,
+            serde_json::json!({"code": "constant", "of": "rudder"}),
+        ),
+        (
+            still_heading,
+            serde_json::json!({"code": "constant", "of": "heading"}),
+        ),
     ] {
         let (exit, stdout, stderr) = inspect(content.as_bytes(), &["--json"]);
         assert_eq!(exit, 4, "{stderr}");
         let document: serde_json::Value = serde_json::from_str(&stdout).unwrap();
         assert_eq!(document["schema"], "seatrial.inspection.v1");
         assert_eq!(document["verdict"]["accepted"], false);
-        assert_eq!(document["verdict"]["reasons"][0]["code"], code);
+        let reason = &document["verdict"]["reasons"][0];
+        assert_eq!(
+            serde_json::json!({"code": reason["code"], "of": reason["of"]}),
+            kind
+        );
     }
 }
 

@@ -12,12 +12,14 @@ fn json(arguments: &[&str]) -> (Value, Option<i32>) {
     (document(&output), output.status.code())
 }
 
-fn codes(document: &Value) -> Vec<&str> {
+/// `low_r2`, or `constant of rudder`.
+fn codes(document: &Value) -> Vec<String> {
     let reasons = document["verdict"]["reasons"].as_array().expect("reasons");
-    reasons
-        .iter()
-        .filter_map(|reason| reason["code"].as_str())
-        .collect()
+    let kind = |reason: &Value| match reason["of"].as_str() {
+        Some(of) => Some(format!("{} of {of}", reason["code"].as_str()?)),
+        None => reason["code"].as_str().map(str::to_owned),
+    };
+    reasons.iter().filter_map(kind).collect()
 }
 
 /// 40 s at 20 Hz: doublets of 0.2 rad from 2 s and of 0.15 rad from 22 s.
@@ -101,7 +103,7 @@ fn cli_identify_gives_the_promised_document_and_validate_takes_it() {
         "averaged_restricted_likelihood"
     );
     // The log has neither a yaw rate nor the rudder's own angle.
-    let notes = ["ok", "heading_unchecked", "rudder_unchecked"];
+    let notes = ["ok", "unchecked of heading", "unchecked of rudder"];
     assert_eq!(codes(&document), notes);
     assert_eq!(document["lag_effect"], Value::Null);
     let a22 = document["online"]["a22_per_s"].as_f64().expect("a number");
@@ -153,10 +155,13 @@ fn cli_records_without_a_model_are_refused_with_a_reason() {
         assert!(document["online"].is_null() && document["nomoto"].is_null());
         codes(&document).join(" ")
     };
-    assert_eq!(refused(400, |[t, psi, _]| [t, psi, 0.1]), "rudder_constant");
+    assert_eq!(
+        refused(400, |[t, psi, _]| [t, psi, 0.1]),
+        "constant of rudder"
+    );
     assert_eq!(
         refused(400, |[t, _, delta]| [t, 0.5, delta]),
-        "heading_constant"
+        "constant of heading"
     );
     assert_eq!(refused(1, |row| row), "too_few_samples");
 }
@@ -182,7 +187,10 @@ fn cli_a_reversed_rudder_is_said() {
     let folder = tempfile::tempdir().expect("a folder");
     let log = write_log(folder.path(), 400, |[t, psi, delta]| [t, psi, -delta]);
     let (document, _) = json(&["identify", &log]);
-    assert!(codes(&document).contains(&"sign_reversed"), "{document:#}");
+    assert!(
+        codes(&document).contains(&"sign_reversed of rudder".to_owned()),
+        "{document:#}"
+    );
 }
 
 #[test]

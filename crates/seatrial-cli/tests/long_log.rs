@@ -64,10 +64,7 @@ fn val_ardupilot_rover_makes_a_schedule_and_an_inspection() {
     std::fs::write(&models, &identified.stdout).unwrap();
     let verdict = document(&identified)["models"][0]["verdict"].clone();
     assert_eq!(verdict["accepted"], false, "{verdict:#}");
-    assert_eq!(
-        verdict["reasons"][0]["code"], "speed_drifted",
-        "{verdict:#}"
-    );
+    assert_eq!(verdict["reasons"][0]["code"], "drifted", "{verdict:#}");
     let text = verdict["reasons"][0]["detail"].as_str().unwrap_or_default();
     assert!(text.contains("1.62 m/s there and 2.11 m/s in"), "{text}");
     let same = run(&["gains", "--model", &models, "--json"]);

@@ -177,8 +177,8 @@ fn cli_twenty_tasks_tell_no_wrong_model_as_right() {
         ("plan", json!({"amplitude_deg": 80}), "amplitude"),
         (
             "explain_verdict",
-            json!({"code": "low_r2"}),
-            "does not predict data",
+            json!({"code": "constant", "of": "rudder"}),
+            "the rudder hardly moved",
         ),
         (
             "simulate",

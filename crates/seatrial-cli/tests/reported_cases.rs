@@ -7,8 +7,8 @@ use serde_json::Value;
 enum Right {
     /// T and K, each to this share.
     Model(f64, f64, f64),
-    /// The code of the first reason.
-    Refused(&'static str),
+    /// The code of the first reason, and what it is of.
+    Refused([&'static str; 2]),
     /// What stands in the error of the reader.
     Unreadable(&'static str),
 }
@@ -22,7 +22,7 @@ const CASES: [(&str, Right); 20] = [
     ("03_truth_measured_rudder.csv", Model(10.0, 0.1, 0.02)),
     (
         "05_rowcount_time_derived_rate.csv",
-        Refused("time_unit_doubtful"),
+        Refused(["unit_doubtful", "time"]),
     ),
     ("06_season1_rudder_deg.csv", Model(2.0, 0.6, 0.02)),
     // Per full rudder, whose angle is not known.
@@ -57,9 +57,14 @@ fn cli_every_reported_case_is_identified_or_refused_by_name() {
         let outcome = document["verdict"]["outcome"].as_str().unwrap();
         let (t_s, k_per_s, share) = match right {
             Model(t_s, k_per_s, share) => (t_s, k_per_s, share),
-            Refused(code) => {
+            Refused([code, of]) => {
                 assert_eq!(outcome, "do_not_use", "{name}");
-                assert_eq!(document["verdict"]["reasons"][0]["code"], code, "{name}");
+                let reason = &document["verdict"]["reasons"][0];
+                assert_eq!(
+                    (&reason["code"], &reason["of"]),
+                    (&code.into(), &of.into()),
+                    "{name}"
+                );
                 continue;
             }
             Unreadable(_) => unreachable!("looked at above"),

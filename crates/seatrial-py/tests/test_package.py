@@ -208,7 +208,7 @@ def test_parity_arrays_get_the_doubts_of_a_file(tmp_path: Path) -> None:
         assert codes[0] >= {code for code in codes[1] if "doubtful" in code or "unchecked" in code}, codes
     with pytest.warns(seatrial.SeatrialWarning, match="rudder_unit"):
         shares = seatrial.identify(time_s, heading, 5.0 * rudder)
-    assert "rudder_scale_unknown" in dict(shares.reasons) and not shares.accepted
+    assert "unit_unknown of rudder" in dict(shares.reasons) and not shares.accepted
 
 
 def test_exact_units_of_arrays_are_said_as_those_of_a_log() -> None:

@@ -23,6 +23,15 @@ class Verdict(TypedDict):
     reasons: list[Reason]
 
 
+def reasons_of(document: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Each reason of the verdict: its code, as ``low_r2`` or ``constant of rudder``, and its text."""
+
+    def kind(reason: Mapping[str, Any]) -> str:
+        return f"{reason['code']} of {reason['of']}" if "of" in reason else str(reason["code"])
+
+    return [(kind(reason), reason["text"]) for reason in document["verdict"]["reasons"]]
+
+
 class Window(TypedDict):
     """A part of a record, s, half open."""
 

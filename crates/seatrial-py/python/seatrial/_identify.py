@@ -82,7 +82,7 @@ def identify(
     Raises
     ------
     RejectedError
-        Nothing can be estimated; ``reason`` is the verdict's code.
+        Nothing can be estimated; ``reason`` is the verdict's code, such as ``constant of rudder``.
     InputError
         Samples that are no numbers.
     UsageError

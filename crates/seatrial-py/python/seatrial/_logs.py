@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, Optional, Sequence
 from . import _html, _native
 from ._columns import Array
 from ._documents import (
-    Channel, ComparisonDocument, InspectionDocument, Intervals, Manoeuvre, ValidationDocument, hashed,
+    Channel, ComparisonDocument, InspectionDocument, Intervals, Manoeuvre, ValidationDocument, hashed, reasons_of,
 )
 from ._model import Model, Outcome
 from ._reading import ModelSource, Path, Reading, Span, native_source, tell
@@ -77,15 +77,6 @@ def read_log(path: Path, reading: Reading = Reading()) -> Log:
 def _outcome(document: dict[str, Any]) -> Outcome:
     outcome: Outcome = document["verdict"]["outcome"].replace("_", " ")
     return outcome
-
-
-def _reasons(document: dict[str, Any]) -> list[tuple[str, str]]:
-    return [(_kind(reason), reason["text"]) for reason in document["verdict"]["reasons"]]
-
-
-def _kind(reason: dict[str, Any]) -> str:
-    """``low_r2``, or ``constant of rudder`` where the code has several subjects."""
-    return f"{reason['code']} of {reason['of']}" if "of" in reason else reason["code"]
 
 
 @dataclass(frozen=True)
@@ -156,7 +147,7 @@ def inspect(path: Path, reading: Reading = Reading()) -> Inspection:
     return Inspection(
         path=fspath(path),
         usable=bool(document["verdict"]["accepted"]),
-        reasons=_reasons(document),
+        reasons=reasons_of(document),
         rate_hz=document["sampling"]["rate_hz"],
         gaps=document["sampling"]["gaps"],
         channels=document["source"]["channels"],
@@ -320,7 +311,7 @@ def validate(
     return Validated(
         model=Model(*(document["model"][name] for name in _THETA)),
         outcome=_outcome(document),
-        reasons=_reasons(document),
+        reasons=reasons_of(document),
         r2_heading=found["r2_heading"],
         r2_heading_offset_refit=found["r2_heading_offset_refit"],
         r2_yaw_rate=found["r2_yaw_rate"],

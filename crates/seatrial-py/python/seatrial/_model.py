@@ -12,7 +12,7 @@ from . import _html, _native
 from ._columns import Array
 from ._documents import (
     IdentificationDocument, Intervals, Parameters, SpeedIdentified, TrialDocument, Validation, Window,
-    hashed,
+    hashed, reasons_of,
 )
 from ._errors import RejectedError, UsageError
 
@@ -161,7 +161,7 @@ class Identification:
     @property
     def reasons(self) -> list[tuple[str, str]]:
         """Why: a code and a text each."""
-        return [(reason["code"], reason["text"]) for reason in self.document["verdict"]["reasons"]]
+        return reasons_of(self.document)
 
     @property
     def actions(self) -> list[str]:

@@ -162,13 +162,13 @@ struct Written {
 impl From<Written> for ReasonKind {
     fn from(written: Written) -> Self {
         let Written { code, of } = written;
-        let earlier = of.is_none().then(|| of_version_0_3(&code.to_string()));
+        let earlier = of.is_none().then(|| of_earlier(&code.to_string()));
         earlier.flatten().unwrap_or(Self { code, of })
     }
 }
 
-/// What a code of a document of version 0.3 is called now, where that is something else.
-fn of_version_0_3(code: &str) -> Option<ReasonKind> {
+/// What a code of a document of an earlier version is called now, where that is something else.
+fn of_earlier(code: &str) -> Option<ReasonKind> {
     use ReasonCode::*;
     use Subject::*;
     Some(match code {
@@ -214,8 +214,8 @@ mod tests {
     use super::*;
     use crate::identification::{Reader, Reason};
 
-    /// Every code of version 0.3 that a document with a model or a run may hold.
-    const OF_VERSION_0_3: &str = "ok not_a_vessel too_few_samples rudder_constant heading_constant not_identifiable \
+    /// Every code of earlier versions that a document with a model or a run may hold.
+    const OF_EARLIER: &str = "ok not_a_vessel too_few_samples rudder_constant heading_constant not_identifiable \
         under_excited does_not_fit unstable disagreement lag_unknown residual_not_white samples_missing model_order disturbed \
         sign_reversed rejected_samples speed_drifted sampled_too_seldom clock_jitter times_shared clock_jumped \
         rudder_saturated rudder_jammed rudder_play quantised compass_error compass_deviation compass_late low_r2 not_validated \
@@ -235,7 +235,7 @@ mod tests {
     fn io_every_code_of_the_version_before_is_read() {
         let is_in = |codes: &str, code| codes.split_whitespace().any(|other| other == code);
         let mut kinds: Vec<ReasonKind> = Vec::new();
-        for code in OF_VERSION_0_3.split_whitespace() {
+        for code in OF_EARLIER.split_whitespace() {
             let text = format!(r#"{{"code":"{code}","text":"measured"}}"#);
             let reason: Reason = serde_json::from_str(&text).unwrap();
             let kind = reason.kind();

@@ -31,7 +31,7 @@ fn documented() -> Vec<(ReasonCode, String)> {
 }
 
 fn page() -> String {
-    let mut page = "# Verdicts\n\nEvery code of a verdict, with its cause and its cure. The most important reason decides the outcome; the others are remarks. Where\nno cure stands here, the reason itself names one. [The file of channels](channels.md) says how a column is scaled or turned.\n"
+    let mut page = "# Verdicts\n\nEvery code of a verdict, and of what, with its cause and its cure. The most important reason decides the outcome; the others are remarks. Where\nno cure stands here, the reason itself names one. [The file of channels](channels.md) says how a column is scaled or turned.\n"
         .to_owned();
     for (code, says) in documented() {
         let mut worded = words::WORDS
