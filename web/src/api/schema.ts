@@ -1656,6 +1656,8 @@ export interface components {
             action: string;
             /** @description Short and stable. */
             code: string;
+            /** @description The channel or the part that it is about, where the code has several. */
+            of?: string | null;
             /** @description The cause, in a sentence. */
             text: string;
         };
