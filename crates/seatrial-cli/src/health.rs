@@ -139,7 +139,7 @@ impl Args {
         output.print(&document, || {
             comparison_page(source, &now, &change, &self.logbook)
         })?;
-        Ok(exit(change.finding))
+        Ok(Exit::done_if(change.finding == Finding::Unchanged))
     }
 
     fn watch(
@@ -157,7 +157,7 @@ impl Args {
         let report = missions.report();
         let document = Watched::of(source, missions.logs(), &report);
         output.print(&document, || watch_page(source, &self.watch, &report))?;
-        Ok(exit(report.finding))
+        Ok(Exit::done_if(report.finding == Finding::Unchanged))
     }
 }
 
@@ -172,11 +172,6 @@ const IN_MISSIONS: [&str; 3] = [
     "Run a new trial, and take its gains.",
     "Watch more logs, of missions with more turns.",
 ];
-
-/// Done where nothing has changed.
-fn exit(finding: Finding) -> Exit {
-    Exit::done_if(finding == Finding::Unchanged)
-}
 
 /// The finding, its cause and what to do.
 fn head(

@@ -2,7 +2,7 @@
 
 use seatrial::campaign::speeds::{Difference as ModelDifference, ThrustDifference};
 use seatrial::gains::DAMPING_RATIO;
-use seatrial::health::{HealthSettings, Reference, SpeedModel, compare};
+use seatrial::health::{Finding, HealthSettings, Reference, SpeedModel, compare};
 use seatrial::identification::Reader;
 use seatrial::{Campaign, Run};
 use seatrial_app::Error;
@@ -200,22 +200,21 @@ fn what_changed(a: &Campaign, b: &Campaign) -> Option<WhatChanged> {
     }
     let settings = HealthSettings::new(FALSE_ALARM_RATE, 0.0, true).ok()?;
     let change = compare(&reference, &now, &settings);
-    let reason = |code: String, text: &str| Reason {
-        code,
+    let reason = |code: &str, text: &str| Reason {
+        code: code.into(),
         of: None,
         text: addressed(text, Reader::Dashboard),
         action: String::new(),
     };
-    let mut reasons = vec![reason(change.finding.to_string(), &change.because)];
+    let because = reason(&change.finding.to_string(), &change.because);
     let left_out = change.left_out.iter();
-    reasons.extend(left_out.map(|text| reason("left_out".into(), text)));
+    let left_out = left_out.map(|text| reason("left_out", text));
     Some(WhatChanged {
         changed: match change.finding {
-            seatrial::health::Finding::Changed => Some(true),
-            seatrial::health::Finding::Unchanged => Some(false),
-            seatrial::health::Finding::CannotTell => None,
+            Finding::CannotTell => None,
+            found => Some(found == Finding::Changed),
         },
-        reasons,
+        reasons: [because].into_iter().chain(left_out).collect(),
     })
 }
 

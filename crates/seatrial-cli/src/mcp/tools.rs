@@ -64,12 +64,7 @@ const TOOLS: [Tool; 9] = [
         name: "explain_verdict",
         description: "What a code of a verdict means, and what to do about it.",
         moves_a_vehicle: false,
-        properties: || {
-            json!({
-                "code": text("A code of a reason, such as low_r2."),
-                "of": text("What the reason is of, where it says so, such as rudder."),
-            })
-        },
+        properties: || json!({"code": text("A code, such as low_r2."), "of": text("Of what, such as rudder.")}),
         required: &["code"],
     },
     Tool {
