@@ -11,6 +11,8 @@ pub mod compare_turn_rates;
 pub mod conduct;
 pub mod documents;
 mod error;
+#[cfg(feature = "trials")]
+pub mod estimator_study;
 pub mod expected;
 pub mod file_form;
 #[cfg(feature = "parquet")]
@@ -46,8 +48,6 @@ pub mod ship_trials;
 #[cfg(feature = "trials")]
 pub mod simulated;
 pub mod simulated_log;
-#[cfg(feature = "trials")]
-pub mod studies;
 #[cfg(feature = "trials")]
 pub mod surge_step;
 #[cfg(feature = "trials")]

@@ -3,9 +3,6 @@
 use seatrial::Campaign;
 use seatrial::motions::surge::SurgeEstimate;
 use seatrial_app::conduct::{Unwatched, conduct};
-use seatrial_app::studies::subject::Subject;
-use seatrial_app::studies::surge::SurgeStudy;
-use seatrial_app::workers::Workers;
 use seatrial_core::{List, Plan};
 use seatrial_sim::{IdentifiedVehicle, SimulatedConfig};
 
@@ -79,43 +76,6 @@ fn recover_the_surge_of_a_vehicle_file() {
         (found_s / expected_s - 1.0).abs() < 0.05,
         "{found_s} {expected_s}"
     );
-}
-
-/// The acceptance of `study surge` on 200 seeds (`validation/2026-11-25-surge`), on fewer: coverage of 95 % is known to 4.4 % from 24 trials,
-/// and over the 10 coefficients of a vehicle, were they independent, to 1.4 %. Twice that for those that are not, and twice that again.
-#[test]
-fn recover_surge_within_its_intervals() {
-    for (vehicle, config) in [
-        ("remus100", SimulatedConfig::built_in("remus100").unwrap()),
-        (
-            "starfish-6dof",
-            SimulatedConfig::built_in("starfish-6dof").unwrap(),
-        ),
-        ("boat", boat()),
-    ] {
-        let study = SurgeStudy {
-            subject: Subject {
-                vehicle: vehicle.into(),
-                config,
-                runs: 24,
-                seed: 1,
-            },
-            thrusts: vec![0.6, 0.7, 0.8, 0.9, 1.0],
-        };
-        let found = study.run(&Workers::new(None, &|| {})).unwrap();
-        assert!(found.largest_top_speed_error < 0.03, "{found:#?}");
-        let [_, largest] = found.time_constant_errors.unwrap();
-        assert!(largest < 0.1, "{found:#?}");
-        let coverages = found
-            .coefficients
-            .iter()
-            .map(|c| c.accuracy.coverage.unwrap());
-        let mean = coverages.sum::<f64>() / found.coefficients.len() as f64;
-        assert!((0.894..=0.999).contains(&mean), "{mean} {found:#?}");
-        for coefficient in &found.coefficients {
-            assert_eq!(coefficient.identified, found.trials, "{found:#?}");
-        }
-    }
 }
 
 /// A reading that is held over four samples is one reading: to the mean of many samples it adds the noise of twice the deviation.

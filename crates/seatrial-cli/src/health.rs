@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use seatrial::health::{
-    Change, Effect, Effects, Finding, HealthError, HealthSettings, WatchReport,
+    Change, Effect, Effects, Finding, HealthSettings, WatchReport,
 };
 use seatrial::words::sentence;
 use seatrial_app::health::{self, Comparison, Criteria, Missions, Watched};
@@ -83,15 +83,6 @@ const OFFSETS: [(bool, &str, &str); 2] = [
     (true, "count", "It is tested with the rest"),
     (false, "ignore", "It is left out"),
 ];
-
-impl From<HealthError> for Failure {
-    fn from(error: HealthError) -> Self {
-        match error {
-            HealthError::Setting { .. } => Self::usage(error),
-            _ => Self::input(error),
-        }
-    }
-}
 
 /// Compares or watches.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {

@@ -25,7 +25,7 @@ const OTHER_VERBS: [(&str, &[&str]); 5] = [
     ("Logs", &["inspect", "validate", "compare", "fleet"]),
     ("Use of a model", &["turn", "surge", "export", "manoeuvres"]),
     ("Earlier trials", &["logbook", "replay"]),
-    ("Simulators and studies", &["sim", "study", "paper"]),
+    ("Simulators", &["sim", "paper"]),
     ("This machine", &["doctor", "completions", "mcp", "help"]),
 ];
 

@@ -14,7 +14,7 @@ use seatrial::words::{sentence, with_decimals};
 use seatrial_app::models::{campaign_named, campaign_numbered};
 use seatrial_app::next;
 use seatrial_core::{Axis, Outcome, RudderUnit};
-use seatrial_logbook::{CampaignEntry, Error, Logbook, State, Verification};
+use seatrial_logbook::{CampaignEntry, Logbook, State, Verification};
 use seatrial_logs::{DAMAGE_MARK, TrackFormat};
 use serde::Serialize;
 
@@ -114,16 +114,6 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         Some(LogbookAction::Show { campaign, .. }) => show(&logbook, campaign.as_deref(), output),
         Some(LogbookAction::Export(asked)) => export(&logbook, asked, output),
         Some(LogbookAction::Verify) => verify(&logbook, output),
-    }
-}
-
-impl From<Error> for Failure {
-    fn from(error: Error) -> Self {
-        if error.is_not_saved() {
-            Self::not_saved(error)
-        } else {
-            Self::input(error)
-        }
     }
 }
 

@@ -4,15 +4,12 @@ mod ardupilot_json;
 mod autopilot;
 mod choice;
 mod commission;
-mod commission_study;
 mod compare;
 mod completions;
 mod damage;
 mod demo;
 mod doctor;
 mod export;
-mod fault_matrix;
-mod field;
 #[cfg_attr(not(feature = "parquet"), path = "no_fleet.rs")]
 mod fleet;
 mod gains;
@@ -20,37 +17,27 @@ mod health;
 mod help;
 mod identify;
 mod inspect;
-mod interrupt;
+mod lab;
 #[cfg_attr(not(feature = "live-view"), expect(dead_code))]
 mod live;
 mod log;
 mod logbook;
-mod lying_logs;
-mod manoeuvre_study;
 mod mcp;
 mod model_source;
 mod model_text;
-mod output;
 mod paper;
 mod plan;
 mod prior;
-#[cfg_attr(not(feature = "parquet"), expect(dead_code))]
-mod progress;
 mod record;
 mod replay;
 mod report;
-mod screen;
 mod serve;
 mod ship_manoeuvres;
 mod sim;
 mod sim_mavlink;
 mod speed_table;
 mod speeds;
-mod standard_error;
-mod study;
 mod surge;
-mod surge_study;
-mod table;
 mod track;
 mod trial;
 mod turn;
@@ -59,13 +46,14 @@ mod validate;
 mod vehicle;
 mod vehicle_check;
 mod windows;
-mod world;
 
 use std::process::ExitCode;
 
 use clap::{ArgAction, CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use output::{Exit, Failure, Output, checked, say};
+use seatrial_cli::{interrupt, output, progress, screen, standard_error, table};
+
+use output::{Exit, Failure, Output, checked, ended};
 
 /// Identify how a marine vehicle steers, at sea, in one compact manoeuvre per speed.
 #[derive(Parser)]
@@ -98,7 +86,8 @@ enum Verb {
     Surge(surge::Args),
     Manoeuvres(Box<ship_manoeuvres::Args>),
     Health(health::Args),
-    Study(study::Args),
+    #[command(hide = true)]
+    Study(lab::Args),
     Fleet(fleet::Args),
     Paper(paper::Args),
     Report(report::Args),
@@ -129,7 +118,7 @@ impl Verb {
             Self::Surge(args) => surge::run(args, output),
             Self::Manoeuvres(args) => ship_manoeuvres::run(args, output),
             Self::Health(args) => health::run(args, output),
-            Self::Study(args) => study::run(args, output),
+            Self::Study(args) => lab::study(args, output),
             Self::Fleet(args) => fleet::run(args, output),
             Self::Paper(args) => paper::run(args, output),
             Self::Report(args) => report::run(args, output),
@@ -151,12 +140,7 @@ fn main() -> ExitCode {
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| output::leave(&error));
     let ran = checked(&Cli::command(), &matches)
         .and_then(|files| cli.verb.run(&Output::new(cli.json, files)));
-    let exit = ran.unwrap_or_else(|failure| {
-        say(&failure);
-        failure.exit
-    });
-    standard_error::finish();
-    exit.into()
+    ended(ran)
 }
 
 #[cfg(test)]

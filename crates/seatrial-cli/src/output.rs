@@ -11,6 +11,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
 use clap::{ArgMatches, Command};
+use seatrial::health::HealthError;
 use seatrial::identification::Verdict;
 use seatrial::words::{plain, shortened};
 use seatrial_app::outputs::{OutputError, Outputs, Planned};
@@ -156,6 +157,24 @@ impl From<NotBegun> for Failure {
     }
 }
 
+impl From<HealthError> for Failure {
+    fn from(error: HealthError) -> Self {
+        match error {
+            HealthError::Setting { .. } => Self::usage(error),
+            _ => Self::input(error),
+        }
+    }
+}
+
+impl From<seatrial_logbook::Error> for Failure {
+    fn from(error: seatrial_logbook::Error) -> Self {
+        match error.is_not_saved() {
+            true => Self::not_saved(error),
+            false => Self::input(error),
+        }
+    }
+}
+
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(&self.message)
@@ -184,6 +203,16 @@ pub fn leave(error: &clap::Error) -> ! {
         }
         _ => error.exit(),
     }
+}
+
+/// Says why a verb stopped, if it did, and gives the exit code of the program.
+pub fn ended(ran: Result<Exit, Failure>) -> ExitCode {
+    let exit = ran.unwrap_or_else(|failure| {
+        say(&failure);
+        failure.exit
+    });
+    standard_error::finish();
+    exit.into()
 }
 
 /// Says lines that are laid out already on standard error.

@@ -1,36 +1,18 @@
 //! How far long work is, on one line of a terminal.
 
 use std::io::{IsTerminal, stderr};
-use std::num::NonZeroUsize;
 use std::time::Duration;
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use seatrial_app::workers::Workers;
-
-/// The options of every study of many runs.
-#[derive(clap::Args, Clone, Copy, Debug)]
-pub struct RunsOf {
-    /// Seed of the first run; the same seed gives the same study.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub seed: u64,
-    /// Threads [default: all cores]. The result does not depend on it.
-    #[arg(long)]
-    threads: Option<NonZeroUsize>,
-}
-
-impl RunsOf {
-    /// What a study of so many runs gives, with a bar while it runs.
-    pub fn all<T>(&self, runs: u64, study: impl FnOnce(&Workers) -> T) -> T {
-        let bar = Bar::new(runs, "{wide_bar} {pos}/{len} runs {per_sec} {eta}");
-        let found = study(&Workers::new(self.threads, &|| bar.step()));
-        bar.clear();
-        found
-    }
-}
 
 /// A bar on standard error where that is a terminal, otherwise nothing. It is as wide as the terminal and never wider: a line that the
 /// terminal breaks is not taken away whole.
 pub struct Bar(ProgressBar);
+
+/// The bar of so many runs.
+pub fn of_runs(runs: u64) -> Bar {
+    Bar::new(runs, "{wide_bar} {pos}/{len} runs {per_sec} {eta}")
+}
 
 /// The bar of so many bytes.
 pub fn of_bytes(bytes: u64) -> Bar {

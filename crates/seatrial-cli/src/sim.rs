@@ -13,7 +13,7 @@ use seatrial_sim::SimulatedConfig;
 use serde::Serialize;
 
 use crate::ardupilot_json;
-use crate::field;
+use crate::lab;
 use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::record::format_of;
 use crate::sim_mavlink;
@@ -29,7 +29,8 @@ pub struct Args {
 enum What {
     Log(SimLogArgs),
     ArdupilotJson(ardupilot_json::Args),
-    Field(field::Args),
+    #[command(hide = true)]
+    Field(lab::Args),
     Mavlink(sim_mavlink::Args),
 }
 
@@ -74,7 +75,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     match &args.what {
         What::Log(args) => log(args, output),
         What::ArdupilotJson(args) => ardupilot_json::run(args, output),
-        What::Field(args) => field::run(args, output),
+        What::Field(args) => lab::verb("field", args, output),
         What::Mavlink(args) => sim_mavlink::run(args, output),
     }
 }

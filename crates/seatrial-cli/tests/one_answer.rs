@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 
 use seatrial_dev::{data, program, text};
-use seatrial_sim::lies::KINDS;
+use seatrial_lab::lies::KINDS;
 use serde_json::Value;
 
 /// Logs of the recorded data: of each vehicle and of each outcome, and some that cannot be read.

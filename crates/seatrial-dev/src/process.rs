@@ -1,4 +1,4 @@
-//! The `seatrial` program, as it was built beside the tests of `seatrial-cli`.
+//! The `seatrial` program, as it was built beside the tests of `seatrial-cli`, and `seatrial-lab` beside its own.
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -11,7 +11,27 @@ use serde_json::Value;
 ///
 /// Where it has not been built. Cargo builds it for the tests in `crates/seatrial-cli/tests`, which are therefore where it can be used.
 pub fn program_path() -> PathBuf {
-    let program = profile().join(format!("seatrial{}", std::env::consts::EXE_SUFFIX));
+    built("seatrial")
+}
+
+/// Where the program `seatrial-lab` is.
+///
+/// # Panics
+///
+/// Where it has not been built. Cargo builds it for the tests in `crates/seatrial-lab/tests`.
+pub fn lab_path() -> PathBuf {
+    built("seatrial-lab")
+}
+
+/// The program `seatrial-lab`, to be given arguments; its standard input is empty.
+pub fn lab() -> Command {
+    let mut command = Command::new(lab_path());
+    command.stdin(Stdio::null());
+    command
+}
+
+fn built(name: &str) -> PathBuf {
+    let program = profile().join(format!("{name}{}", std::env::consts::EXE_SUFFIX));
     assert!(program.exists(), "{} is not built", program.display());
     program
 }

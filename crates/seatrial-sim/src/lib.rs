@@ -10,7 +10,6 @@ mod file;
 mod helm;
 pub mod identified;
 mod instruments;
-pub mod lies;
 pub mod plant;
 mod range;
 pub mod sensors;

@@ -3,7 +3,6 @@
 mod conducted;
 mod own_error;
 mod read;
-mod study;
 
 use seatrial::sea_trials::ship_manoeuvres::{
     Index, Kind, Recorded, ShipManoeuvres, TurningCircle, ZigZag, criteria, recorded,
@@ -16,7 +15,6 @@ use seatrial_sim::IdentifiedVehicle;
 use crate::Error;
 use conducted::Conducted;
 pub use own_error::OwnError;
-pub use study::{IndexCoverage, ManoeuvreCoverage, ManoeuvreStudy};
 
 /// Draws of the vehicle for the intervals where nobody says how many.
 pub const DRAWS: u64 = 400;
@@ -38,6 +36,11 @@ pub struct Wanted {
     pub zig_zag_rad: Option<[f64; 2]>,
     /// What the model lacks on the record that it was identified from.
     pub own_error: Option<OwnError>,
+}
+
+/// Every figure of a vehicle at a thrust, by its equations, without intervals.
+pub fn figures(vehicle: &IdentifiedVehicle, thrust: f64) -> Vec<Index> {
+    Conducted::of(vehicle, thrust, None).indices()
 }
 
 impl Wanted {

@@ -8,7 +8,7 @@ use seatrial::words::sentence;
 use seatrial_app::documents::IdentificationDocument;
 use seatrial_app::identify_log::{IdentifiedLog, Options, identify_log};
 use seatrial_app::log_page;
-use seatrial_sim::lies;
+use seatrial_lab::lies;
 
 use crate::output::Exit;
 use crate::screen::PLAIN_WIDTH;

@@ -15,7 +15,6 @@ mod judge;
 mod led;
 mod model_check;
 mod response;
-pub mod study;
 
 pub use crate::draw::Draw;
 pub use boat::{Boat, StepInstant, StepTest, learning_s};
@@ -24,4 +23,4 @@ pub use evidence::{Evidence, NoProposal};
 pub use foresee::{Foreseen, Range, foresee};
 pub use judge::{Against, Judged, Judgement, MOST_REPEATS, Stage, judge_repeats};
 pub use model_check::{ModelCheck, check_model};
-pub use response::Response;
+pub use response::{Response, scatter_rad};

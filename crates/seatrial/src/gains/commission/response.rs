@@ -140,7 +140,7 @@ impl Response {
 
 /// What sea and compass move a heading by that is held: the deviation of the last half of each leg from a straight line, at most a
 /// degree, the larger of both. `None` where a leg has too few samples.
-pub(super) fn scatter_rad(legs: &[Vec<StepInstant>], smoothing_s: f64) -> Option<f64> {
+pub fn scatter_rad(legs: &[Vec<StepInstant>], smoothing_s: f64) -> Option<f64> {
     let each = legs.iter().map(|leg| {
         let heading_rad = smoothed(leg, (smoothing_s / interval_s(leg)?) as usize);
         let rest = off_the_line(&heading_rad[leg.len() / 2..]);

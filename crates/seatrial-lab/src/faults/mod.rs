@@ -1,0 +1,240 @@
+//! `seatrial-lab faults`: every fault in every stage of a trial. Does each trial end in a correct model, or stopped or rejected for the
+//! right reason?
+
+mod rehearsal;
+mod text;
+
+use std::collections::BTreeMap;
+
+use seatrial_app::Error;
+use seatrial_app::estimator_study::Subject;
+use seatrial_app::workers::Workers;
+use seatrial_cli::output::{Failure, Output, OutputPath};
+use seatrial_core::{List, Plan};
+use seatrial_sim::faults::{Kind, Moment, Rehearsable};
+use serde::Serialize;
+
+use crate::runner::{RunsOf, Study};
+use rehearsal::Result as Became;
+pub use rehearsal::{Ending, HALF_WIDTHS, PARAMETERS, Rehearsal, Why};
+
+/// Every fault in every stage: does each trial end in a correct model, or stopped or rejected for the right reason?
+#[derive(clap::Args, Debug)]
+#[command(after_help = "\
+Each trial has two speeds and one fault, of a size, length and instant that the seed chooses. It must end in a \
+model within 3 of its 95 % intervals of the truth, or be aborted or rejected for a reason that belongs to the fault; \
+after an abort the rudder must be neutral and the heading held within 0.5 s. Exit code 4 where a trial does not.
+
+Example:
+  seatrial-lab faults --seeds 2 --kind compass_freeze")]
+pub struct FaultStudy {
+    /// The vehicle: sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml.
+    #[arg(long, default_value = "sim:starfish")]
+    vehicle: String,
+    /// Trials of each fault in each stage.
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    seeds: u64,
+    /// Kinds of faults; repeatable [default: all that the vehicle can play].
+    #[arg(long, value_parser = kind)]
+    kind: Vec<Kind>,
+    /// Stages: settle, training, decay, validation, between; repeatable [default: all].
+    #[arg(long, value_parser = moment)]
+    stage: Vec<Moment>,
+    /// Write the table as Markdown too.
+    #[arg(long, value_name = "FILE")]
+    markdown: Option<OutputPath>,
+    #[command(flatten)]
+    runs_of: RunsOf,
+}
+
+fn kind(name: &str) -> Result<Kind, String> {
+    let names = Kind::ALL.map(Kind::name);
+    Kind::of_name(name).ok_or_else(|| format!("expected one of {}", names.join(", ")))
+}
+
+fn moment(name: &str) -> Result<Moment, String> {
+    let names = Moment::ALL.map(Moment::name);
+    Moment::ALL
+        .into_iter()
+        .find(|moment| moment.name() == name)
+        .ok_or_else(|| format!("expected one of {}", names.join(", ")))
+}
+
+/// `faults --json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct FaultMatrix {
+    /// `seatrial.fault_matrix.v1`
+    pub schema: &'static str,
+    /// The vehicle by its name.
+    pub vehicle: String,
+    /// The first seed.
+    pub seed: u64,
+    /// Trials of each fault in each stage.
+    pub seeds: u64,
+    /// Trials of all.
+    pub trials: usize,
+    /// Trials that did not end as they must.
+    pub failed: usize,
+    /// Each fault in each stage, the stages of a fault one after the other.
+    pub cells: Vec<Cell>,
+    /// The stages.
+    #[serde(skip)]
+    pub stages: Vec<Moment>,
+}
+
+/// One fault in one stage.
+#[derive(Clone, Debug, Serialize)]
+pub struct Cell {
+    /// The fault.
+    pub kind: Kind,
+    /// The stage in which it begins.
+    pub stage: Moment,
+    /// Trials with a model at every speed.
+    pub models: usize,
+    /// Trials with a speed without an accepted model.
+    pub rejected: usize,
+    /// Aborted trials.
+    pub aborted: usize,
+    /// Abort and rejection reasons, each with how often.
+    pub reasons: BTreeMap<String, usize>,
+    /// Largest distance of an accepted model from the truth, in half widths of its interval.
+    pub farthest: Option<f64>,
+    /// Longest from the condition of an abort to neutral rudder and heading hold, s.
+    pub handed_back_after_s: Option<f64>,
+    /// Trials in which the fault did not come about, because the trial never got there.
+    pub without_fault: usize,
+    /// Trials that did not end as they must.
+    pub failed: Vec<Ending>,
+}
+
+impl Study for FaultStudy {
+    type Found = FaultMatrix;
+
+    fn runs_of(&self) -> RunsOf {
+        self.runs_of
+    }
+
+    fn runs(&self) -> Result<u64, Failure> {
+        let playable = playable(&self.subject()?)?;
+        Ok(self.seeds * self.places(&playable).len() as u64)
+    }
+
+    fn run(&self, workers: &Workers) -> Result<FaultMatrix, Failure> {
+        let subject = self.subject()?;
+        let playable = playable(&subject)?;
+        let Subject {
+            vehicle,
+            config,
+            runs: seeds,
+            seed,
+        } = subject;
+        if let Some(kind) = self.kind.iter().find(|kind| !playable.contains(kind)) {
+            let kind = kind.name();
+            return Err(Failure::usage(format!(
+                "--kind {kind}: {vehicle} cannot play it"
+            )));
+        }
+        let places = self.places(&playable);
+        let plan = Plan {
+            thrusts: List::from_slice(&[0.6, 0.8]).unwrap_or_default(),
+            ..Plan::paper()
+        };
+        let rehearsal = Rehearsal::new(config, plan);
+        let runs = seeds * places.len() as u64;
+        let endings = workers.each(runs, |run| {
+            let (kind, stage) = places[(run / seeds) as usize];
+            rehearsal.play(kind, stage, seed.wrapping_add(run % seeds))
+        });
+        let cells: Vec<Cell> = places
+            .iter()
+            .zip(endings.chunks(seeds as usize))
+            .map(|(&(kind, stage), endings)| Cell::of(kind, stage, endings))
+            .collect();
+        Ok(FaultMatrix {
+            schema: "seatrial.fault_matrix.v1",
+            vehicle,
+            seed,
+            seeds,
+            trials: endings.len(),
+            failed: cells.iter().map(|cell| cell.failed.len()).sum(),
+            cells,
+            stages: self.stages().to_vec(),
+        })
+    }
+
+    fn text(found: &FaultMatrix) -> String {
+        text::text(found)
+    }
+
+    fn save(&self, found: &FaultMatrix, output: &Output) -> Result<(), Failure> {
+        match &self.markdown {
+            Some(path) => output.save(path, text::markdown(found)),
+            None => Ok(()),
+        }
+    }
+
+    fn is_good(found: &FaultMatrix) -> bool {
+        found.failed == 0
+    }
+}
+
+/// Faults that the vehicle can play.
+fn playable(subject: &Subject) -> Result<Vec<Kind>, Error> {
+    let vehicle = subject.config.vehicle(subject.seed);
+    let vehicle = vehicle.map_err(|error| subject.input(error))?;
+    Ok(vehicle.playable())
+}
+
+impl FaultStudy {
+    fn subject(&self) -> Result<Subject, Failure> {
+        Ok(Subject::new(&self.vehicle, self.seeds, self.runs_of.seed)?)
+    }
+
+    fn stages(&self) -> &[Moment] {
+        match self.stage.is_empty() {
+            true => &Moment::ALL,
+            false => &self.stage,
+        }
+    }
+
+    /// Each fault with each stage.
+    fn places(&self, playable: &[Kind]) -> Vec<(Kind, Moment)> {
+        let kinds = match self.kind.is_empty() {
+            true => playable,
+            false => &self.kind,
+        };
+        let with_stages = |kind: &Kind| self.stages().iter().map(|stage| (*kind, *stage)).collect();
+        kinds
+            .iter()
+            .flat_map(|kind| -> Vec<_> { with_stages(kind) })
+            .collect()
+    }
+}
+
+impl Cell {
+    fn of(kind: Kind, stage: Moment, endings: &[Ending]) -> Self {
+        let count = |became| endings.iter().filter(|e| e.result == became).count();
+        let largest =
+            |of: fn(&Ending) -> Option<f64>| endings.iter().filter_map(of).max_by(f64::total_cmp);
+        let mut reasons = BTreeMap::new();
+        for reason in endings.iter().filter_map(|e| e.reason.as_ref()) {
+            *reasons.entry(reason.to_string()).or_insert(0) += 1;
+        }
+        Self {
+            kind,
+            stage,
+            models: count(Became::Models),
+            rejected: count(Became::Rejected),
+            aborted: count(Became::Aborted),
+            reasons,
+            farthest: largest(|e| e.farthest),
+            handed_back_after_s: largest(|e| e.handed_back_after_s),
+            without_fault: endings.iter().filter(|e| e.began_s.is_none()).count(),
+            failed: endings
+                .iter()
+                .filter(|e| !e.faults.is_empty())
+                .cloned()
+                .collect(),
+        }
+    }
+}
