@@ -182,6 +182,7 @@ impl Survey {
             println!("{lines:>7}  {name}");
             total += lines;
         }
+        println!("{}", self.counts.of_terminals());
         self.function_lengths.sort_unstable();
         println!(
             "{total:>7}  lines of production code, {} of them examples in docs, which run as tests; {} functions, half of them of at most {} lines, {} over {LONG_FUNCTION_LINES}",

@@ -133,7 +133,7 @@ fn serves_the_page() -> Result<()> {
 
 /// A trial under Wine on a vehicle of this machine; its logbook gives the same estimates here.
 fn tries_over_mavlink() -> Result<()> {
-    let mut vehicle = here(&format!("sim mavlink --udp {VEHICLE}"));
+    let mut vehicle = here(&format!("sim serve --udp {VEHICLE}"));
     let _vehicle = vehicle.silent().begin()?;
     let words = "--full-rudder-deg 14.9 --plan plan.toml --logbook mavlink.db";
     let trial = wine(&format!(

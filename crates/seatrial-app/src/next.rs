@@ -132,7 +132,7 @@ pub fn is_looked_into(campaign: &Campaign) -> bool {
 #[cfg(feature = "trials")]
 pub fn remarks_of_trial(number: CampaignId, logbook: &Path) -> String {
     format!(
-        "seatrial logbook show {} --logbook {}",
+        "seatrial logbook {} --logbook {}",
         number.0,
         logbook.display()
     )

@@ -93,7 +93,7 @@ fn logbook(path: &Path) -> Finding {
         Ok((found, _)) if !found.is_whole() => Finding::bad(
             "logbook",
             what_is_wrong(path, &found),
-            "See what can be trusted: seatrial logbook verify. Keep trials in a new file: --logbook FILE.",
+            "See what can be trusted: seatrial logbook --verify. Keep trials in a new file: --logbook FILE.",
         ),
         Ok((_, campaigns)) => Finding::good(
             "logbook",

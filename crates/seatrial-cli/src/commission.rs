@@ -36,7 +36,7 @@ gain of the speed after it.
 Exit code 0: the new gains are proven and stay; 4: refused, or the old ones are back; 5: aborted and handed back; 6: something \
 could not be put back.
 
-Example, on a boat that `seatrial sim mavlink` plays in another terminal:
+Example, on a boat that `seatrial sim serve` plays in another terminal:
   seatrial plan --thrust 0.8 --out plan.toml
   seatrial trial --vehicle mavlink:udp:127.0.0.1:14550 \\
       --full-rudder-deg 14.9 --plan plan.toml

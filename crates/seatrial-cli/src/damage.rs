@@ -28,7 +28,7 @@ pub fn text(damage: &Damage) -> String {
         None => "the logbook".into(),
     };
     let found = format!(
-        "{what}: DAMAGED, none of its models is to be used: {}: {}; `seatrial logbook verify` says what is whole",
+        "{what}: DAMAGED, none of its models is to be used: {}: {}; `seatrial logbook --verify` says what is whole",
         damage.place, damage.found
     );
     labelled("", &found, width())

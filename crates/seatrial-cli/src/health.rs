@@ -3,9 +3,7 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use seatrial::health::{
-    Change, Effect, Effects, Finding, HealthSettings, WatchReport,
-};
+use seatrial::health::{Change, Effect, Effects, Finding, HealthSettings, WatchReport};
 use seatrial::words::sentence;
 use seatrial_app::health::{self, Comparison, Criteria, Missions, Watched};
 use seatrial_app::models::{ComparedModels, compared_models, open_named};

@@ -25,15 +25,28 @@ use crate::speed_table::{SpeedRow, promise_text, run_row, speed_table};
 use crate::table::decimals;
 use crate::track;
 
-/// Results of earlier trials: list (no action), show, compare, export, verify.
+/// Results of earlier trials: all in a list, one campaign, or two side by side.
+///
+/// --verify finds every value that was changed, added or taken out by itself, in samples, results, reviews and commands,
+/// and every change of the schema. Not found is what somebody does who may write the file and computes all hashes
+/// anew, for they have no key, or who takes away the newest campaigns whole. Keep a copy elsewhere.
 #[derive(clap::Args)]
-#[command(after_help = "Example:
+#[command(after_help = "Examples:
   seatrial trial --logbook seatrial.db
   seatrial logbook
-  seatrial logbook show --logbook seatrial.db")]
+  seatrial logbook 1 --logbook seatrial.db
+  seatrial logbook 1 1
+  seatrial logbook --verify")]
 pub struct Args {
     #[command(subcommand)]
     action: Option<LogbookAction>,
+    /// Number of a campaign, or name of a configuration (its last campaign): every run with its model, its intervals and its verdict.
+    campaign: Option<String>,
+    /// The other one, to be compared thrust by thrust.
+    other: Option<String>,
+    /// Proves that nothing is damaged or altered; otherwise says what and where, exit 3.
+    #[arg(long, conflicts_with = "campaign")]
+    verify: bool,
     /// The logbook.
     #[arg(
         long,
@@ -46,20 +59,16 @@ pub struct Args {
 
 #[derive(Subcommand)]
 enum LogbookAction {
-    /// The old spelling of `seatrial logbook`: every campaign, when, on what, how many runs were accepted.
+    /// The old spelling of `seatrial logbook`.
     #[command(hide = true)]
     List,
-    /// One campaign: every run with its model, its intervals and its verdict; or two side by side, thrust by thrust.
-    #[command(
-        after_help = "Examples:\n  seatrial trial && seatrial logbook show 1\n  seatrial trial && seatrial logbook show 1 1"
-    )]
+    /// The old spelling of `seatrial logbook A B`; without a campaign, the last one.
+    #[command(hide = true)]
     Show {
-        /// Number of the campaign, or name of a configuration (its last campaign); the last one where it is left out.
         campaign: Option<String>,
-        /// The other one.
         other: Option<String>,
     },
-    /// The old spelling of `seatrial logbook show A B`.
+    /// The old spelling of `seatrial logbook A B`.
     #[command(hide = true)]
     Diff { a: String, b: String },
     /// Samples and actions as CSV, or the track as GPX or KML; with --json the results.
@@ -67,12 +76,8 @@ enum LogbookAction {
         after_help = "Example:\n  seatrial trial && seatrial logbook export 1 --out samples.csv\n  seatrial trial && seatrial logbook export 1 --out a.gpx --origin 54.3,10.1"
     )]
     Export(ExportArgs),
-    /// Proves that nothing is damaged or altered; otherwise says what and where, exit 3.
-    ///
-    /// Found is every value that was changed, added or taken out by itself, in samples, results, reviews and commands,
-    /// and every change of the schema. Not found is what somebody does who may write the file and computes all hashes
-    /// anew, for they have no key, or who takes away the newest campaigns whole. Keep a copy elsewhere.
-    #[command(after_help = "Example:\n  seatrial trial && seatrial logbook verify")]
+    /// The old spelling of `seatrial logbook --verify`.
+    #[command(hide = true)]
     Verify,
 }
 
@@ -98,22 +103,22 @@ struct ExportArgs {
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let logbook = Logbook::open_read_only(&args.logbook)?;
-    let is_asked = matches!(args.action, Some(LogbookAction::Verify));
-    if !is_asked {
-        damage::warn_of_missing(&logbook);
+    if args.verify || matches!(args.action, Some(LogbookAction::Verify)) {
+        return verify(&logbook, output);
     }
-    match &args.action {
-        None | Some(LogbookAction::List) => list::list(&logbook, output),
-        Some(
-            LogbookAction::Show {
-                campaign: Some(a),
-                other: Some(b),
-            }
-            | LogbookAction::Diff { a, b },
-        ) => diff(&logbook, a, b, output),
-        Some(LogbookAction::Show { campaign, .. }) => show(&logbook, campaign.as_deref(), output),
-        Some(LogbookAction::Export(asked)) => export(&logbook, asked, output),
-        Some(LogbookAction::Verify) => verify(&logbook, output),
+    damage::warn_of_missing(&logbook);
+    let (campaign, other) = match &args.action {
+        Some(LogbookAction::Export(asked)) => return export(&logbook, asked, output),
+        Some(LogbookAction::Diff { a, b }) => (Some(a), Some(b)),
+        Some(LogbookAction::Show { campaign, other }) => (campaign.as_ref(), other.as_ref()),
+        _ => (args.campaign.as_ref(), args.other.as_ref()),
+    };
+    match (campaign, other) {
+        (Some(a), Some(b)) => diff(&logbook, a, b, output),
+        (None, _) if !matches!(args.action, Some(LogbookAction::Show { .. })) => {
+            list::list(&logbook, output)
+        }
+        (campaign, _) => show(&logbook, campaign.map(String::as_str), output),
     }
 }
 

@@ -17,7 +17,6 @@ mod health;
 mod help;
 mod identify;
 mod inspect;
-mod lab;
 #[cfg_attr(not(feature = "live-view"), expect(dead_code))]
 mod live;
 mod log;
@@ -25,6 +24,7 @@ mod logbook;
 mod mcp;
 mod model_source;
 mod model_text;
+mod old_spellings;
 mod paper;
 mod plan;
 mod prior;
@@ -86,8 +86,6 @@ enum Verb {
     Surge(surge::Args),
     Manoeuvres(Box<ship_manoeuvres::Args>),
     Health(health::Args),
-    #[command(hide = true)]
-    Study(lab::Args),
     Fleet(fleet::Args),
     Paper(paper::Args),
     Report(report::Args),
@@ -118,7 +116,6 @@ impl Verb {
             Self::Surge(args) => surge::run(args, output),
             Self::Manoeuvres(args) => ship_manoeuvres::run(args, output),
             Self::Health(args) => health::run(args, output),
-            Self::Study(args) => lab::study(args, output),
             Self::Fleet(args) => fleet::run(args, output),
             Self::Paper(args) => paper::run(args, output),
             Self::Report(args) => report::run(args, output),
@@ -134,8 +131,13 @@ impl Verb {
 }
 
 fn main() -> ExitCode {
-    let is_all = help::is_all(std::env::args_os());
-    let matches = help::with_help(Cli::command(), is_all, screen::width()).try_get_matches();
+    let words = old_spellings::in_new_words(std::env::args_os().collect());
+    if let Err(failure) = old_spellings::run_lab(&words) {
+        return ended(Err(failure));
+    }
+    let is_all = help::is_all(&words);
+    let command = help::with_help(Cli::command(), is_all, screen::width());
+    let matches = command.try_get_matches_from(words);
     let matches = matches.unwrap_or_else(|error| output::leave(&error));
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| output::leave(&error));
     let ran = checked(&Cli::command(), &matches)

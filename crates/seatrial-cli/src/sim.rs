@@ -13,7 +13,6 @@ use seatrial_sim::SimulatedConfig;
 use serde::Serialize;
 
 use crate::ardupilot_json;
-use crate::lab;
 use crate::output::{Exit, Failure, Output, OutputPath};
 use crate::record::format_of;
 use crate::sim_mavlink;
@@ -28,10 +27,7 @@ pub struct Args {
 #[derive(Debug, Subcommand)]
 enum What {
     Log(SimLogArgs),
-    ArdupilotJson(ardupilot_json::Args),
-    #[command(hide = true)]
-    Field(lab::Args),
-    Mavlink(sim_mavlink::Args),
+    Serve(ServeArgs),
 }
 
 /// Write the log of a simulated trial: the paper's plan at one or all of its speeds.
@@ -58,6 +54,42 @@ struct SimLogArgs {
     truth: Option<OutputPath>,
 }
 
+/// Serve a vehicle: to a ground station over MAVLink as ArduPilot's Rover, ArduSub or PX4 do, which hold their heading until somebody
+/// takes them, or with --ardupilot-json to an autopilot's own firmware as the sea under it.
+#[derive(ClapArgs, Debug)]
+#[command(after_help = "\
+With --ardupilot-json time goes on by one frame for every new frame of ArduPilot, however long that takes. A channel is written as \
+NUMBER[:MIN:TRIM:MAX] in us; MIN above MAX reverses it. A pulse of 0 is the trim. Several, with commas between them, are \
+thrusters that share it: it is their mean. Without --elevator, and where it has none, the vehicle holds its depth itself. Ends \
+with Ctrl-C.
+
+ArduPilot sends to port 9002 of the address after JSON:, here as a rover that steers with channel 1 and drives with 3:
+  sim_vehicle.py -v Rover --model JSON:127.0.0.1
+and as ArduSub's vectored frame, with the options
+  --rudder 1:1100:1500:1900,2:1900:1500:1100,3:1900:1500:1100,4:1100:1500:1900
+  --throttle 1:1900:1500:1100,2:1900:1500:1100,3:1100:1500:1900,4:1100:1500:1900
+
+Examples, those over MAVLink in two terminals:
+  seatrial sim serve
+  seatrial plan --thrust 0.8 --out plan.toml
+  seatrial trial --vehicle mavlink:udp:127.0.0.1:14550 \\
+      --full-rudder-deg 14.9 --plan plan.toml
+  seatrial sim serve --ardupilot-json --vehicle sim:remus100 --rudder 4 \\
+      --elevator 2 --throttle 3:1000:1000:2000 --frames 0")]
+struct ServeArgs {
+    /// The vehicle: sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml [default: sim:starfish; with --ardupilot-json
+    /// sim:starfish-6dof].
+    #[arg(long, value_name = "VEHICLE")]
+    vehicle: Option<String>,
+    /// Seed of noise, disturbance and waves.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    #[command(flatten)]
+    autopilot: sim_mavlink::Args,
+    #[command(flatten)]
+    physics: Option<ardupilot_json::Args>,
+}
+
 /// `sim log --json`: what was written, without the truth.
 #[derive(Serialize)]
 struct Written {
@@ -74,9 +106,17 @@ struct Written {
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     match &args.what {
         What::Log(args) => log(args, output),
-        What::ArdupilotJson(args) => ardupilot_json::run(args, output),
-        What::Field(args) => lab::verb("field", args, output),
-        What::Mavlink(args) => sim_mavlink::run(args, output),
+        What::Serve(args) => serve(args, output),
+    }
+}
+
+fn serve(args: &ServeArgs, output: &Output) -> Result<Exit, Failure> {
+    let vehicle = |own: &'static str| args.vehicle.as_deref().unwrap_or(own);
+    match &args.physics {
+        Some(physics) => {
+            ardupilot_json::run(vehicle("sim:starfish-6dof"), args.seed, physics, output)
+        }
+        None => sim_mavlink::run(vehicle("sim:starfish"), args.seed, &args.autopilot, output),
     }
 }
 

@@ -1,4 +1,4 @@
-//! `seatrial sim mavlink`: a simulated vehicle that speaks MAVLink.
+//! `seatrial sim serve`: a simulated vehicle that speaks MAVLink.
 
 use seatrial_app::simulated;
 use seatrial_app::vehicles::signing;
@@ -14,24 +14,14 @@ use crate::autopilot::parse_profile;
 use crate::interrupt::interrupted;
 use crate::output::{Exit, Failure, Output, say};
 
-/// Play a vehicle that speaks MAVLink as ArduPilot's Rover, ArduSub or PX4 do, which holds its heading until somebody takes it.
+/// What the autopilot is and whom it talks to.
 #[derive(clap::Args, Debug)]
-#[command(after_help = "\
-Example, in two terminals:
-  seatrial sim mavlink
-  seatrial plan --thrust 0.8 --out plan.toml
-  seatrial trial --vehicle mavlink:udp:127.0.0.1:14550 \\
-      --full-rudder-deg 14.9 --plan plan.toml")]
+#[group(id = "autopilot")]
+#[command(next_help_heading = "As an autopilot over MAVLink")]
 pub struct Args {
-    /// The vehicle: sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml.
-    #[arg(long, default_value = "sim:starfish")]
-    vehicle: String,
     /// Kind of autopilot: rover, sub or px4, whose rudder is output 1.
     #[arg(long, value_name = "KIND", default_value = "rover", value_parser = parse_profile)]
     profile: Profile,
-    /// Seed of noise and disturbance.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
     /// Send to a ground station that listens there.
     #[arg(
         long,
@@ -63,7 +53,7 @@ struct Simulator {
 }
 
 /// Plays the vehicle until it is stopped.
-pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
+pub fn run(vehicle: &str, seed: u64, args: &Args, output: &Output) -> Result<Exit, Failure> {
     if !(args.speed > 0.0 && args.speed <= 1000.0) {
         return Err(Failure::usage(
             "--speed: expected a number above 0, at most 1000",
@@ -72,10 +62,10 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if args.profile == Profile::Generic {
         return Err(Failure::usage("--profile: expected rover, sub or px4"));
     }
-    let config = simulated::config(&args.vehicle)?;
+    let config = simulated::config(vehicle)?;
     let helm = config.helm();
     let interval_s = helm.timing.sample_interval_s;
-    let simulated = simulated::vehicle(&args.vehicle, args.seed)?;
+    let simulated = simulated::vehicle(vehicle, seed)?;
     let signing = signing(args.signing_key.as_deref(), 1)?;
     let mut speaker = Speaker::new(
         simulated,
@@ -93,7 +83,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let steps = play(&mut speaker, &mut station, args, interval_s)?;
     let played = Simulator {
         schema: "seatrial.simulated_mavlink.v1",
-        vehicle: args.vehicle.clone(),
+        vehicle: vehicle.to_owned(),
         steps,
         seconds: steps as f64 * interval_s,
     };

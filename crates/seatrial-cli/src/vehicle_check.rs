@@ -26,7 +26,7 @@ use crate::table::Table;
 #[command(
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
-    after_help = "Example, on a boat that `seatrial sim mavlink` plays in another terminal:
+    after_help = "Example, on a boat that `seatrial sim serve` plays in another terminal:
   seatrial plan --thrust 0.8 --out plan.toml
   seatrial vehicle --vehicle mavlink:udp:127.0.0.1:14550 \\
       --full-rudder-deg 14.9 --plan plan.toml"

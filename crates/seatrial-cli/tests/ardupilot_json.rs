@@ -1,4 +1,4 @@
-//! `seatrial sim ardupilot-json` seen from an autopilot's side of the interface, over UDP.
+//! `seatrial sim serve --ardupilot-json` seen from an autopilot's side of the interface, over UDP.
 #![cfg(unix)]
 
 use std::io::{BufRead, BufReader, Read};
@@ -21,7 +21,14 @@ struct Autopilot {
 impl Autopilot {
     fn start(options: &[&str]) -> Self {
         let mut sea = program()
-            .args(["sim", "ardupilot-json", "--json", "--listen", "127.0.0.1:0"])
+            .args([
+                "sim",
+                "serve",
+                "--ardupilot-json",
+                "--json",
+                "--listen",
+                "127.0.0.1:0",
+            ])
             .args(options)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())

@@ -1,4 +1,4 @@
-//! `seatrial commission` on the autopilot that `sim mavlink` plays: from a trial to proven gains and back.
+//! `seatrial commission` on the autopilot that `sim serve` plays: from a trial to proven gains and back.
 
 use std::net::TcpListener;
 use std::path::Path;
@@ -90,7 +90,7 @@ impl Boat {
         drop(listener);
         let process = program()
             .current_dir(folder)
-            .args(["sim", "mavlink", "--vehicle", vehicle])
+            .args(["sim", "serve", "--vehicle", vehicle])
             .args(["--profile", profile])
             .args(["--speed", SPEED, "--tcp", &place])
             .stdout(Stdio::null())
@@ -336,7 +336,7 @@ fn cli_the_page_for_an_ardupilot_boat_is_walked() {
     let folder = tempfile::tempdir().unwrap();
     let boat = Boat::start(folder.path(), "sim:starfish");
     // Not those that install, and not the vehicle itself.
-    let is_walked = |line: &&str| line.starts_with("seatrial ") && !line.contains(" sim mavlink");
+    let is_walked = |line: &&str| line.starts_with("seatrial ") && !line.contains(" sim serve");
     let mut commissioned = false;
     for line in page.lines().filter(is_walked) {
         let line = line.replace("mavlink:udp:127.0.0.1:14550", &boat.address);

@@ -52,7 +52,7 @@ fn cli_a_link_keeps_to_this_machine_and_its_key_to_itself() {
     let signed = ["--signing-key", "key"];
     let sim = [
         "sim",
-        "mavlink",
+        "serve",
         "--udp",
         &udp,
         "--seconds",

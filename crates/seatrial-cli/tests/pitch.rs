@@ -38,7 +38,7 @@ fn cli_a_pitch_trial_and_its_log_give_the_same_model() {
         list.contains("  2 of 2  finished") && list.contains("default, pitch"),
         "{list}"
     );
-    let shown = said(&run("logbook show"));
+    let shown = said(&run("logbook 1"));
     assert!(
         shown.contains("default, pitch") && shown.contains("1/s^2"),
         "{shown}"
@@ -48,7 +48,7 @@ fn cli_a_pitch_trial_and_its_log_give_the_same_model() {
         replay.status.success() && said(&replay).contains("bit for bit"),
         "{replay:?}"
     );
-    assert!(run("logbook verify").status.success());
+    assert!(run("logbook --verify").status.success());
     assert!(
         run("report --logbook seatrial.db --out kept.html")
             .status

@@ -63,7 +63,7 @@ fn cli_no_screen_is_wider_than_its_terminal_and_verdicts_have_colour() {
     prepare(folder);
     let verdicts = [
         ("trial --logbook other.db", "USE"),
-        ("logbook show", "USE"),
+        ("logbook 1", "USE"),
         ("identify run.csv", "USE"),
         ("compare run.csv", "THE METHODS AGREE"),
         ("health 1 2", "NO CHANGE FOUND"),
@@ -74,7 +74,7 @@ fn cli_no_screen_is_wider_than_its_terminal_and_verdicts_have_colour() {
         ("logbook list", ""),
         ("fleet run.csv --out f.parquet", ""),
         ("inspect run.csv", "USE"),
-        ("logbook show 1 2", ""),
+        ("logbook 1 2", ""),
     ];
     for columns in WIDTHS {
         for (command, verdict) in verdicts {
@@ -107,7 +107,7 @@ fn cli_a_refused_campaign_is_refused_in_the_same_words_everywhere() {
         .output()
         .unwrap();
     assert_eq!(made.status.code(), Some(4), "{made:?}");
-    for command in ["logbook show", "turn --campaign 1", "gains --campaign 1"] {
+    for command in ["logbook 1", "turn --campaign 1", "gains --campaign 1"] {
         let shown = screen(folder, 80, command);
         assert!(shown.starts_with("\x1b[1;31mDO NOT USE\x1b[0m"), "{shown}");
     }
@@ -133,7 +133,7 @@ fn cli_gains_keep_their_promise_on_every_screen() {
             assert!(head.is_some_and(|head| head.contains(heading)), "{shown}");
         }
         // No heading of the table of a trial or a log stands twice.
-        for command in ["logbook show", "identify run.csv"] {
+        for command in ["logbook 1", "identify run.csv"] {
             let shown = screen(folder.path(), columns, command);
             let head = shown.lines().find(|line| line.contains("verdict"));
             let names: Vec<&str> = head.expect("a table").split_whitespace().collect();

@@ -1,4 +1,4 @@
-//! Trials on the vehicles that `sim mavlink` plays.
+//! Trials on the vehicles that `sim serve` plays.
 
 use std::net::TcpListener;
 use std::process::Stdio;
@@ -30,7 +30,7 @@ fn sails(profile: &str, options: &[&str]) {
         command.stdout(Stdio::null()).stderr(Stdio::null());
         command
     };
-    let played = ["sim", "mavlink", "--speed", "5", "--seconds", "600"];
+    let played = ["sim", "serve", "--speed", "5", "--seconds", "600"];
     let mut boat = seatrial(&[&played[..], &["--profile", profile, "--tcp", &place]].concat())
         .spawn()
         .unwrap();

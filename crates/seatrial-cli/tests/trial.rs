@@ -153,7 +153,7 @@ fn cli_a_signal_hands_the_vehicle_back() {
         assert_eq!(document["outcome"]["reason"], "operator");
         let verdict = &runs(&document)[0]["verdict"];
         assert_eq!(verdict["reasons"][0]["code"], "aborted");
-        let verified = folder.run(&["logbook", "verify", "--logbook", "seatrial.db"]);
+        let verified = folder.run(&["logbook", "--verify", "--logbook", "seatrial.db"]);
         assert_eq!(verified.status.code(), Some(0), "{}", message(&verified));
     };
     std::thread::scope(|scope| {
@@ -329,7 +329,7 @@ fn cli_a_reversed_rudder_aborts() {
     };
     assert_eq!(run["verdict"]["accepted"], false);
     assert_eq!(run["identification"], Value::Null);
-    let verified = folder.run(&["logbook", "verify", "--logbook", "seatrial.db"]);
+    let verified = folder.run(&["logbook", "--verify", "--logbook", "seatrial.db"]);
     assert_eq!(verified.status.code(), Some(0), "{}", message(&verified));
 }
 
@@ -498,10 +498,10 @@ fn cli_the_command_that_shows_more_remarks_prints_them() {
     let folder = Folder::new();
     let (text, _) = rehearsed(&folder, "bad_compass");
     assert!(
-        text.contains("more remark, shown by seatrial logbook show 1 --logbook seatrial.db"),
+        text.contains("more remark, shown by seatrial logbook 1 --logbook seatrial.db"),
         "{text}"
     );
-    let shown = folder.command(&["logbook", "show", "1"]).output().unwrap();
+    let shown = folder.command(&["logbook", "1"]).output().unwrap();
     let shown = String::from_utf8(shown.stdout).unwrap();
     assert!(
         shown.contains("Also   Run 1 at 60 % thrust was refused"),

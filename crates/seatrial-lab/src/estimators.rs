@@ -14,15 +14,13 @@ const MOST_RUNS: u64 = 1_000_000;
 
 /// Bias, efficiency against the Cramer-Rao bound and coverage of estimators on a simulated vehicle.
 #[derive(clap::Args, Debug)]
-#[command(
-    after_help = "\
+#[command(after_help = "\
 Every run is a simulated settling and training stage with a seed of its own; every combination of --noise-deg and \
 --disturbance is a cell. The bound is computed for each run's own rudder record, with the noise known to it. An \
 efficiency is known to about sqrt(2/runs), a coverage to about sqrt(0.05/runs).
 
 Example:
-  seatrial-lab estimators --runs 50 --noise-deg 0.5 --disturbance 0 --disturbance 0.005,2"
-)]
+  seatrial-lab estimators --runs 50 --noise-deg 0.5 --disturbance 0 --disturbance 0.005,2")]
 pub struct Estimators {
     /// The vehicle: sim:starfish, sim:starfish-6dof, sim:remus100 or sim:FILE.toml.
     #[arg(long, default_value = "sim:starfish")]

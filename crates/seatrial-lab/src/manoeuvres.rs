@@ -143,7 +143,10 @@ impl ManoeuvreStudy {
             own_error: None,
         };
         let predicted = predicted(&identified, &wanted).ok()?.indices;
-        Some((predicted, self.figures_of(&subject.config, truth, &identified)))
+        Some((
+            predicted,
+            self.figures_of(&subject.config, truth, &identified),
+        ))
     }
 
     /// The figures of the truth: the identified vehicle with the true model, speed, and no lag.

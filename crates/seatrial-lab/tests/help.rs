@@ -53,7 +53,10 @@ fn cli_every_example_runs_and_ends_well() {
             let output = command.output().unwrap();
             // The paper's claims do not all hold on a simulator without drift: 4 says which.
             let is_of_the_paper = verb == "field" && output.status.code() == Some(4);
-            assert!(output.status.success() || is_of_the_paper, "{example}: {output:?}");
+            assert!(
+                output.status.success() || is_of_the_paper,
+                "{example}: {output:?}"
+            );
         }
     }
     assert!(examples >= VERBS.len(), "{examples}");

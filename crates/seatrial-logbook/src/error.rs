@@ -47,7 +47,7 @@ pub enum Error {
         cause: String,
     },
     /// The file holds something that no seatrial writes.
-    #[error("{path}: the logbook is damaged: {place}: {found}; `seatrial logbook verify` lists what is whole", path = .path.display())]
+    #[error("{path}: the logbook is damaged: {place}: {found}; `seatrial logbook --verify` lists what is whole", path = .path.display())]
     Damaged {
         /// The file.
         path: PathBuf,

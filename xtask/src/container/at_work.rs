@@ -53,7 +53,7 @@ pub fn check() -> Result<()> {
     let router = format!("127.0.0.1:{mavlink_port}");
     let socket = UdpSocket::bind(&router).with_context(|| router.clone())?;
     std::thread::spawn(move || pass_on(&socket));
-    let mut simulated = command!("{binary} sim mavlink --speed {SPEED} --udp {router}");
+    let mut simulated = command!("{binary} sim serve --speed {SPEED} --udp {router}");
     let _simulated = simulated.silent().begin()?;
 
     let mut container = Container::start(&in_target("container"), &binary, &text)?;

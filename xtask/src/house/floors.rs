@@ -5,7 +5,7 @@ use serde_json::Value;
 use crate::workspace::{packages, text};
 
 /// The floor of each crate. An arrow runs from a crate down to the floors below it.
-const FLOORS: [(&str, u8); 14] = [
+const FLOORS: [(&str, u8); 15] = [
     ("seatrial-core", 1),
     ("seatrial-mavlink", 1),
     ("seatrial", 2),
@@ -20,6 +20,7 @@ const FLOORS: [(&str, u8); 14] = [
     ("seatrial-py", 4),
     ("seatrial-wasm", 4),
     ("seatrial-ffi", 4),
+    ("seatrial-lab", 4),
 ];
 
 /// The project's own tools: they may know every crate, and only tests may know them.
@@ -31,10 +32,11 @@ const TOOLS: [&str; 4] = [
 ];
 
 /// Arrows along a floor that the plan draws.
-const ALONG_A_FLOOR: [(&str, &str); 3] = [
+const ALONG_A_FLOOR: [(&str, &str); 4] = [
     ("seatrial-logbook", "seatrial"),
     ("seatrial-report", "seatrial"),
     ("seatrial-cli", "seatrial-dash"),
+    ("seatrial-lab", "seatrial-cli"),
 ];
 
 /// Whether errors of a crate may be plain text: only where they are shown to a person.

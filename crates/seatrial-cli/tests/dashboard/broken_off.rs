@@ -58,7 +58,7 @@ fn cli_a_killed_campaign_is_closed_and_goes_on() {
     drop(server);
 
     let verified = program()
-        .args(["logbook", "verify", "--logbook"])
+        .args(["logbook", "--verify", "--logbook"])
         .arg(folder.path().join("seatrial.db"))
         .output()
         .unwrap();

@@ -1,4 +1,4 @@
-//! A commission of the dashboard, on the autopilot that `sim mavlink` plays.
+//! A commission of the dashboard, on the autopilot that `sim serve` plays.
 
 use std::time::{Duration, Instant};
 

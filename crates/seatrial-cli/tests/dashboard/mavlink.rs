@@ -25,7 +25,7 @@ impl Boat {
         let process = program()
             .args([
                 "sim",
-                "mavlink",
+                "serve",
                 "--speed",
                 speed,
                 "--seconds",

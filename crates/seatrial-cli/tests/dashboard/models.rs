@@ -158,7 +158,7 @@ fn cli_a_campaign_ends_in_the_terminals_limits_and_vehicle_file() {
     order["scenario"] = json!("heavier_payload");
     assert_eq!(server.start_trial(&lease, &order), 1);
     assert_eq!(server.wait_for_end()["outcome"]["finished"], true);
-    let shown = seatrial(folder.path(), &["logbook", "show", "1", "--json"]);
+    let shown = seatrial(folder.path(), &["logbook", "1", "--json"]);
     assert!(
         String::from_utf8(shown.stdout)
             .unwrap()

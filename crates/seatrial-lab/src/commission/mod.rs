@@ -30,7 +30,7 @@ pub struct CommissionStudy {
     /// Each boat in a sea of its own, up to 2 % of what full steering gives, with a compass of 0.1 to 0.5 degrees.
     #[arg(long)]
     sea: bool,
-    /// Write each boat into this folder, for `sim ardupilot-json --vehicle sim:FILE.toml`, and commission none.
+    /// Write each boat into this folder, for `seatrial sim serve --ardupilot-json`, and commission none.
     #[arg(long, value_name = "DIR")]
     vehicles: Option<OutputPath>,
     #[command(flatten)]
@@ -130,7 +130,12 @@ impl Study for CommissionStudy {
         let classes = CLASSES_S.iter().enumerate().map(|(number, class_s)| {
             let first = self.first_seed(number);
             let found = workers.each(self.boats, |boat| {
-                commission_one(*class_s, first.wrapping_add(boat), loop_interval_s, self.sea)
+                commission_one(
+                    *class_s,
+                    first.wrapping_add(boat),
+                    loop_interval_s,
+                    self.sea,
+                )
             });
             class(*class_s, self.boats, &found)
         });

@@ -84,4 +84,3 @@ fn vehicle(name: String, class_s: [f64; 2], seed: u64) -> VehicleConfig {
         ..VehicleConfig::starfish()
     }
 }
-

@@ -4,10 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use seatrial_app::Error;
-use seatrial_app::replay::Replay;
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
+use seatrial_app::Error;
+use seatrial_app::replay::Replay;
 use seatrial_core::{InvalidSetting, Plan};
 use seatrial_logbook::{Logbook, NewCampaign, Recorder};
 use seatrial_sim::sensors::Chance;

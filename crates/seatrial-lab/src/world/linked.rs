@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use seatrial::Campaign;
 use seatrial_app::Error;
 use seatrial_app::conduct::{Judging, Watch, conduct_judging};
-use seatrial::Campaign;
 use seatrial_core::InvalidSetting;
 use seatrial_links::autopilot::{Autopilot, Backup, HandBack, Profile, Settings, SteeringOutputs};
 

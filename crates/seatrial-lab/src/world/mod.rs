@@ -74,7 +74,9 @@ pub struct WorldStudy {
 }
 
 fn depth(word: &str) -> Result<Depth, String> {
-    let found = Depth::ALL.into_iter().find(|depth| text::name(*depth) == word);
+    let found = Depth::ALL
+        .into_iter()
+        .find(|depth| text::name(*depth) == word);
     found.ok_or_else(|| {
         let names = Depth::ALL.map(text::name).join(", ");
         format!("expected one of {names}")

@@ -7,10 +7,10 @@ use seatrial_sim::faults::Upset;
 use seatrial_sim::sensors::Chance;
 use seatrial_sim::{FirstOrderVehicle, SimulatedConfig};
 
-use seatrial_app::Error;
-use seatrial_app::conduct::{Judging, Unwatched};
 use crate::faults::Rehearsal;
 use crate::observer::Instant;
+use seatrial_app::Error;
+use seatrial_app::conduct::{Judging, Unwatched};
 
 use super::drawn::World;
 use super::ending::Ending;

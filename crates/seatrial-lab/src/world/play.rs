@@ -4,12 +4,12 @@ use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::rc::Rc;
 
-use seatrial_app::Error;
-use seatrial_app::conduct::{Conducted, Judging, Watch, conduct_judging};
 use crate::faults::Rehearsal;
 use crate::observer::{Observer, Shared};
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
+use seatrial_app::Error;
+use seatrial_app::conduct::{Conducted, Judging, Watch, conduct_judging};
 use seatrial_core::{Outcome, Steering, Trial};
 use seatrial_sim::faults::LinkLost;
 use seatrial_sim::sensors::Chance;

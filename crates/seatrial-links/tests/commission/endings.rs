@@ -35,7 +35,7 @@ fn recover_gains_of_a_true_model_are_kept_and_can_be_undone() {
     assert_undone(&mut vehicle, &before);
 }
 
-/// Boat 3-4 of `study commission`, full steering of which turns it by 4.5 degrees a second, farther off its centre. The angle gain is
+/// Boat 3-4 of `seatrial-lab commission`, full steering of which turns it by 4.5 degrees a second, farther off its centre. The angle gain is
 /// so small that the emptied integral needs a minute for its time constant, and the heading is 3 degrees off before it has learnt.
 #[test]
 fn recover_a_boat_with_a_weak_rudder_waits_until_the_integral_has_learnt() {

@@ -63,7 +63,7 @@ def study(
     compass_noise_rad, disturbance_rad_s2, disturbance_time_s
         Standard deviation of the compass; standard deviation and time constant of the disturbance.
     estimators
-        Names, as of ``seatrial study --estimator``.
+        Names, as of ``seatrial-lab estimators --estimator``.
     workers
         Threads; all cores without. The result does not depend on them.
 
