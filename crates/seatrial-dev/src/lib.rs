@@ -17,6 +17,5 @@ pub use any_number::with_any_number;
 pub use damage::{Damage, damaged_copies};
 pub use needed::{data, python_with, skip};
 pub use process::{
-    document, lab, lab_path, program, program_path, run, run_in, run_to_text, start_in, text,
-    unwrapped,
+    document, lab, program, program_path, run, run_in, run_to_text, start_in, text, unwrapped,
 };

@@ -14,18 +14,9 @@ pub fn program_path() -> PathBuf {
     built("seatrial")
 }
 
-/// Where the program `seatrial-lab` is.
-///
-/// # Panics
-///
-/// Where it has not been built. Cargo builds it for the tests in `crates/seatrial-lab/tests`.
-pub fn lab_path() -> PathBuf {
-    built("seatrial-lab")
-}
-
-/// The program `seatrial-lab`, to be given arguments; its standard input is empty.
+/// The program `seatrial-lab`, as it was built for the tests in `crates/seatrial-lab/tests`, to be given arguments.
 pub fn lab() -> Command {
-    let mut command = Command::new(lab_path());
+    let mut command = Command::new(built("seatrial-lab"));
     command.stdin(Stdio::null());
     command
 }

@@ -7,7 +7,7 @@ use seatrial_cli::output::{Failure, Output, OutputPath};
 use seatrial_cli::table::{Table, number};
 use seatrial_report::render_study;
 
-use crate::runner::{RunsOf, Study};
+use crate::runner::{Found, Study};
 
 /// Most runs of a cell.
 const MOST_RUNS: u64 = 1_000_000;
@@ -48,8 +48,6 @@ pub struct Estimators {
     /// Write the page of the study.
     #[arg(long, value_name = "FILE.html")]
     report: Option<OutputPath>,
-    #[command(flatten)]
-    runs_of: RunsOf,
 }
 
 fn not_negative(text: &str) -> Result<f64, String> {
@@ -89,9 +87,9 @@ fn estimator(text: &str) -> Result<Estimator, String> {
 }
 
 impl Estimators {
-    fn study(&self) -> Result<EstimatorStudy, Failure> {
+    fn study(&self, seed: u64) -> Result<EstimatorStudy, Failure> {
         Ok(EstimatorStudy {
-            subject: Subject::new(&self.vehicle, self.runs, self.runs_of.seed)?,
+            subject: Subject::new(&self.vehicle, self.runs, seed)?,
             thrust: self.thrust,
             noises_deg: self.noise_deg.clone(),
             disturbances: self.disturbance.clone(),
@@ -104,20 +102,12 @@ impl Estimators {
 impl Study for Estimators {
     type Found = EstimatorAccuracy;
 
-    fn runs_of(&self) -> RunsOf {
-        self.runs_of
-    }
-
     fn runs(&self) -> Result<u64, Failure> {
-        Ok(self.study()?.runs_of_all())
+        Ok(self.study(0)?.runs_of_all())
     }
 
-    fn run(&self, workers: &Workers) -> Result<EstimatorAccuracy, Failure> {
-        Ok(self.study()?.run(workers)?)
-    }
-
-    fn text(found: &EstimatorAccuracy) -> String {
-        text(found)
+    fn run(&self, seed: u64, workers: &Workers) -> Result<EstimatorAccuracy, Failure> {
+        Ok(self.study(seed)?.run(workers)?)
     }
 
     fn save(&self, found: &EstimatorAccuracy, output: &Output) -> Result<(), Failure> {
@@ -129,42 +119,44 @@ impl Study for Estimators {
     }
 }
 
-fn text(document: &EstimatorAccuracy) -> String {
-    let mut text = format!(
-        "{} at {:.0} % thrust, {} runs a cell, seeds from {}\n",
-        document.vehicle,
-        100.0 * document.thrust,
-        document.runs_per_cell,
-        document.seed
-    );
-    for cell in &document.cells {
-        text += &format!("\nCompass noise {} deg, ", cell.compass_noise_deg);
-        text += &if cell.disturbance_rad_s2 > 0.0 {
-            format!(
-                "disturbance {} rad/s^2 for {} s\n",
-                cell.disturbance_rad_s2, cell.disturbance_time_s
-            )
-        } else {
-            "no disturbance\n".into()
-        };
-        if cell.aborted > 0 {
-            text += &format!("{} runs were aborted before they trained.\n", cell.aborted);
-        }
-        let mut table = Table::under(
-            "estimator |  | truth | bias | deviation | bound | efficiency | coverage [of 95 %] | models | \
-            not [refused]",
+impl Found for EstimatorAccuracy {
+    fn text(&self) -> String {
+        let mut text = format!(
+            "{} at {:.0} % thrust, {} runs a cell, seeds from {}\n",
+            self.vehicle,
+            100.0 * self.thrust,
+            self.runs_per_cell,
+            self.seed
         );
-        for accuracy in &cell.estimators {
-            for (i, quantity) in accuracy.quantities.iter().enumerate() {
-                table.row(row(accuracy, quantity, i == 0));
+        for cell in &self.cells {
+            text += &format!("\nCompass noise {} deg, ", cell.compass_noise_deg);
+            text += &if cell.disturbance_rad_s2 > 0.0 {
+                format!(
+                    "disturbance {} rad/s^2 for {} s\n",
+                    cell.disturbance_rad_s2, cell.disturbance_time_s
+                )
+            } else {
+                "no disturbance\n".into()
+            };
+            if cell.aborted > 0 {
+                text += &format!("{} runs were aborted before they trained.\n", cell.aborted);
+            }
+            let mut table = Table::under(
+                "estimator |  | truth | bias | deviation | bound | efficiency | coverage [of 95 %] | models | \
+                not [refused]",
+            );
+            for accuracy in &cell.estimators {
+                for (i, quantity) in accuracy.quantities.iter().enumerate() {
+                    table.row(row(accuracy, quantity, i == 0));
+                }
+            }
+            text += &table.to_string();
+            if let Some(convergence) = &cell.convergence {
+                text += &convergence_text(convergence);
             }
         }
-        text += &table.to_string();
-        if let Some(convergence) = &cell.convergence {
-            text += &convergence_text(convergence);
-        }
+        text
     }
-    text
 }
 
 fn convergence_text(convergence: &Convergence) -> String {

@@ -15,7 +15,7 @@ use seatrial_report as report;
 use seatrial_sim::SimulatedVehicle;
 use serde::Serialize;
 
-use crate::runner::{RunsOf, Study};
+use crate::runner::{Found, Study};
 
 /// Re-enact the paper's field experiments: trials, U-turns, heading steps, repeated trials.
 ///
@@ -40,8 +40,6 @@ pub struct FieldStudy {
     /// Directory for the files; made where it is missing.
     #[arg(long, value_name = "DIR")]
     out: OutputPath,
-    #[command(flatten)]
-    runs_of: RunsOf,
 }
 
 /// `field --json`.
@@ -61,16 +59,11 @@ pub struct Document {
 impl Study for FieldStudy {
     type Found = Document;
 
-    fn runs_of(&self) -> RunsOf {
-        self.runs_of
-    }
-
     fn runs(&self) -> Result<u64, Failure> {
         Ok(self.trials)
     }
 
-    fn run(&self, workers: &Workers) -> Result<Document, Failure> {
-        let seed = self.runs_of.seed;
+    fn run(&self, seed: u64, workers: &Workers) -> Result<Document, Failure> {
         let conducted = workers.each(self.trials, |run| {
             Some(trial(&self.vehicle, seed.wrapping_add(run)))
         });
@@ -89,10 +82,6 @@ impl Study for FieldStudy {
         })
     }
 
-    fn text(found: &Document) -> String {
-        text(found)
-    }
-
     fn save(&self, found: &Document, output: &Output) -> Result<(), Failure> {
         let json = serde_json::to_string_pretty(found).map_err(Failure::internal)?;
         let files = [
@@ -103,10 +92,6 @@ impl Study for FieldStudy {
             ),
         ];
         output.save_in(&self.out, &files)
-    }
-
-    fn is_good(found: &Document) -> bool {
-        found.claims.iter().all(|claim| claim.holds)
     }
 }
 
@@ -122,48 +107,54 @@ fn trial(name: &str, seed: u64) -> Result<(SimulatedVehicle, Campaign), Failure>
     }
 }
 
-fn text(document: &Document) -> String {
-    let field = &document.field;
-    let mut text = format!(
-        "Trials of {}, {} in all\n{}",
-        document.vehicle,
-        field.trials.first().map_or(0, |t| t.accepted[1]),
-        trials(field)
-    );
-    if let Some(surge) = &field.surge {
-        let fastest_m_s = surge.points.last().map_or(0.0, |p| p.steady_speed_m_s);
-        let _ = writeln!(
-            text,
-            "\nSurge: speed = {:.2} m/s (thrust - {:.3}), rms {:.3} m/s; time constant {} s at {fastest_m_s:.2} m/s",
-            surge.speed_per_thrust_m_s,
-            surge.dead_band,
-            surge.rms_residual_m_s,
-            surge
-                .time_constant_s(fastest_m_s)
-                .map_or("unknown".into(), |s| format!("{s:.2}")),
+impl Found for Document {
+    fn text(&self) -> String {
+        let field = &self.field;
+        let mut text = format!(
+            "Trials of {}, {} in all\n{}",
+            self.vehicle,
+            field.trials.first().map_or(0, |t| t.accepted[1]),
+            trials(field)
         );
+        if let Some(surge) = &field.surge {
+            let fastest_m_s = surge.points.last().map_or(0.0, |p| p.steady_speed_m_s);
+            let _ = writeln!(
+                text,
+                "\nSurge: speed = {:.2} m/s (thrust - {:.3}), rms {:.3} m/s; time constant {} s at {fastest_m_s:.2} m/s",
+                surge.speed_per_thrust_m_s,
+                surge.dead_band,
+                surge.rms_residual_m_s,
+                surge
+                    .time_constant_s(fastest_m_s)
+                    .map_or("unknown".into(), |s| format!("{s:.2}")),
+            );
+        }
+        let _ = write!(
+            text,
+            "\nU-turns under {:.2} rad of rudder (Fig. 15): predicted against a circle through the track\n{}",
+            field.rudder_limit_rad,
+            u_turns(field)
+        );
+        let _ = write!(
+            text,
+            "\nHeading steps of {:.0} degrees (Figs. 17 and 18), step away and step back\n{}",
+            field.settings.steps.step_rad.to_degrees(),
+            heading_steps(field)
+        );
+        let _ = write!(
+            text,
+            "\nK_p (57) between the ends of the schedule (Fig. 18), from the models there and from those of the two ends alone\n{}",
+            gains_from_ends(field)
+        );
+        if let Some(repeated) = &field.repeatability {
+            text += &repeatability(repeated);
+        }
+        text + &claims(self)
     }
-    let _ = write!(
-        text,
-        "\nU-turns under {:.2} rad of rudder (Fig. 15): predicted against a circle through the track\n{}",
-        field.rudder_limit_rad,
-        u_turns(field)
-    );
-    let _ = write!(
-        text,
-        "\nHeading steps of {:.0} degrees (Figs. 17 and 18), step away and step back\n{}",
-        field.settings.steps.step_rad.to_degrees(),
-        heading_steps(field)
-    );
-    let _ = write!(
-        text,
-        "\nK_p (57) between the ends of the schedule (Fig. 18), from the models there and from those of the two ends alone\n{}",
-        gains_from_ends(field)
-    );
-    if let Some(repeated) = &field.repeatability {
-        text += &repeatability(repeated);
+
+    fn is_good(&self) -> bool {
+        self.claims.iter().all(|claim| claim.holds)
     }
-    text + &claims(document)
 }
 
 fn repeatability(repeated: &Repeatability) -> String {

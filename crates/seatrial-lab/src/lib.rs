@@ -1,5 +1,5 @@
 //! Monte Carlo studies of seatrial on simulated vehicles and logs, whose truth is known: how near do estimates come, and what becomes of
-//! faults and of logs that lie? The program `seatrial-lab` has a verb for each; [`runner::conduct`] runs them all.
+//! faults and of logs that lie? The program `seatrial-lab` has a verb for each; [`runner::Args::conduct`] runs them all.
 
 pub mod commission;
 pub mod coverage;

@@ -5,13 +5,13 @@ use std::process::ExitCode;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use seatrial_cli::output::{Exit, Failure, Output, checked, ended, leave};
 use seatrial_cli::screen;
-use seatrial_lab::commission;
+use seatrial_lab::commission::{self, CommissionStudy};
 use seatrial_lab::estimators::Estimators;
 use seatrial_lab::faults::FaultStudy;
 use seatrial_lab::field::FieldStudy;
 use seatrial_lab::lying_logs::LyingLogStudy;
 use seatrial_lab::manoeuvres::ManoeuvreStudy;
-use seatrial_lab::runner::conduct;
+use seatrial_lab::runner::Args;
 use seatrial_lab::surge::SurgeStudy;
 use seatrial_lab::world::WorldStudy;
 
@@ -28,27 +28,27 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Verb {
-    Estimators(Estimators),
-    Faults(FaultStudy),
-    Lies(LyingLogStudy),
-    Commission(commission::CommissionStudy),
-    Manoeuvres(ManoeuvreStudy),
-    Surge(SurgeStudy),
-    World(WorldStudy),
-    Field(FieldStudy),
+    Estimators(Args<Estimators>),
+    Faults(Args<FaultStudy>),
+    Lies(Args<LyingLogStudy>),
+    Commission(Args<CommissionStudy>),
+    Manoeuvres(Args<ManoeuvreStudy>),
+    Surge(Args<SurgeStudy>),
+    World(Args<WorldStudy>),
+    Field(Args<FieldStudy>),
 }
 
 impl Verb {
     fn run(&self, output: &Output) -> Result<Exit, Failure> {
         match self {
-            Self::Estimators(study) => conduct(study, output),
-            Self::Faults(study) => conduct(study, output),
-            Self::Lies(study) => conduct(study, output),
-            Self::Commission(study) => commission::run(study, output),
-            Self::Manoeuvres(study) => conduct(study, output),
-            Self::Surge(study) => conduct(study, output),
-            Self::World(study) => conduct(study, output),
-            Self::Field(study) => conduct(study, output),
+            Self::Estimators(args) => args.conduct(output),
+            Self::Faults(args) => args.conduct(output),
+            Self::Lies(args) => args.conduct(output),
+            Self::Commission(args) => commission::run(args, output),
+            Self::Manoeuvres(args) => args.conduct(output),
+            Self::Surge(args) => args.conduct(output),
+            Self::World(args) => args.conduct(output),
+            Self::Field(args) => args.conduct(output),
         }
     }
 }

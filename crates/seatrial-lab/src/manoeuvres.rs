@@ -15,7 +15,7 @@ use seatrial_sim::{SimulatedConfig, Truth};
 use serde::Serialize;
 
 use crate::coverage::{Coverage, Estimated, campaign, none};
-use crate::runner::{RunsOf, Study};
+use crate::runner::{Found, Study};
 
 /// Largest rudder of the predicted manoeuvres, rad: enough for the 20/20.
 const RUDDER_LIMIT_RAD: f64 = 0.6;
@@ -34,8 +34,6 @@ pub struct ManoeuvreStudy {
     /// Trials.
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
     runs: u64,
-    #[command(flatten)]
-    runs_of: RunsOf,
 }
 
 /// `manoeuvres --json`.
@@ -74,16 +72,12 @@ pub struct IndexCoverage {
 impl Study for ManoeuvreStudy {
     type Found = ManoeuvreCoverage;
 
-    fn runs_of(&self) -> RunsOf {
-        self.runs_of
-    }
-
     fn runs(&self) -> Result<u64, Failure> {
         Ok(self.runs)
     }
 
-    fn run(&self, workers: &Workers) -> Result<ManoeuvreCoverage, Failure> {
-        let subject = Subject::new(&self.vehicle, self.runs, self.runs_of.seed)?;
+    fn run(&self, seed: u64, workers: &Workers) -> Result<ManoeuvreCoverage, Failure> {
+        let subject = Subject::new(&self.vehicle, self.runs, seed)?;
         if !subject.config.is_first_order() {
             return Err(Failure::usage(format!(
                 "{}: its true figures follow from a yaw model; choose a vehicle of first order, sim:starfish or sim:FILE.toml",
@@ -109,10 +103,6 @@ impl Study for ManoeuvreStudy {
             without_model: subject.runs - models.len() as u64,
             indices: indices.collect(),
         })
-    }
-
-    fn text(found: &ManoeuvreCoverage) -> String {
-        text(found)
     }
 }
 
@@ -193,28 +183,31 @@ fn coverage(index: &Index, models: &[&(Vec<Index>, Vec<Index>)]) -> IndexCoverag
     }
 }
 
-fn text(document: &ManoeuvreCoverage) -> String {
-    let mut table =
-        Table::under("manoeuvre | figure | truth | bias | rms error | unit | coverage [of 95 %]");
-    for index in &document.indices {
-        table.row(vec![
-            index.manoeuvre.clone(),
-            index.name.into(),
-            format!("{:.3}", index.truth),
-            index
-                .accuracy
-                .bias
-                .map_or("-".into(), |bias| format!("{bias:+.3}")),
-            number(index.accuracy.rms_error, 3),
-            index.unit.into(),
-            number(index.accuracy.coverage, 3),
-        ]);
+impl Found for ManoeuvreCoverage {
+    fn text(&self) -> String {
+        let mut table = Table::under(
+            "manoeuvre | figure | truth | bias | rms error | unit | coverage [of 95 %]",
+        );
+        for index in &self.indices {
+            table.row(vec![
+                index.manoeuvre.clone(),
+                index.name.into(),
+                format!("{:.3}", index.truth),
+                index
+                    .accuracy
+                    .bias
+                    .map_or("-".into(), |bias| format!("{bias:+.3}")),
+                number(index.accuracy.rms_error, 3),
+                index.unit.into(),
+                number(index.accuracy.coverage, 3),
+            ]);
+        }
+        format!(
+            "{} at {:.0} % thrust: {} models, {} trials without one\n{table}",
+            self.vehicle,
+            100.0 * self.thrust,
+            self.models,
+            self.without_model
+        )
     }
-    format!(
-        "{} at {:.0} % thrust: {} models, {} trials without one\n{table}",
-        document.vehicle,
-        100.0 * document.thrust,
-        document.models,
-        document.without_model
-    )
 }

@@ -7,9 +7,12 @@ use seatrial_cli::output::{Exit, Failure, Output};
 use seatrial_cli::progress::of_runs;
 use serde::Serialize;
 
-/// The options of every study.
-#[derive(clap::Args, Clone, Copy, Debug)]
-pub struct RunsOf {
+/// The options of a study, then those that every study has.
+#[derive(clap::Args, Debug)]
+pub struct Args<S: clap::Args> {
+    /// What is studied.
+    #[command(flatten)]
+    pub study: S,
     /// Seed of the first run; the same seed gives the same study.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
@@ -20,39 +23,44 @@ pub struct RunsOf {
 
 /// A study of many runs, as its options describe it.
 pub trait Study {
-    /// What the runs give together; `--json` prints it.
-    type Found: Serialize;
-
-    /// Seed and threads.
-    fn runs_of(&self) -> RunsOf;
+    /// What the runs give together.
+    type Found: Found;
 
     /// How many runs there will be.
     fn runs(&self) -> Result<u64, Failure>;
 
-    /// Makes the runs. An error where the options ask for what cannot be studied, or where no run gave anything.
-    fn run(&self, workers: &Workers) -> Result<Self::Found, Failure>;
-
-    /// The document for a person to read.
-    fn text(found: &Self::Found) -> String;
+    /// Makes the runs from a seed on. An error where the options ask for what cannot be studied, or where no run gave anything.
+    fn run(&self, seed: u64, workers: &Workers) -> Result<Self::Found, Failure>;
 
     /// Writes the files that the options ask for.
     fn save(&self, _: &Self::Found, _: &Output) -> Result<(), Failure> {
         Ok(())
     }
+}
+
+/// What a study found, as `--json` prints it.
+pub trait Found: Serialize {
+    /// The document for a person to read.
+    fn text(&self) -> String;
 
     /// Is everything as it must be? Otherwise the program ends with exit code 4.
-    fn is_good(_: &Self::Found) -> bool {
+    fn is_good(&self) -> bool {
         true
     }
 }
 
-/// Runs a study, writes its files and prints what it found.
-pub fn conduct<S: Study>(study: &S, output: &Output) -> Result<Exit, Failure> {
-    let bar = of_runs(study.runs()?);
-    let found = study.run(&Workers::new(study.runs_of().threads, &|| bar.step()));
-    bar.clear();
-    let found = found?;
-    study.save(&found, output)?;
-    output.print(&found, || S::text(&found))?;
-    Ok(Exit::done_if(S::is_good(&found)))
+impl<S: Study + clap::Args> Args<S> {
+    /// Runs the study, writes its files and prints what it found.
+    pub fn conduct(&self, output: &Output) -> Result<Exit, Failure> {
+        let bar = of_runs(self.study.runs()?);
+        let step = || bar.step();
+        let found = self
+            .study
+            .run(self.seed, &Workers::new(self.threads, &step));
+        bar.clear();
+        let found = found?;
+        self.study.save(&found, output)?;
+        output.print(&found, || found.text())?;
+        Ok(Exit::done_if(found.is_good()))
+    }
 }

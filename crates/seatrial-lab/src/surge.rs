@@ -10,7 +10,7 @@ use seatrial_sim::SimulatedConfig;
 use serde::Serialize;
 
 use crate::coverage::{Coverage, Estimated, campaign, none};
-use crate::runner::{RunsOf, Study};
+use crate::runner::{Found, Study};
 
 /// Trials of a simulated vehicle, the surge of each, and how often its intervals hold what a trial without noise finds.
 #[derive(clap::Args, Debug)]
@@ -26,8 +26,6 @@ pub struct SurgeStudy {
     /// Trials.
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u64).range(2..=1_000_000))]
     runs: u64,
-    #[command(flatten)]
-    runs_of: RunsOf,
 }
 
 /// `surge --json`.
@@ -73,18 +71,14 @@ const THRUSTS: [f64; 5] = [0.6, 0.7, 0.8, 0.9, 1.0];
 impl Study for SurgeStudy {
     type Found = SurgeCoverage;
 
-    fn runs_of(&self) -> RunsOf {
-        self.runs_of
-    }
-
     fn runs(&self) -> Result<u64, Failure> {
         Ok(self.runs)
     }
 
     /// There is no true l of a vehicle of six degrees of freedom, whose drag and screw are not of this form: the truth is what a
     /// trial of the same plan finds from which noise and disturbance are kept: the best fit of the form at the same speeds.
-    fn run(&self, workers: &Workers) -> Result<SurgeCoverage, Failure> {
-        let subject = Subject::new(&self.vehicle, self.runs, self.runs_of.seed)?;
+    fn run(&self, seed: u64, workers: &Workers) -> Result<SurgeCoverage, Failure> {
+        let subject = Subject::new(&self.vehicle, self.runs, seed)?;
         let plan = self.plan()?;
         let surge = |config: &SimulatedConfig, seed: u64| {
             SurgeEstimate::of(&campaign(&subject, config, plan, seed)?)
@@ -113,10 +107,6 @@ impl Study for SurgeStudy {
             time_constant_errors: time_constant_s.and_then(|s| time_errors(s, &found)),
             time_constant_s,
         })
-    }
-
-    fn text(found: &SurgeCoverage) -> String {
-        text(found)
     }
 }
 
@@ -236,36 +226,38 @@ fn coverage(
     }
 }
 
-fn text(document: &SurgeCoverage) -> String {
-    let mut table = Table::under(
-        "coefficient | truth | unit | identified [of all] | bias | rms error | coverage [of 95 %]",
-    );
-    for found in &document.coefficients {
-        table.row(vec![
-            found.name.clone(),
-            number(found.truth, 4),
-            found.unit.into(),
-            format!("{:.3}", found.identified as f64 / document.trials as f64),
-            found
-                .accuracy
-                .bias
-                .map_or("-".to_owned(), |x| format!("{x:+.4}")),
-            number(found.accuracy.rms_error, 4),
-            number(found.accuracy.coverage, 3),
-        ]);
+impl Found for SurgeCoverage {
+    fn text(&self) -> String {
+        let mut table = Table::under(
+            "coefficient | truth | unit | identified [of all] | bias | rms error | coverage [of 95 %]",
+        );
+        for found in &self.coefficients {
+            table.row(vec![
+                found.name.clone(),
+                number(found.truth, 4),
+                found.unit.into(),
+                format!("{:.3}", found.identified as f64 / self.trials as f64),
+                found
+                    .accuracy
+                    .bias
+                    .map_or("-".to_owned(), |x| format!("{x:+.4}")),
+                number(found.accuracy.rms_error, 4),
+                number(found.accuracy.coverage, 3),
+            ]);
+        }
+        let time = match (self.time_constant_s, self.time_constant_errors) {
+            (Some(truth_s), Some([rms, largest])) => format!(
+                "Time constant: {truth_s:.2} s, estimated with an error of {:.1} % rms, at most {:.1} %.\n",
+                100.0 * rms,
+                100.0 * largest
+            ),
+            _ => "No time constant.\n".to_owned(),
+        };
+        format!(
+            "{}: {} trials\n{table}\n{time}Speed at the greatest thrust: error at most {:.2} %.\n",
+            self.vehicle,
+            self.trials,
+            100.0 * self.largest_top_speed_error
+        )
     }
-    let time = match (document.time_constant_s, document.time_constant_errors) {
-        (Some(truth_s), Some([rms, largest])) => format!(
-            "Time constant: {truth_s:.2} s, estimated with an error of {:.1} % rms, at most {:.1} %.\n",
-            100.0 * rms,
-            100.0 * largest
-        ),
-        _ => "No time constant.\n".to_owned(),
-    };
-    format!(
-        "{}: {} trials\n{table}\n{time}Speed at the greatest thrust: error at most {:.2} %.\n",
-        document.vehicle,
-        document.trials,
-        100.0 * document.largest_top_speed_error
-    )
 }

@@ -1,8 +1,6 @@
 //! The help of `seatrial-lab`: its examples run as they are printed, and it fits a terminal.
 
-use std::process::Command;
-
-use seatrial_dev::{lab, lab_path, text};
+use seatrial_dev::{lab, text};
 
 /// Verbs of the program.
 const VERBS: [&str; 8] = [
@@ -45,7 +43,7 @@ fn cli_every_example_runs_and_ends_well() {
         let lines = help.lines().map(str::trim);
         for example in lines.filter_map(|line| line.strip_prefix("seatrial-lab ")) {
             examples += 1;
-            let mut command = Command::new(lab_path());
+            let mut command = lab();
             command.args(example.split(' ')).current_dir(folder.path());
             if LONG.contains(&example) {
                 command.arg("--help");

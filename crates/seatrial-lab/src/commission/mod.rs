@@ -9,7 +9,7 @@ use seatrial_app::workers::Workers;
 use seatrial_cli::output::{Exit, Failure, Output, OutputPath};
 use serde::Serialize;
 
-use crate::runner::{RunsOf, Study, conduct};
+use crate::runner::{Args, Study};
 use boat::commission_one;
 pub use boat::{CLASSES_S, Commissioning, Method};
 
@@ -33,8 +33,6 @@ pub struct CommissionStudy {
     /// Write each boat into this folder, for `seatrial sim serve --ardupilot-json`, and commission none.
     #[arg(long, value_name = "DIR")]
     vehicles: Option<OutputPath>,
-    #[command(flatten)]
-    runs_of: RunsOf,
 }
 
 /// `commission --json`.
@@ -95,40 +93,32 @@ pub struct Row {
 }
 
 /// Commissions the boats, or writes them as files of vehicles.
-pub fn run(study: &CommissionStudy, output: &Output) -> Result<Exit, Failure> {
-    match &study.vehicles {
-        Some(folder) => vehicles::write_vehicles(study, folder, output),
-        None => conduct(study, output),
+pub fn run(args: &Args<CommissionStudy>, output: &Output) -> Result<Exit, Failure> {
+    match &args.study.vehicles {
+        Some(folder) => vehicles::write(&args.study, args.seed, folder, output),
+        None => args.conduct(output),
     }
 }
 
 /// Seeds between the first boats of two classes.
 const SEEDS_OF_A_CLASS: u64 = 1_000_000;
 
-impl CommissionStudy {
-    /// The seed of the first boat of a class.
-    fn first_seed(&self, class: usize) -> u64 {
-        self.runs_of
-            .seed
-            .wrapping_add(SEEDS_OF_A_CLASS * class as u64)
-    }
+/// The seed of the first boat of a class.
+fn first_of(class: usize, seed: u64) -> u64 {
+    seed.wrapping_add(SEEDS_OF_A_CLASS * class as u64)
 }
 
 impl Study for CommissionStudy {
     type Found = Commissions;
 
-    fn runs_of(&self) -> RunsOf {
-        self.runs_of
-    }
-
     fn runs(&self) -> Result<u64, Failure> {
         Ok(self.boats * CLASSES_S.len() as u64)
     }
 
-    fn run(&self, workers: &Workers) -> Result<Commissions, Failure> {
+    fn run(&self, seed: u64, workers: &Workers) -> Result<Commissions, Failure> {
         let loop_interval_s = 1.0 / f64::from(self.loop_rate);
         let classes = CLASSES_S.iter().enumerate().map(|(number, class_s)| {
-            let first = self.first_seed(number);
+            let first = first_of(number, seed);
             let found = workers.each(self.boats, |boat| {
                 commission_one(
                     *class_s,
@@ -141,16 +131,12 @@ impl Study for CommissionStudy {
         });
         Ok(Commissions {
             schema: "seatrial.commission_study.v1",
-            seed: self.runs_of.seed,
+            seed,
             boats: self.boats,
             loop_rate_hz: self.loop_rate,
             has_sea: self.sea,
             classes: classes.collect(),
         })
-    }
-
-    fn text(found: &Commissions) -> String {
-        text::text(found)
     }
 }
 

@@ -7,8 +7,8 @@ use seatrial_sim::VehicleConfig;
 use seatrial_sim::plant::{Disturbance, Servo, SpeedPoint};
 use serde::Serialize;
 
-use super::CommissionStudy;
 use super::boat::{CLASSES_S, boat_of};
+use super::{CommissionStudy, first_of};
 
 /// The boats that are written: rudder at full steering, rad; speed at half thrust, m/s; disturbance as a share of what full
 /// steering gives.
@@ -24,8 +24,9 @@ struct Written {
 }
 
 /// Writes each boat of the study into a folder.
-pub fn write_vehicles(
+pub fn write(
     study: &CommissionStudy,
+    seed: u64,
     folder: &Path,
     output: &Output,
 ) -> Result<Exit, Failure> {
@@ -35,7 +36,7 @@ pub fn write_vehicles(
     };
     for (number, class_s) in CLASSES_S.iter().enumerate() {
         for boat in 0..study.boats {
-            let seed = study.first_seed(number).wrapping_add(boat);
+            let seed = first_of(number, seed).wrapping_add(boat);
             let name = format!("boat-{}-{}", number + 1, boat + 1);
             let file = format!("{name}.toml");
             let path = folder.join(&file);

@@ -14,7 +14,7 @@ use seatrial_core::{List, Plan};
 use seatrial_sim::faults::{Kind, Moment, Rehearsable};
 use serde::Serialize;
 
-use crate::runner::{RunsOf, Study};
+use crate::runner::Study;
 use rehearsal::Result as Became;
 pub use rehearsal::{Ending, HALF_WIDTHS, PARAMETERS, Rehearsal, Why};
 
@@ -43,8 +43,6 @@ pub struct FaultStudy {
     /// Write the table as Markdown too.
     #[arg(long, value_name = "FILE")]
     markdown: Option<OutputPath>,
-    #[command(flatten)]
-    runs_of: RunsOf,
 }
 
 fn kind(name: &str) -> Result<Kind, String> {
@@ -110,17 +108,13 @@ pub struct Cell {
 impl Study for FaultStudy {
     type Found = FaultMatrix;
 
-    fn runs_of(&self) -> RunsOf {
-        self.runs_of
-    }
-
     fn runs(&self) -> Result<u64, Failure> {
-        let playable = playable(&self.subject()?)?;
+        let playable = playable(&self.subject(0)?)?;
         Ok(self.seeds * self.places(&playable).len() as u64)
     }
 
-    fn run(&self, workers: &Workers) -> Result<FaultMatrix, Failure> {
-        let subject = self.subject()?;
+    fn run(&self, seed: u64, workers: &Workers) -> Result<FaultMatrix, Failure> {
+        let subject = self.subject(seed)?;
         let playable = playable(&subject)?;
         let Subject {
             vehicle,
@@ -162,19 +156,11 @@ impl Study for FaultStudy {
         })
     }
 
-    fn text(found: &FaultMatrix) -> String {
-        text::text(found)
-    }
-
     fn save(&self, found: &FaultMatrix, output: &Output) -> Result<(), Failure> {
         match &self.markdown {
             Some(path) => output.save(path, text::markdown(found)),
             None => Ok(()),
         }
-    }
-
-    fn is_good(found: &FaultMatrix) -> bool {
-        found.failed == 0
     }
 }
 
@@ -186,8 +172,8 @@ fn playable(subject: &Subject) -> Result<Vec<Kind>, Error> {
 }
 
 impl FaultStudy {
-    fn subject(&self) -> Result<Subject, Failure> {
-        Ok(Subject::new(&self.vehicle, self.seeds, self.runs_of.seed)?)
+    fn subject(&self, seed: u64) -> Result<Subject, Failure> {
+        Ok(Subject::new(&self.vehicle, self.seeds, seed)?)
     }
 
     fn stages(&self) -> &[Moment] {

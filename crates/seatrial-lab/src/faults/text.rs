@@ -7,6 +7,7 @@ use seatrial_cli::table::number;
 use seatrial_sim::faults::Moment;
 
 use super::{Cell, FaultMatrix};
+use crate::runner::Found;
 
 /// Models, rejected and aborted trials.
 fn counts(cell: &Cell) -> String {
@@ -72,41 +73,46 @@ fn headings(stages: &[Moment]) -> Vec<&'static str> {
         .collect()
 }
 
-/// The matrix for a person to read.
-pub fn text(document: &FaultMatrix) -> String {
-    let mut text = summary(document);
-    text += "Trials with models at every speed / rejected / aborted, the farthest accepted model, the longest to hand back, and why:\n\n";
-    let widths = [18]
-        .into_iter()
-        .chain(vec![10; document.stages.len()])
-        .chain([8, 7, 0]);
-    let widths: Vec<usize> = widths.collect();
-    let headings: Vec<String> = headings(&document.stages)
-        .into_iter()
-        .map(String::from)
-        .collect();
-    for row in std::iter::once(headings).chain(rows(document)) {
-        for (cell, width) in row.iter().zip(&widths) {
-            let _ = write!(text, "{cell:width$}  ");
+impl Found for FaultMatrix {
+    fn text(&self) -> String {
+        let mut text = summary(self);
+        text += "Trials with models at every speed / rejected / aborted, the farthest accepted model, the longest to hand back, and why:\n\n";
+        let widths = [18]
+            .into_iter()
+            .chain(vec![10; self.stages.len()])
+            .chain([8, 7, 0]);
+        let widths: Vec<usize> = widths.collect();
+        let headings: Vec<String> = headings(&self.stages)
+            .into_iter()
+            .map(String::from)
+            .collect();
+        for row in std::iter::once(headings).chain(rows(self)) {
+            for (cell, width) in row.iter().zip(&widths) {
+                let _ = write!(text, "{cell:width$}  ");
+            }
+            text.truncate(text.trim_end().len());
+            text.push('\n');
         }
-        text.truncate(text.trim_end().len());
-        text.push('\n');
+        for (cell, ending) in self
+            .cells
+            .iter()
+            .flat_map(|cell| cell.failed.iter().map(move |ending| (cell, ending)))
+        {
+            let _ = writeln!(
+                text,
+                "WRONG: {} in {}, seed {}: {}",
+                cell.kind.name(),
+                cell.stage.name(),
+                ending.seed,
+                ending.faults.join("; ")
+            );
+        }
+        text
     }
-    for (cell, ending) in document
-        .cells
-        .iter()
-        .flat_map(|cell| cell.failed.iter().map(move |ending| (cell, ending)))
-    {
-        let _ = writeln!(
-            text,
-            "WRONG: {} in {}, seed {}: {}",
-            cell.kind.name(),
-            cell.stage.name(),
-            ending.seed,
-            ending.faults.join("; ")
-        );
+
+    fn is_good(&self) -> bool {
+        self.failed == 0
     }
-    text
 }
 
 /// The matrix as a page of Markdown.

@@ -18,6 +18,17 @@ pub enum Decidability {
     Undecidable,
 }
 
+impl Decidability {
+    /// The word for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sound => "sound",
+            Self::Decidable => "decidable",
+            Self::Undecidable => "undecidable",
+        }
+    }
+}
+
 /// A kind of log.
 #[derive(Clone, Copy)]
 pub struct Kind {

@@ -7,21 +7,12 @@ use seatrial::identification::{Reason, ReasonCode, ReasonKind, Subject, Verdict}
 use seatrial_core::RudderUnit;
 use serde::Serialize;
 
+use crate::lies::LogTruth;
+
 use seatrial_app::identify_log::{IdentifiedLog, Options, identify_log};
 
 /// Half widths of the 95 % interval from the truth beyond which an accepted model is wrong.
 pub const WRONG_BEYOND: f64 = 2.0;
-
-/// What an identification of a log should find.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Truth {
-    /// a22, 1/s.
-    pub a22_per_s: f64,
-    /// b2 for a rudder in radians, 1/s^2.
-    pub b2_per_s2: f64,
-    /// Full rudder, rad: b2 is per full rudder where a log does not tell the angle.
-    pub full_rudder_rad: f64,
-}
 
 /// What became of a log.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -43,7 +34,7 @@ pub struct Ending {
 
 impl Ending {
     /// The outcome of a log that is read and identified as `seatrial identify` does, held against its truth.
-    pub fn of(path: &Path, options: &Options, truth: &Truth) -> Self {
+    pub fn of(path: &Path, options: &Options, truth: &LogTruth) -> Self {
         match identify_log(path, options) {
             Ok(identified) => Self::of_identified(&identified, truth),
             Err(error) => {
@@ -84,7 +75,7 @@ impl Ending {
         Some(&beside.0)
     }
 
-    fn of_identified(identified: &IdentifiedLog, truth: &Truth) -> Self {
+    fn of_identified(identified: &IdentifiedLog, truth: &LogTruth) -> Self {
         let found: Vec<(&Verdict, Option<&Identification>)> = match &identified.models {
             Some(models) => models
                 .iter()
@@ -175,7 +166,7 @@ fn blamed(kind: &ReasonKind) -> &'static [&'static str] {
 /// How far a model is from the truth, in half widths of its intervals, and its errors.
 fn distance(
     identification: &Identification,
-    truth: &Truth,
+    truth: &LogTruth,
     unit: RudderUnit,
 ) -> Option<(f64, [f64; 2])> {
     let refined = identification.refined.as_ref()?;

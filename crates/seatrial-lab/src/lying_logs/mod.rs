@@ -14,8 +14,8 @@ use seatrial_cli::output::Failure;
 use serde::Serialize;
 
 use crate::lies::{Decidability, KINDS, Kind, kind_of_name};
-use crate::runner::{RunsOf, Study};
-pub use ending::{Ending, Truth};
+use crate::runner::Study;
+use ending::Ending;
 
 /// Logs that lie or fall short: is a wrong model ever accepted?
 #[derive(clap::Args, Debug)]
@@ -33,8 +33,6 @@ pub struct LyingLogStudy {
     /// Kinds, or the first letters of several; repeatable [default: all].
     #[arg(long, value_name = "KIND")]
     kinds: Vec<String>,
-    #[command(flatten)]
-    runs_of: RunsOf,
 }
 
 /// `lies --json`.
@@ -141,25 +139,19 @@ impl LyingLogStudy {
 impl Study for LyingLogStudy {
     type Found = LyingLogs;
 
-    fn runs_of(&self) -> RunsOf {
-        self.runs_of
-    }
-
     fn runs(&self) -> Result<u64, Failure> {
         Ok(self.seeds * self.chosen()?.len() as u64)
     }
 
     /// Writes the logs to a folder, one after the other, and identifies them.
-    fn run(&self, workers: &Workers) -> Result<LyingLogs, Failure> {
+    fn run(&self, seed: u64, workers: &Workers) -> Result<LyingLogs, Failure> {
         let kinds = self.chosen()?;
         let folder = tempfile::Builder::new().prefix("seatrial-lies-").tempdir();
         let folder = folder.map_err(Failure::not_saved)?;
         let folder = folder.path();
-        let first_seed = self.runs_of.seed;
         let endings = workers.each(self.runs()?, |run| {
             let kind = kinds[(run / self.seeds) as usize];
-            let seed = first_seed.wrapping_add(run % self.seeds);
-            Some(ending(kind, seed, folder))
+            Some(ending(kind, seed.wrapping_add(run % self.seeds), folder))
         });
         let endings = endings
             .into_iter()
@@ -168,11 +160,11 @@ impl Study for LyingLogStudy {
         let rows: Vec<Row> = kinds
             .iter()
             .zip(endings.chunks(self.seeds as usize))
-            .map(|(kind, endings)| Row::of(kind, endings, first_seed))
+            .map(|(kind, endings)| Row::of(kind, endings, seed))
             .collect();
         Ok(LyingLogs {
             schema: "seatrial.lying_logs.v1",
-            seed: first_seed,
+            seed,
             seeds: self.seeds,
             totals: totals(&rows),
             wiring: rows
@@ -181,14 +173,6 @@ impl Study for LyingLogStudy {
                 .reduce(Wiring::with),
             kinds: rows,
         })
-    }
-
-    fn text(found: &LyingLogs) -> String {
-        text::text(found)
-    }
-
-    fn is_good(found: &LyingLogs) -> bool {
-        found.totals.iter().map(Total::failed).sum::<usize>() == 0
     }
 }
 
@@ -211,12 +195,7 @@ fn ending(kind: &Kind, seed: u64, folder: &Path) -> std::io::Result<Ending> {
     };
     let mut options = Options::default();
     options.windows = windows;
-    let truth = Truth {
-        a22_per_s: log.truth.a22_per_s,
-        b2_per_s2: log.truth.b2_per_s2,
-        full_rudder_rad: log.truth.full_rudder_rad,
-    };
-    let ending = Ending::of(&path, &options, &truth);
+    let ending = Ending::of(&path, &options, &log.truth);
     std::fs::remove_file(&path)?;
     Ok(ending)
 }
@@ -304,15 +283,6 @@ impl Total {
             Decidability::Undecidable => self.wrong_without_note,
             Decidability::Sound | Decidability::Decidable => self.wrong,
         }
-    }
-}
-
-/// The word for it.
-pub fn name(decidability: Decidability) -> &'static str {
-    match decidability {
-        Decidability::Sound => "sound",
-        Decidability::Decidable => "decidable",
-        Decidability::Undecidable => "undecidable",
     }
 }
 

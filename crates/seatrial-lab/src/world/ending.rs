@@ -1,8 +1,10 @@
 //! What came of a world.
 
 use seatrial::campaign::Campaign;
-use seatrial_core::{AbortReason, Outcome};
+use seatrial_core::Outcome;
 use serde::Serialize;
+
+use crate::faults::Why;
 
 use super::drawn::{Depth, World};
 use super::models::{Models, too_far};
@@ -53,7 +55,7 @@ impl Ending {
     pub fn take(&mut self, campaign: &Campaign) {
         self.outcome = match campaign.outcome {
             Some(Outcome::Finished) => "finished".into(),
-            Some(Outcome::Aborted(reason)) => code(reason),
+            Some(Outcome::Aborted(reason)) => Why::Aborted(reason).to_string(),
             None => "none".into(),
         };
         self.runs = campaign.runs.len();
@@ -73,13 +75,6 @@ impl Ending {
             ));
         }
     }
-}
-
-/// A reason as logbooks and JSON documents have it.
-pub fn code(reason: AbortReason) -> String {
-    let code = serde_json::to_value(reason).ok();
-    code.and_then(|code| code.as_str().map(String::from))
-        .unwrap_or_default()
 }
 
 /// What the trial is of.

@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
@@ -11,37 +10,15 @@ use seatrial_app::replay::Replay;
 use seatrial_core::{InvalidSetting, Plan};
 use seatrial_logbook::{Logbook, NewCampaign, Recorder};
 use seatrial_sim::sensors::Chance;
+use tempfile::TempDir;
 
 use super::drawn::Interrupted;
 
-/// A folder of its own, which is gone with its owner.
-pub struct Folder(PathBuf);
-
-impl Folder {
-    pub fn new() -> std::io::Result<Self> {
-        static NEXT: AtomicU64 = AtomicU64::new(0);
-        let number = NEXT.fetch_add(1, Ordering::Relaxed);
-        let name = format!("seatrial-world-{}-{number}", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        fs::create_dir_all(&path)?;
-        Ok(Self(path))
-    }
-
-    pub fn logbook(&self) -> PathBuf {
-        self.0.join(LOGBOOK)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
 /// A logbook in a folder of its own, in which a campaign has begun.
-pub fn begun(about: &Campaign, plan: &str) -> Result<(Folder, Recorder), Error> {
+pub fn begun(about: &Campaign, plan: &str) -> Result<(TempDir, Recorder), Error> {
     let cannot = |error| Error::Input(format!("the folder of a world: {error}"));
-    let folder = Folder::new().map_err(cannot)?;
+    let folder = tempfile::Builder::new().prefix("seatrial-world-").tempdir();
+    let folder = folder.map_err(cannot)?;
     let new = NewCampaign {
         configuration: &about.configuration,
         notes: Some("played"),
@@ -53,7 +30,7 @@ pub fn begun(about: &Campaign, plan: &str) -> Result<(Folder, Recorder), Error> 
         scenario: None,
         plan,
     };
-    let recorder = Recorder::begin(Logbook::open(folder.logbook())?, &new)?;
+    let recorder = Recorder::begin(Logbook::open(folder.path().join(LOGBOOK))?, &new)?;
     Ok((folder, recorder))
 }
 
@@ -66,7 +43,7 @@ struct Copy {
 
 /// A logbook of one trial.
 pub struct Kept {
-    folder: Folder,
+    folder: TempDir,
     recorder: Option<Recorder>,
     finished: u32,
     /// Bytes of the write-ahead log that were synchronised with the disk.
@@ -93,7 +70,7 @@ impl Kept {
     }
 
     fn log_bytes(&self) -> u64 {
-        fs::metadata(self.folder.0.join(LOG)).map_or(0, |about| about.len())
+        fs::metadata(self.folder.path().join(LOG)).map_or(0, |about| about.len())
     }
 
     fn note(&mut self, write: impl FnOnce(&mut Recorder) -> Result<(), seatrial_logbook::Error>) {
@@ -124,7 +101,7 @@ impl Kept {
     /// Copies the files as they are when the process is killed or the power goes.
     pub fn interrupt(&mut self, kind: Interrupted, chance: &mut Chance) {
         let number = self.copies.len();
-        let folder = self.folder.0.join(format!("{kind:?}{number}"));
+        let folder = self.folder.path().join(format!("{kind:?}{number}"));
         if let Err(error) = self.copy(&folder, kind, chance) {
             self.unsaved.push(format!("the copy: {error}"));
         }
@@ -137,8 +114,8 @@ impl Kept {
 
     fn copy(&self, folder: &Path, kind: Interrupted, chance: &mut Chance) -> std::io::Result<()> {
         fs::create_dir_all(folder)?;
-        fs::copy(self.folder.0.join(LOGBOOK), folder.join(LOGBOOK))?;
-        let mut log = fs::read(self.folder.0.join(LOG))?;
+        fs::copy(self.folder.path().join(LOGBOOK), folder.join(LOGBOOK))?;
+        let mut log = fs::read(self.folder.path().join(LOG))?;
         if kind == Interrupted::PowerLost {
             let safe = usize::try_from(self.synchronised)
                 .unwrap_or(log.len())
@@ -162,7 +139,7 @@ impl Kept {
         {
             broken.push(error.to_string());
         }
-        let logbook = self.folder.0.join(LOGBOOK);
+        let logbook = self.folder.path().join(LOGBOOK);
         match compared(&logbook, campaign) {
             Ok(found) => broken.extend(found),
             Err(error) => broken.push(format!("the logbook: {error}")),
@@ -187,7 +164,8 @@ impl Kept {
     }
 }
 
-const LOGBOOK: &str = "seatrial.db";
+/// The logbook in its folder.
+pub const LOGBOOK: &str = "seatrial.db";
 const LOG: &str = "seatrial.db-wal";
 
 pub fn compared(path: &Path, campaign: &Campaign) -> Result<Vec<String>, Error> {

@@ -31,8 +31,7 @@ use seatrial_app::workers::Workers;
 use seatrial_cli::output::Failure;
 use serde::Serialize;
 
-use crate::faults::PARAMETERS;
-use crate::runner::{RunsOf, Study};
+use crate::runner::Study;
 pub use drawn::Depth;
 pub use ending::Ending;
 pub use models::Models;
@@ -69,8 +68,6 @@ pub struct WorldStudy {
     /// Only worlds of one depth: quick, kept, linked, outputs or whole [default: as each seed chooses].
     #[arg(long, value_name = "DEPTH", value_parser = depth)]
     depth: Option<Depth>,
-    #[command(flatten)]
-    runs_of: RunsOf,
 }
 
 fn depth(word: &str) -> Result<Depth, String> {
@@ -152,16 +149,11 @@ impl Worlds {
 impl Study for WorldStudy {
     type Found = Worlds;
 
-    fn runs_of(&self) -> RunsOf {
-        self.runs_of
-    }
-
     fn runs(&self) -> Result<u64, Failure> {
         Ok(self.seeds)
     }
 
-    fn run(&self, workers: &Workers) -> Result<Worlds, Failure> {
-        let seed = self.runs_of.seed;
+    fn run(&self, seed: u64, workers: &Workers) -> Result<Worlds, Failure> {
         let mut worlds = Worlds {
             schema: "seatrial.study_world.v1",
             seed,
@@ -184,14 +176,6 @@ impl Study for WorldStudy {
         worlds.broken_together = rows.flat_map(|row| row.models.broken()).collect();
         worlds.peak_memory_bytes = peak_memory_bytes();
         Ok(worlds)
-    }
-
-    fn text(found: &Worlds) -> String {
-        text::text(found)
-    }
-
-    fn is_good(found: &Worlds) -> bool {
-        found.broken == 0 && found.broken_together.is_empty()
     }
 }
 

@@ -4,7 +4,7 @@ use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::rc::Rc;
 
-use crate::faults::Rehearsal;
+use crate::faults::{Rehearsal, Why};
 use crate::observer::{Observer, Shared};
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
@@ -16,7 +16,7 @@ use seatrial_sim::sensors::Chance;
 use seatrial_sim::{FaultyVehicle, Scenario, SimulatedConfig};
 
 use super::drawn::{Depth, Interrupted, World};
-use super::ending::{Ending, about, code};
+use super::ending::{Ending, about};
 use super::kept::Kept;
 use super::linked;
 use super::outputs;
@@ -149,9 +149,10 @@ fn check_end(
         let after_s = (neutral.attended_s - condition_s).max(0.0);
         ending.neutral_after_s = Some(after_s);
         if after_s > NEUTRAL_WITHIN_S {
-            ending
-                .broken
-                .push(format!("neutral {after_s:.2} s after {}", code(reason)));
+            ending.broken.push(format!(
+                "neutral {after_s:.2} s after {}",
+                Why::Aborted(reason)
+            ));
         }
     }
 }

@@ -13,10 +13,11 @@ use seatrial_sim::sensors::Chance;
 use seatrial_app::Error;
 use seatrial_app::conduct::Watch;
 use seatrial_app::text_queue::TextQueue;
+use tempfile::TempDir;
 
 use super::drawn::World;
 use super::ending::about;
-use super::kept::{Folder, begun, compared};
+use super::kept::{LOGBOOK, begun, compared};
 
 /// Share of the worlds in which something is held up.
 const SHARE: f64 = 0.25;
@@ -25,7 +26,7 @@ const SHARE: f64 = 0.25;
 pub struct Stalled(Option<Outside>);
 
 struct Outside {
-    folder: Folder,
+    folder: TempDir,
     keeper: Keeper,
     hangs_from_s: f64,
     disk: Option<WriteLock>,
@@ -81,7 +82,7 @@ impl Stalled {
         outside.unsaved.extend(kept.unsaved);
         outside
             .unsaved
-            .extend(compared(&outside.folder.logbook(), campaign)?);
+            .extend(compared(&outside.folder.path().join(LOGBOOK), campaign)?);
         Ok(outside.unsaved)
     }
 }
@@ -89,7 +90,7 @@ impl Stalled {
 impl Outside {
     fn hold_up(&mut self, time_s: f64) {
         if time_s >= self.hangs_from_s && self.disk.is_none() {
-            match Logbook::hold(&self.folder.logbook()) {
+            match Logbook::hold(&self.folder.path().join(LOGBOOK)) {
                 Ok(held) => self.disk = Some(held),
                 Err(error) => self.unsaved.push(format!("the disk: {error}")),
             }
