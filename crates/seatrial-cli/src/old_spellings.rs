@@ -8,18 +8,14 @@ use crate::output::{Exit, Failure};
 /// The program of the studies, which lies beside this one where a clone of the project was built.
 const LAB: &str = "seatrial-lab";
 
-/// Verbs as they were, and as they are. Of those that begin alike the longest comes first.
-const RENAMED: [(&str, &str); 10] = [
+/// Verbs as they were, and as they are; what follows stays. Of those that begin alike the longest comes first.
+const RENAMED: [(&str, &str); 6] = [
     ("sim mavlink", "sim serve"),
     ("sim ardupilot-json", "sim serve --ardupilot-json"),
     ("sim field", "seatrial-lab field"),
-    ("study faults", "seatrial-lab faults"),
-    ("study lies", "seatrial-lab lies"),
-    ("study commission", "seatrial-lab commission"),
-    ("study manoeuvres", "seatrial-lab manoeuvres"),
-    ("study surge", "seatrial-lab surge"),
-    ("study world", "seatrial-lab world"),
-    ("study", "seatrial-lab estimators"),
+    ("study", "seatrial-lab"),
+    ("manoeuvres predict", "manoeuvres"),
+    ("vehicle check", "vehicle"),
 ];
 
 /// Where the verb is among the words of a command line: behind the program and the options before it.
@@ -51,7 +47,13 @@ pub fn run_lab(words: &[OsString]) -> Result<(), Failure> {
     if words.get(verb).is_none_or(|word| word != LAB) {
         return Ok(());
     }
-    let arguments = [&words[verb + 1..], &words[1..verb]].concat();
+    let (mut arguments, options) = (words[verb + 1..].to_vec(), &words[1..verb]);
+    // `study` was itself the study of estimators.
+    let first = arguments.iter().find(|word| *word != "--json");
+    if first.is_none_or(|word| word.to_string_lossy().starts_with('-')) {
+        arguments.insert(0, "estimators".into());
+    }
+    arguments.extend_from_slice(options);
     let name = format!("{LAB}{}", std::env::consts::EXE_SUFFIX);
     let beside = std::env::current_exe().map(|own| own.with_file_name(name));
     let program = beside.map_err(Failure::internal)?;
@@ -77,11 +79,8 @@ mod tests {
     #[test]
     fn exact_old_words_become_new_ones_and_others_stay() {
         for (typed, new) in [
-            ("seatrial study", "seatrial seatrial-lab estimators"),
-            (
-                "seatrial study --runs 4",
-                "seatrial seatrial-lab estimators --runs 4",
-            ),
+            ("seatrial study --runs 4", "seatrial seatrial-lab --runs 4"),
+            ("seatrial manoeuvres predict", "seatrial manoeuvres"),
             (
                 "seatrial --json study lies --seeds 2",
                 "seatrial --json seatrial-lab lies --seeds 2",

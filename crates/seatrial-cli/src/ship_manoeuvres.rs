@@ -36,9 +36,6 @@ pub struct Args {
 
 #[derive(Subcommand)]
 enum What {
-    /// The old spelling of `seatrial manoeuvres`.
-    #[command(hide = true)]
-    Predict(Box<Predict>),
     Read(Box<Read>),
 }
 
@@ -120,11 +117,10 @@ fn zig_zag(text: &str) -> Result<[f64; 2], String> {
 
 /// Runs the verb.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let args: &Predict = match &args.what {
-        Some(What::Read(args)) => return read(args, output),
-        Some(What::Predict(args)) => args,
-        None => &args.predict,
-    };
+    if let Some(What::Read(args)) = &args.what {
+        return read(args, output);
+    }
+    let args = &args.predict;
     let (vehicle, exit) = args.vehicle.vehicle()?;
     let own = |path: &PathBuf| {
         let opened = log::open(path, &ChannelArgs::default(), None)?;

@@ -40,9 +40,6 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 enum What {
-    /// The old spelling of `seatrial vehicle --vehicle VEHICLE`.
-    #[command(hide = true)]
-    Check(CheckArgs),
     /// Put back the parameters and the mode that a trial has changed: shows each as it is and as it will be, and asks. Exit 0: done and
     /// read back; 4: not all of it; 5: not agreed to.
     #[command(after_help = "Example:
@@ -99,7 +96,6 @@ struct Restored {
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     match &args.what {
         Some(What::Restore(args)) => restore(args, output),
-        Some(What::Check(args)) => check(args, output),
         None => check(&args.check, output),
     }
 }

@@ -4,6 +4,7 @@ use seatrial::Campaign;
 use seatrial_app::Error;
 use seatrial_app::estimator_study::Subject;
 use seatrial_app::trial_run::rehearse;
+use seatrial_cli::table::number;
 use seatrial_core::Plan;
 use seatrial_sim::SimulatedConfig;
 use serde::Serialize;
@@ -55,5 +56,15 @@ impl Coverage {
                 f64::from(u8::from(holds))
             }),
         }
+    }
+
+    /// Bias and deviation for a table, with so many decimals, and the coverage.
+    pub fn cells(&self, decimals: usize) -> [String; 3] {
+        let signed = |bias: f64| format!("{bias:+.decimals$}");
+        [
+            self.bias.map_or("-".into(), signed),
+            number(self.rms_error, decimals),
+            number(self.coverage, 3),
+        ]
     }
 }

@@ -7,7 +7,7 @@ use seatrial_cli::output::{Failure, Output, OutputPath};
 use seatrial_cli::table::{Table, number};
 use seatrial_report::render_study;
 
-use crate::runner::{Found, Study};
+use crate::runner::{Found, Study, named};
 
 /// Most runs of a cell.
 const MOST_RUNS: u64 = 1_000_000;
@@ -39,7 +39,7 @@ pub struct Estimators {
     #[arg(long, value_name = "RAD_S2,S", value_parser = disturbance, allow_hyphen_values = true)]
     disturbance: Vec<(f64, f64)>,
     /// Estimators; repeatable [default: refined, output-error, instrumental-variable].
-    #[arg(long, value_parser = estimator)]
+    #[arg(long, value_parser = named(&Estimator::ALL, Estimator::name))]
     estimator: Vec<Estimator>,
     /// Also the time until the half widths of the 95 % intervals of a22 and b2 are under this share, such as 0.1,
     /// against the time that the bound allows.
@@ -76,14 +76,6 @@ fn disturbance(text: &str) -> Result<(f64, f64), String> {
         }
         _ => Err(expected()),
     }
-}
-
-fn estimator(text: &str) -> Result<Estimator, String> {
-    let names = Estimator::ALL.map(Estimator::name);
-    Estimator::ALL
-        .into_iter()
-        .find(|estimator| estimator.name() == text)
-        .ok_or_else(|| format!("expected one of {}", names.join(", ")))
 }
 
 impl Estimators {

@@ -8,7 +8,7 @@ use seatrial_app::ship_trials::{DRAWS, Wanted, figures, predicted};
 use seatrial_app::vehicle_file::Stated;
 use seatrial_app::workers::Workers;
 use seatrial_cli::output::Failure;
-use seatrial_cli::table::{Table, number};
+use seatrial_cli::table::Table;
 use seatrial_core::{List, Plan};
 use seatrial_sim::identified::{IdentifiedSpeed, IdentifiedVehicle};
 use seatrial_sim::{SimulatedConfig, Truth};
@@ -189,17 +189,15 @@ impl Found for ManoeuvreCoverage {
             "manoeuvre | figure | truth | bias | rms error | unit | coverage [of 95 %]",
         );
         for index in &self.indices {
+            let [bias, rms_error, coverage] = index.accuracy.cells(3);
             table.row(vec![
                 index.manoeuvre.clone(),
                 index.name.into(),
                 format!("{:.3}", index.truth),
-                index
-                    .accuracy
-                    .bias
-                    .map_or("-".into(), |bias| format!("{bias:+.3}")),
-                number(index.accuracy.rms_error, 3),
+                bias,
+                rms_error,
                 index.unit.into(),
-                number(index.accuracy.coverage, 3),
+                coverage,
             ]);
         }
         format!(

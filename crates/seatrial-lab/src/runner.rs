@@ -1,5 +1,7 @@
 //! How every study runs: many runs on all cores behind a bar, then one document as text or JSON.
 
+use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::num::NonZeroUsize;
 
 use seatrial_app::workers::Workers;
@@ -63,4 +65,33 @@ impl<S: Study + clap::Args> Args<S> {
         output.print(&found, || found.text())?;
         Ok(Exit::done_if(found.is_good()))
     }
+}
+
+/// Takes one of these by its name.
+pub fn named<T: Copy>(
+    all: &'static [T],
+    name: fn(T) -> &'static str,
+) -> impl Fn(&str) -> Result<T, String> + Clone {
+    move |word| {
+        let found = all.iter().find(|one| name(**one) == word);
+        found.copied().ok_or_else(|| {
+            let names: Vec<_> = all.iter().map(|one| name(*one)).collect();
+            format!("expected one of {}", names.join(", "))
+        })
+    }
+}
+
+/// How often there is each.
+pub fn counted(words: impl IntoIterator<Item = String>) -> BTreeMap<String, usize> {
+    let mut counts = BTreeMap::new();
+    for word in words {
+        *counts.entry(word).or_insert(0) += 1;
+    }
+    counts
+}
+
+/// Each with its count: `stale_samples 3, low_r2 1`.
+pub fn listed<N: Display>(counts: &BTreeMap<String, N>) -> String {
+    let listed = counts.iter().map(|(word, count)| format!("{word} {count}"));
+    listed.collect::<Vec<_>>().join(", ")
 }

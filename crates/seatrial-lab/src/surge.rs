@@ -232,17 +232,15 @@ impl Found for SurgeCoverage {
             "coefficient | truth | unit | identified [of all] | bias | rms error | coverage [of 95 %]",
         );
         for found in &self.coefficients {
+            let [bias, rms_error, coverage] = found.accuracy.cells(4);
             table.row(vec![
                 found.name.clone(),
                 number(found.truth, 4),
                 found.unit.into(),
                 format!("{:.3}", found.identified as f64 / self.trials as f64),
-                found
-                    .accuracy
-                    .bias
-                    .map_or("-".to_owned(), |x| format!("{x:+.4}")),
-                number(found.accuracy.rms_error, 4),
-                number(found.accuracy.coverage, 3),
+                bias,
+                rms_error,
+                coverage,
             ]);
         }
         let time = match (self.time_constant_s, self.time_constant_errors) {

@@ -59,12 +59,8 @@ impl Method {
 }
 
 /// What one boat made of its steps.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug)]
 pub struct Commissioning {
-    /// T, s.
-    pub time_constant_s: f64,
-    /// Lag of its rudder, s.
-    pub lag_s: f64,
     /// With each method, in the order of [`Method::ALL`].
     pub responses: [Response; 4],
     /// Were the proposed gains kept?
@@ -163,8 +159,6 @@ pub fn commission_one(
     };
     let is_kept = trial.keeps(&proposed, &test, &stages)?;
     Some(Commissioning {
-        time_constant_s: -1.0 / boat.model.a22_per_s,
-        lag_s: boat.lag_s,
         is_better: truly.keeps(&proposed, &test, &stages[1..])?,
         is_as_foreseen: (overshoot.low..=overshoot.high).contains(&new.overshoot),
         responses: [

@@ -2,19 +2,20 @@
 //! right reason?
 
 mod rehearsal;
-mod text;
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 
 use seatrial_app::Error;
 use seatrial_app::estimator_study::Subject;
 use seatrial_app::workers::Workers;
 use seatrial_cli::output::{Failure, Output, OutputPath};
+use seatrial_cli::table::number;
 use seatrial_core::{List, Plan};
 use seatrial_sim::faults::{Kind, Moment, Rehearsable};
 use serde::Serialize;
 
-use crate::runner::Study;
+use crate::runner::{Found, Study, counted, listed, named};
 use rehearsal::Result as Became;
 pub use rehearsal::{Ending, HALF_WIDTHS, PARAMETERS, Rehearsal, Why};
 
@@ -35,27 +36,14 @@ pub struct FaultStudy {
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     seeds: u64,
     /// Kinds of faults; repeatable [default: all that the vehicle can play].
-    #[arg(long, value_parser = kind)]
+    #[arg(long, value_parser = named(&Kind::ALL, Kind::name))]
     kind: Vec<Kind>,
     /// Stages: settle, training, decay, validation, between; repeatable [default: all].
-    #[arg(long, value_parser = moment)]
+    #[arg(long, value_parser = named(&Moment::ALL, Moment::name))]
     stage: Vec<Moment>,
     /// Write the table as Markdown too.
     #[arg(long, value_name = "FILE")]
     markdown: Option<OutputPath>,
-}
-
-fn kind(name: &str) -> Result<Kind, String> {
-    let names = Kind::ALL.map(Kind::name);
-    Kind::of_name(name).ok_or_else(|| format!("expected one of {}", names.join(", ")))
-}
-
-fn moment(name: &str) -> Result<Moment, String> {
-    let names = Moment::ALL.map(Moment::name);
-    Moment::ALL
-        .into_iter()
-        .find(|moment| moment.name() == name)
-        .ok_or_else(|| format!("expected one of {}", names.join(", ")))
 }
 
 /// `faults --json`.
@@ -158,7 +146,7 @@ impl Study for FaultStudy {
 
     fn save(&self, found: &FaultMatrix, output: &Output) -> Result<(), Failure> {
         match &self.markdown {
-            Some(path) => output.save(path, text::markdown(found)),
+            Some(path) => output.save(path, markdown(found)),
             None => Ok(()),
         }
     }
@@ -202,17 +190,14 @@ impl Cell {
         let count = |became| endings.iter().filter(|e| e.result == became).count();
         let largest =
             |of: fn(&Ending) -> Option<f64>| endings.iter().filter_map(of).max_by(f64::total_cmp);
-        let mut reasons = BTreeMap::new();
-        for reason in endings.iter().filter_map(|e| e.reason.as_ref()) {
-            *reasons.entry(reason.to_string()).or_insert(0) += 1;
-        }
+        let reasons = endings.iter().filter_map(|e| e.reason.as_ref());
         Self {
             kind,
             stage,
             models: count(Became::Models),
             rejected: count(Became::Rejected),
             aborted: count(Became::Aborted),
-            reasons,
+            reasons: counted(reasons.map(Why::to_string)),
             farthest: largest(|e| e.farthest),
             handed_back_after_s: largest(|e| e.handed_back_after_s),
             without_fault: endings.iter().filter(|e| e.began_s.is_none()).count(),
@@ -223,4 +208,122 @@ impl Cell {
                 .collect(),
         }
     }
+}
+
+/// Models, rejected and aborted trials.
+fn counts(cell: &Cell) -> String {
+    let counts = format!("{}/{}/{}", cell.models, cell.rejected, cell.aborted);
+    match cell.failed.len() {
+        0 => counts,
+        failed => format!("{counts} ({failed} WRONG)"),
+    }
+}
+
+fn summary(document: &FaultMatrix) -> String {
+    let largest =
+        |of: fn(&Cell) -> Option<f64>| document.cells.iter().filter_map(of).fold(0.0, f64::max);
+    format!(
+        "{} trials of {}, {} each, seeds from {}: {} did not end as they must. The farthest accepted model is {:.2} half widths of its \
+         95 % interval from the truth; the longest from the condition of an abort to neutral rudder and heading hold {:.2} s.\n",
+        document.trials,
+        document.vehicle,
+        document.seeds,
+        document.seed,
+        document.failed,
+        largest(|cell| cell.farthest),
+        largest(|cell| cell.handed_back_after_s),
+    )
+}
+
+/// One row a fault, its stages beside each other.
+fn rows(document: &FaultMatrix) -> Vec<Vec<String>> {
+    document
+        .cells
+        .chunks(document.stages.len())
+        .map(|cells| {
+            let mut reasons = BTreeMap::<String, usize>::new();
+            for (reason, count) in cells.iter().flat_map(|cell| &cell.reasons) {
+                *reasons.entry(reason.clone()).or_default() += count;
+            }
+            let largest = |of: fn(&Cell) -> Option<f64>, digits: usize| {
+                let largest = cells.iter().filter_map(of).max_by(f64::total_cmp);
+                number(largest, digits)
+            };
+            let name = cells.first().map_or("", |cell| cell.kind.name());
+            std::iter::once(name.to_owned())
+                .chain(cells.iter().map(counts))
+                .chain([
+                    largest(|cell| cell.farthest, 1),
+                    largest(|cell| cell.handed_back_after_s, 2),
+                    listed(&reasons),
+                ])
+                .collect()
+        })
+        .collect()
+}
+
+fn headings(stages: &[Moment]) -> Vec<&'static str> {
+    let names = stages.iter().map(|stage| stage.name());
+    std::iter::once("fault")
+        .chain(names)
+        .chain(["farthest", "back, s", "reasons"])
+        .collect()
+}
+
+impl Found for FaultMatrix {
+    fn text(&self) -> String {
+        let mut text = summary(self);
+        text += "Trials with models at every speed / rejected / aborted, the farthest accepted model, the longest to hand back, and why:\n\n";
+        let widths = [18]
+            .into_iter()
+            .chain(vec![10; self.stages.len()])
+            .chain([8, 7, 0]);
+        let widths: Vec<usize> = widths.collect();
+        let headings: Vec<String> = headings(&self.stages)
+            .into_iter()
+            .map(String::from)
+            .collect();
+        for row in std::iter::once(headings).chain(rows(self)) {
+            for (cell, width) in row.iter().zip(&widths) {
+                let _ = write!(text, "{cell:width$}  ");
+            }
+            text.truncate(text.trim_end().len());
+            text.push('\n');
+        }
+        for (cell, ending) in self
+            .cells
+            .iter()
+            .flat_map(|cell| cell.failed.iter().map(move |ending| (cell, ending)))
+        {
+            let _ = writeln!(
+                text,
+                "WRONG: {} in {}, seed {}: {}",
+                cell.kind.name(),
+                cell.stage.name(),
+                ending.seed,
+                ending.faults.join("; ")
+            );
+        }
+        text
+    }
+
+    fn is_good(&self) -> bool {
+        self.failed == 0
+    }
+}
+
+/// The matrix as a page of Markdown.
+fn markdown(document: &FaultMatrix) -> String {
+    let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+    let headings: Vec<String> = headings(&document.stages)
+        .into_iter()
+        .map(String::from)
+        .collect();
+    let mark = "<!-- Fault matrix by seatrial -->\n";
+    let mut text = mark.to_owned() + &summary(document) + "\n" + &line(&headings);
+    text += &line(&vec!["---".into(); headings.len()]);
+    for row in rows(document) {
+        text += &line(&row);
+    }
+    text
 }

@@ -1,9 +1,9 @@
 //! `seatrial-lab lies`: logs that lie or fall short, each kind many times. Is a wrong model accepted?
 
 mod ending;
-mod text;
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::path::Path;
 
 use seatrial::identification::{ReasonCode, ReasonKind};
@@ -14,7 +14,7 @@ use seatrial_cli::output::Failure;
 use serde::Serialize;
 
 use crate::lies::{Decidability, KINDS, Kind, kind_of_name};
-use crate::runner::Study;
+use crate::runner::{Found, Study, counted, listed};
 use ending::Ending;
 
 /// Logs that lie or fall short: is a wrong model ever accepted?
@@ -206,16 +206,8 @@ impl Row {
         // What a log cannot show.
         let is_note = |kind: &ReasonKind| kind.code == ReasonCode::Unchecked;
         let is_noted = |e: &Ending| e.notes.iter().any(is_note);
-        let mut refused = BTreeMap::new();
-        let mut noted = BTreeMap::new();
-        for ending in endings {
-            if let Some(code) = &ending.refused {
-                *refused.entry(code.clone()).or_insert(0) += 1;
-            }
-            for code in &ending.notes {
-                *noted.entry(code.to_string()).or_insert(0) += 1;
-            }
-        }
+        let refused = endings.iter().filter_map(|e| e.refused.clone());
+        let noted = endings.iter().flat_map(|e| &e.notes);
         let mut accused = BTreeMap::<String, Vec<u64>>::new();
         for (ending, run) in endings.iter().zip(0..) {
             let beside = |column| ending.accusation_beside(column);
@@ -236,8 +228,8 @@ impl Row {
             },
             wiring: kind.wired.map(|column| Wiring::of(column, endings)),
             outside: count(&|e| e.farthest.is_some_and(|farthest| farthest > 1.0)),
-            refused,
-            noted,
+            refused: counted(refused),
+            noted: counted(noted.map(ReasonCode::to_string)),
             accused,
         }
     }
@@ -293,4 +285,62 @@ fn totals(rows: &[Row]) -> Vec<Total> {
         alike.reduce(Total::with)
     };
     DECIDABILITIES.into_iter().filter_map(total).collect()
+}
+
+impl Found for LyingLogs {
+    fn text(&self) -> String {
+        let mut text = String::new();
+        let share = |count: usize, of: usize| 100.0 * count as f64 / of as f64;
+        for total in &self.totals {
+            let _ = writeln!(
+                text,
+                "{:<12} {} logs: {} accepted ({:.1} %), {} of them wrong ({:.1} %)",
+                total.decidability.name(),
+                total.logs,
+                total.accepted,
+                share(total.accepted, total.logs),
+                total.wrong,
+                share(total.wrong, total.logs)
+            );
+        }
+        if let Some(wiring) = self.wiring {
+            let _ = writeln!(
+                text,
+                "{:<12} {} logs: {} right, {} wrong, {} refused with the column named ({:.1} % right or named), another column blamed in {}",
+                "wired wrong",
+                wiring.logs,
+                wiring.right,
+                wiring.wrong,
+                wiring.named,
+                share(wiring.right + wiring.named, wiring.logs),
+                wiring.accused
+            );
+        }
+        let _ = writeln!(
+            text,
+            "\n{:<28} {:>8} {:>6} {:>8}  refused because; noted",
+            "kind", "accepted", "wrong", "outside"
+        );
+        for row in &self.kinds {
+            let line = format!(
+                "{:<28} {:>5}/{:<2} {:>6} {:>8}  {}; {}",
+                row.kind,
+                row.total.accepted,
+                row.total.logs,
+                row.total.wrong,
+                row.outside,
+                listed(&row.refused),
+                listed(&row.noted)
+            );
+            let _ = writeln!(text, "{}", line.trim_end_matches([';', ' ']));
+            for (code, seeds) in &row.accused {
+                let _ = writeln!(text, "    another column blamed by {code}: seeds {seeds:?}");
+            }
+        }
+        text
+    }
+
+    fn is_good(&self) -> bool {
+        self.totals.iter().map(Total::failed).sum::<usize>() == 0
+    }
 }

@@ -34,6 +34,17 @@ impl Depth {
         Self::Whole,
     ];
 
+    /// The word for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Quick => "quick",
+            Self::Kept => "kept",
+            Self::Linked => "linked",
+            Self::Outputs => "outputs",
+            Self::Whole => "whole",
+        }
+    }
+
     /// From 0 up to 1: one world in 128 is whole, one in 256 has thinned outputs, one in 32 is linked, one in 32 kept.
     fn of(share: f64) -> Self {
         match share * 128.0 {

@@ -22,16 +22,18 @@ mod models;
 mod outputs;
 mod play;
 mod stalled;
-mod text;
 mod wire;
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 
 use seatrial_app::workers::Workers;
 use seatrial_cli::output::Failure;
+use seatrial_cli::table::{Table, number};
 use serde::Serialize;
 
-use crate::runner::Study;
+use crate::faults::PARAMETERS;
+use crate::runner::{Found, Study, listed, named};
 pub use drawn::Depth;
 pub use ending::Ending;
 pub use models::Models;
@@ -66,18 +68,8 @@ pub struct WorldStudy {
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     seeds: u64,
     /// Only worlds of one depth: quick, kept, linked, outputs or whole [default: as each seed chooses].
-    #[arg(long, value_name = "DEPTH", value_parser = depth)]
+    #[arg(long, value_name = "DEPTH", value_parser = named(&Depth::ALL, Depth::name))]
     depth: Option<Depth>,
-}
-
-fn depth(word: &str) -> Result<Depth, String> {
-    let found = Depth::ALL
-        .into_iter()
-        .find(|depth| text::name(*depth) == word);
-    found.ok_or_else(|| {
-        let names = Depth::ALL.map(text::name).join(", ");
-        format!("expected one of {names}")
-    })
 }
 
 /// `world --json`.
@@ -186,6 +178,74 @@ fn peak_memory_bytes() -> Option<u64> {
         .find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(1024 * kilobytes)
+}
+
+impl Found for Worlds {
+    fn text(&self) -> String {
+        let mut text = format!(
+            "{} worlds from seed {}: {} with a broken invariant\n\n",
+            self.seeds, self.seed, self.broken
+        );
+        let mut table =
+            Table::under("depth | worlds | runs | accepted | samples | neutral [s] | broken");
+        for (depth, row) in &self.depths {
+            table.row(vec![
+                depth.name().into(),
+                row.worlds.to_string(),
+                row.runs.to_string(),
+                row.runs_accepted.to_string(),
+                row.samples.to_string(),
+                number(row.neutral_after_s, 2),
+                row.broken.to_string(),
+            ]);
+        }
+        text += &table.to_string();
+        let depths = self.depths.iter();
+        for (depth, row) in depths.filter(|(_, row)| row.models.accepted > 0) {
+            text.push_str(&models(*depth, &row.models));
+        }
+        let _ = writeln!(text, "\n{}", listed(&self.outcomes));
+        if let Some(bytes) = self.peak_memory_bytes {
+            let _ = writeln!(text, "most memory: {:.0} MB", bytes as f64 / 1e6);
+        }
+        for broken in &self.broken_together {
+            let _ = writeln!(text, "all worlds: {broken}");
+        }
+        for ending in &self.broken_worlds {
+            for broken in &ending.broken {
+                let _ = writeln!(
+                    text,
+                    "seatrial-lab world --seed {} --seeds 1: {broken}",
+                    ending.seed
+                );
+            }
+        }
+        text
+    }
+
+    fn is_good(&self) -> bool {
+        self.broken == 0 && self.broken_together.is_empty()
+    }
+}
+
+/// Accepted models beside the truth.
+fn models(depth: Depth, models: &Models) -> String {
+    let mut table = Table::under(&format!(
+        "{}, {} accepted models | beyond 1 half width | [%] | beyond 2 | farthest",
+        depth.name(),
+        models.accepted
+    ));
+    for (k, name) in PARAMETERS.into_iter().enumerate() {
+        let share = 100.0 * models.beyond_one[k] as f64 / models.accepted as f64;
+        table.row(vec![
+            name.into(),
+            models.beyond_one[k].to_string(),
+            format!("{share:.1}"),
+            models.beyond_two[k].to_string(),
+            format!("{:.2}", models.farthest[k]),
+        ]);
+    }
+    format!("\n{table}")
 }
 
 #[cfg(test)]
