@@ -1,5 +1,6 @@
 //! The trial: a state machine from samples to actions.
 
+mod phase;
 mod training;
 
 use crate::answer::AnswerWatch;
@@ -14,6 +15,7 @@ use crate::setting::InvalidSetting;
 use crate::settle::{NotSettled, SettleGate, Settled};
 use crate::validation::{GoodnessOfFit, Validation};
 use crate::{AbortReason, Action, List, Outcome, Real, Sample, Steering};
+use phase::{Due, Phase};
 use training::Training;
 
 /// Most events that wait to be taken.
@@ -64,25 +66,6 @@ pub struct Trial<T> {
     unusable_in_a_row: u32,
     neutral_given: bool,
     events: List<Option<Event<T>>, WAITING_EVENTS>,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Phase<T> {
-    Waiting,
-    Settle(SettleGate<T>),
-    Train(Option<RudderSenseWatch<T>>),
-    Validate(Validation<T>),
-    Over(Outcome),
-}
-
-/// The phase that a sample belongs to.
-enum Due<T> {
-    Same,
-    Settle,
-    Train { settled: bool },
-    Validate,
-    NextRun(RunResult<T>),
-    Abort(AbortReason),
 }
 
 impl<T: Real> Trial<T> {

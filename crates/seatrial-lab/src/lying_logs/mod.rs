@@ -229,7 +229,7 @@ impl Row {
             wiring: kind.wired.map(|column| Wiring::of(column, endings)),
             outside: count(&|e| e.farthest.is_some_and(|farthest| farthest > 1.0)),
             refused: counted(refused),
-            noted: counted(noted.map(ReasonCode::to_string)),
+            noted: counted(noted.map(ReasonKind::to_string)),
             accused,
         }
     }
