@@ -262,12 +262,11 @@ fn rows(document: &FaultMatrix) -> Vec<Vec<String>> {
         .collect()
 }
 
-fn headings(stages: &[Moment]) -> Vec<&'static str> {
+fn headings(stages: &[Moment]) -> Vec<String> {
     let names = stages.iter().map(|stage| stage.name());
-    std::iter::once("fault")
-        .chain(names)
-        .chain(["farthest", "back, s", "reasons"])
-        .collect()
+    let all = std::iter::once("fault").chain(names);
+    let all = all.chain(["farthest", "back, s", "reasons"]);
+    all.map(String::from).collect()
 }
 
 impl Found for FaultMatrix {
@@ -279,11 +278,7 @@ impl Found for FaultMatrix {
             .chain(vec![10; self.stages.len()])
             .chain([8, 7, 0]);
         let widths: Vec<usize> = widths.collect();
-        let headings: Vec<String> = headings(&self.stages)
-            .into_iter()
-            .map(String::from)
-            .collect();
-        for row in std::iter::once(headings).chain(rows(self)) {
+        for row in std::iter::once(headings(&self.stages)).chain(rows(self)) {
             for (cell, width) in row.iter().zip(&widths) {
                 let _ = write!(text, "{cell:width$}  ");
             }
@@ -315,10 +310,7 @@ impl Found for FaultMatrix {
 /// The matrix as a page of Markdown.
 fn markdown(document: &FaultMatrix) -> String {
     let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-    let headings: Vec<String> = headings(&document.stages)
-        .into_iter()
-        .map(String::from)
-        .collect();
+    let headings = headings(&document.stages);
     let mark = "<!-- Fault matrix by seatrial -->\n";
     let mut text = mark.to_owned() + &summary(document) + "\n" + &line(&headings);
     text += &line(&vec!["---".into(); headings.len()]);
