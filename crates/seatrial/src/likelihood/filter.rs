@@ -7,7 +7,7 @@
 //!
 //! Variances are relative to that of the heading noise. Without a disturbance P is 0 and the filter is output error. Under a drift only
 //! the heading is corrected. Gains do not depend on what is measured, so that parameters which leave the dynamics alone share them. F and Q are
-//! computed over a step so short that five terms of a series and three of Gauss's points are exact to 1e-7, and doubled.
+//! computed over a step so short that five terms of a series and three of Gauss's points are exact to 1e-6, and doubled.
 
 use seatrial_core::whitening::{Covariance, Gain};
 
