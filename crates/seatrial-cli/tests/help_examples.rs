@@ -23,7 +23,12 @@ fn verbs_of(help: &str) -> Vec<String> {
     let entries = help
         .lines()
         .skip_while(|line| !line.starts_with("Commands:"));
-    let entries = entries.take_while(|line| !line.starts_with("Options:"));
+    let is_next = |line: &&str| {
+        ["Options:", "Arguments:"]
+            .iter()
+            .any(|head| line.starts_with(head))
+    };
+    let entries = entries.take_while(|line| !is_next(line));
     let entries = entries.filter(|line| line.starts_with("  ") && !line.starts_with("   "));
     let names = entries.filter_map(|line| line.split_whitespace().next());
     names
