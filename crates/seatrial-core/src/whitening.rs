@@ -35,8 +35,6 @@ pub struct Covariance<T, const STATES: usize>(pub [[T; STATES]; STATES]);
 /// How a measurement of one state corrects all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gain<T, const STATES: usize> {
-    /// The state that is measured.
-    pub measured: usize,
     /// K.
     pub gain: [T; STATES],
     /// Variance S of the innovation.
@@ -96,7 +94,6 @@ impl<T: Number, const STATES: usize> Covariance<T, STATES> {
             }
         }
         Gain {
-            measured,
             gain,
             variance,
             precision,
@@ -105,13 +102,11 @@ impl<T: Number, const STATES: usize> Covariance<T, STATES> {
 }
 
 impl<T: Number, const STATES: usize> Gain<T, STATES> {
-    /// Corrects a state by what was measured, and returns the innovation.
+    /// Corrects a state by the innovation of the state that was measured.
     #[inline(always)]
-    pub fn correct(&self, state: &mut [T; STATES], value: T) -> T {
-        let innovation = value - state[self.measured];
+    pub fn correct(&self, state: &mut [T; STATES], innovation: T) {
         for (of_state, gain) in state.iter_mut().zip(&self.gain) {
             *of_state = *of_state + *gain * innovation;
         }
-        innovation
     }
 }

@@ -69,7 +69,6 @@ impl<const N: usize, const COLUMNS: usize> Whitening<N, COLUMNS> {
             process: 0.0,
             covariance: Covariance([[none; 3], [none; 3], [none, none, variance]]),
             gain: Gain {
-                measured: 0,
                 gain: [none; 3],
                 variance: none,
                 precision: none,
@@ -133,7 +132,8 @@ impl<const N: usize, const COLUMNS: usize> Whitening<N, COLUMNS> {
         let mut innovations = *columns;
         for (state, innovation) in self.states.iter_mut().zip(&mut innovations) {
             *state = self.transition.of(*state);
-            *innovation = self.gain.correct(state, *innovation);
+            *innovation -= state[0];
+            self.gain.correct(state, *innovation);
         }
         innovations
     }

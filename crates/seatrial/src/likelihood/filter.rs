@@ -44,7 +44,6 @@ impl<const N: usize> Whitening<N> {
         settled: f64,
     ) -> Self {
         let none = Gain {
-            measured: 0,
             gain: [0.0; N],
             variance: 1.0,
             precision: 1.0,
@@ -273,7 +272,9 @@ pub fn innovations(
         errors.push(match gains {
             Some(Gains { gains, .. }) => {
                 let (gain, deviation) = &gains[i];
-                gain.correct(&mut x, heading_rad) / deviation
+                let innovation = heading_rad - x[0];
+                gain.correct(&mut x, innovation);
+                innovation / deviation
             }
             None => heading_rad - x[0],
         });

@@ -166,12 +166,13 @@ impl<'a, const STATES: usize> Run<'a, STATES> {
             Some([self.leg.heading_rad[i], 0.0, 0.0, 0.0]),
             rate.map(|rate| [*rate, 0.0, 0.0, -1.0]),
         ];
-        for (gain, measured) in self.filter.measure().iter().zip(measured) {
+        for (state, (gain, measured)) in self.filter.measure().iter().zip(measured).enumerate() {
             let Some(mut columns) = measured else {
                 continue;
             };
             for (x, column) in self.x.iter_mut().zip(&mut columns) {
-                *column = gain.correct(x, *column);
+                *column -= x[state];
+                gain.correct(x, *column);
             }
             took(&columns, gain.variance);
         }
