@@ -97,7 +97,7 @@ fn add_verbs(verb: &[&str], page: &mut String) -> Result<()> {
 /// The verbs that a help lists under `Commands:` and under the groups that follow.
 fn listed_verbs(help: &str) -> impl Iterator<Item = &str> {
     let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1);
-    let listed = listed.take_while(|line| *line != "Options:");
+    let listed = listed.take_while(|line| !["Arguments:", "Options:"].contains(line));
     let verbs = listed.filter(|line| line.starts_with("  ") && !line.starts_with("   "));
     verbs
         .filter_map(|line| line.split_whitespace().next())
