@@ -49,10 +49,18 @@ fn forget_unpacked() -> Result<()> {
     let Some(cargo) = cargo.or_else(of_user) else {
         return Ok(());
     };
-    for registry in shell().read_dir(cargo.join("registry/src"))? {
-        let is_of_check =
-            (registry.file_name()).is_some_and(|name| name.as_encoded_bytes()[0] == b'-');
-        for package in packages(metadata()?).iter().filter(|_| is_of_check) {
+    // On a machine that has fetched nothing yet there is no such folder.
+    let registries = shell().read_dir(cargo.join("registry/src"));
+    let is_of_check = |registry: &PathBuf| {
+        let name = registry.file_name().unwrap_or_default();
+        name.to_string_lossy().starts_with('-')
+    };
+    for registry in registries
+        .unwrap_or_default()
+        .iter()
+        .filter(|r| is_of_check(r))
+    {
+        for package in packages(metadata()?) {
             let [name, version] = ["name", "version"].map(|field| text(package, field));
             shell().remove_path(registry.join(format!("{name}-{version}")))?;
         }
