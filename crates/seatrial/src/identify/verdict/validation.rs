@@ -274,8 +274,11 @@ impl Weighing {
 
 /// Does the model predict the heading of validation data better than one of a rudder that stopped at 70 % of the training's angle could?
 fn predicts_too_well(evidence: &ModelEvidence) -> bool {
-    let r2 = (evidence.validation).and_then(|validation| validation.r2_heading_offset_refit);
-    r2.is_some_and(|r2| r2 > STOPPED_R2)
+    r2_of_heading(evidence).is_some_and(|r2| r2 > STOPPED_R2)
+}
+
+fn r2_of_heading(evidence: &ModelEvidence) -> Option<f64> {
+    evidence.validation?.r2_heading_offset_refit
 }
 
 /// Does the model predict the heading of validation data with at most a quarter of the error that a rudder of b2/b2' of its effect would leave?
@@ -286,8 +289,7 @@ fn predicts_too_well(evidence: &ModelEvidence) -> bool {
 /// ```
 fn shows_no_lost_effect(trained: &Refined, other: &Refined, evidence: &ModelEvidence) -> bool {
     let lost = 1.0 - trained.model.b2_per_s2 / other.model.b2_per_s2;
-    let r2 = (evidence.validation).and_then(|validation| validation.r2_heading_offset_refit);
-    r2.is_some_and(|r2| 1.0 - r2 < (0.25 * lost).powi(2))
+    r2_of_heading(evidence).is_some_and(|r2| 1.0 - r2 < (0.25 * lost).powi(2))
 }
 
 /// Where a larger angle in training than in the validation data turned the vehicle less per degree, at which angle the rudder
