@@ -41,8 +41,8 @@ pub trait Landscape {
     /// The point a step further. `None` where it is no number.
     fn moved(&self, from: &Self::Point, step: DVector<f64>) -> Option<Self::Point>;
 
-    /// A parameter in which the cost has corners: where no step helps, the others go on alone.
-    fn corner(&self) -> Option<usize> {
+    /// The place of a parameter in which the cost has corners: where no step helps, the others go on alone.
+    fn corner(&self, _: &Self::Point) -> Option<usize> {
         None
     }
 
@@ -54,7 +54,8 @@ pub trait Landscape {
             let (information, slope) = self.linearised(&here);
             let before = self.cost(&here);
             let is_done = |now: f64| before - now < effort.tolerance;
-            for held in [Some(None), self.corner().map(Some)].into_iter().flatten() {
+            let corner = self.corner(&here);
+            for held in [Some(None), corner.map(Some)].into_iter().flatten() {
                 for _ in 0..TRIES {
                     let mut damped = information.clone();
                     for i in 0..damped.nrows() {

@@ -325,9 +325,10 @@ impl Landscape for Problem<'_> {
         self.at(from.hypothesis, &x)
     }
 
-    /// The shift, next to the damping.
-    fn corner(&self) -> Option<usize> {
-        Some(1)
+    fn corner(&self, at: &Fit) -> Option<usize> {
+        let free = self.free(at.hypothesis);
+        free.iter()
+            .position(|parameter| *parameter == Parameter::Shift)
     }
 }
 
