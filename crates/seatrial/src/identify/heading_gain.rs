@@ -19,7 +19,8 @@ const UNSTABLE: f64 = 0.2;
 const NEXT_GAIN: f64 = 0.85;
 const GAINS: usize = 20;
 
-/// Share of the vehicles on which the gain must hold.
+/// Share of the vehicles on which the gain must hold. With 0.95, of the 567 accepted boats of the example `hulls` (seeds 20777 and 31337) as many
+/// gains overshoot (4), and 8 more boats have none.
 const LEAST_HOLDING: f64 = 0.8;
 
 /// By how much less may hold under the gain that is taken than under the one under which most do.
