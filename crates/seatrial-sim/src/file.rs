@@ -30,7 +30,7 @@ const OF_THE_HELM: [&str; 7] = [
 /// A vehicle to begin with, and what is changed of it.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Changed {
+struct VehicleVariant {
     base: Base,
     payload: Option<Payload>,
     trim_n: Option<f64>,
@@ -153,7 +153,7 @@ impl SimulatedConfig {
         let vehicle = table
             .remove("vehicle")
             .unwrap_or(Value::Table(Table::new()));
-        let changed: Changed = vehicle.try_into()?;
+        let changed: VehicleVariant = vehicle.try_into()?;
         let base = match changed.base {
             Base::Remus100 => remus100::config(),
             Base::Starfish => starfish::config(),
@@ -228,7 +228,7 @@ fn overlay(below: &mut Table, above: Table) {
     }
 }
 
-impl Changed {
+impl VehicleVariant {
     fn apply(&self, config: &mut SixDofConfig) -> Result<(), ConfigError> {
         let factors = [
             ("vehicle.rudder_area_factor", self.rudder_area_factor),

@@ -210,10 +210,10 @@ impl<'a> Polynomials<'a> {
     }
 
     /// The polynomial that is nearest to values, but for its mean.
-    fn fitted(self, values: &[f64]) -> Fitted {
+    fn fitted(self, values: &[f64]) -> LocalPolynomial {
         let shares = self.of_order.iter();
         let shares = shares.map(|order| dot(&order.values, values) / order.norm);
-        Fitted {
+        LocalPolynomial {
             middle_s: self.times_s[self.times_s.len() / 2],
             length_s: length_s(self.times_s),
             shares: shares.collect(),
@@ -223,14 +223,14 @@ impl<'a> Polynomials<'a> {
 }
 
 /// A polynomial as a sum of orthogonal ones.
-struct Fitted {
+struct LocalPolynomial {
     middle_s: f64,
     length_s: f64,
     shares: Vec<f64>,
     of_order: Vec<Order>,
 }
 
-impl Fitted {
+impl LocalPolynomial {
     fn slope(&self, time_s: f64) -> f64 {
         let x = (time_s - self.middle_s) / self.length_s;
         let terms = self.shares.iter().zip(slopes(&self.of_order, x));

@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use seatrial::gains::commission::{
-    Evidence, Foreseen, Judged, Judgement, MOST_REPEATS, ModelCheck, Response, Stage, StepInstant,
-    StepTest, check_model, foresee, judge_repeats,
+    Evidence, Foreseen, JudgedSteps, Judgement, MOST_REPEATS, ModelCheck, Response, Stage,
+    StepInstant, StepTest, check_model, foresee, judge_repeats,
 };
 use seatrial_core::{AbortReason, Envelope};
 
@@ -134,7 +134,7 @@ impl Commission<'_> {
                 foreseen,
                 proposal.smoothing_s,
             );
-            let Judged {
+            let JudgedSteps {
                 new,
                 old,
                 judgement,

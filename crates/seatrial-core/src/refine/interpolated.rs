@@ -6,14 +6,14 @@ use super::{Disturbance, Peak, Series, SteeringFit};
 
 /// Where a peak is looked for, and how wide it may be.
 #[derive(Clone, Copy, Debug)]
-pub struct Expected {
+pub struct PeakGuess {
     /// 1/s
     pub a22_per_s: f64,
     /// Standard deviation of a22, 1/s.
     pub deviation_per_s: f64,
 }
 
-impl Expected {
+impl PeakGuess {
     /// Where `last` led from the peak before it, in logarithms: as a disturbance grows, both grow with it.
     pub fn after(before: &Peak, last: &Peak) -> Self {
         let ratio = last.a22_per_s / before.a22_per_s;
@@ -29,7 +29,7 @@ impl Expected {
     }
 }
 
-impl From<&Peak> for Expected {
+impl From<&Peak> for PeakGuess {
     fn from(peak: &Peak) -> Self {
         Self {
             a22_per_s: peak.a22_per_s,
@@ -100,7 +100,7 @@ impl Cubic {
 pub struct Near {
     /// Where [`Peak::find`] begins, 1/s.
     pub start_per_s: f64,
-    pub expected: Expected,
+    pub expected: PeakGuess,
     /// Scale of the damping, 1/s.
     pub scale_per_s: f64,
     /// A peak with a lower log likelihood may be read off from further away.
@@ -140,7 +140,7 @@ impl Near {
                         .or_else(search),
                 };
             }
-            expected = Expected {
+            expected = PeakGuess {
                 a22_per_s: four.at(minimum.place.clamp(-LONGEST_MOVE, LONGEST_MOVE)),
                 deviation_per_s,
             };
@@ -169,7 +169,7 @@ impl Four {
     fn around(
         record: &Series<'_>,
         disturbance: Disturbance,
-        expected: &Expected,
+        expected: &PeakGuess,
         scale_per_s: f64,
     ) -> Option<Self> {
         let centre_per_s = expected.a22_per_s;

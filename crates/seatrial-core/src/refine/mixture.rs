@@ -4,7 +4,7 @@ use core::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use libm::{erfc, exp, log, sqrt};
 
-use super::interpolated::{Expected, Near};
+use super::interpolated::{Near, PeakGuess};
 use super::{DISTURBANCE_TIME_CONSTANTS, Disturbance, Peak, RefineFailure, Series, Span};
 use crate::{List, YawModel};
 
@@ -353,8 +353,8 @@ impl StrengthSearch<'_> {
                     break;
                 }
                 let expected = match &before {
-                    Some(before) => Expected::after(before, &last),
-                    None => Expected::from(&last),
+                    Some(before) => PeakGuess::after(before, &last),
+                    None => PeakGuess::from(&last),
                 };
                 let relative = last.disturbance.relative * ratio;
                 let read_off = before
@@ -397,7 +397,7 @@ impl StrengthSearch<'_> {
         (peak.fit.log_likelihood - self.none.fit.log_likelihood).abs()
     }
 
-    fn at(&self, relative: f64, start_per_s: f64, expected: Expected) -> Option<Peak> {
+    fn at(&self, relative: f64, start_per_s: f64, expected: PeakGuess) -> Option<Peak> {
         let disturbance = Disturbance {
             relative,
             time_constant_s: self.time_constant_s,

@@ -42,7 +42,7 @@ pub struct LinkLost;
 #[derive(Clone, Debug)]
 pub struct FaultyVehicle<V> {
     vehicle: V,
-    faults: Vec<Scheduled>,
+    faults: Vec<ScheduledFault>,
     stages: Stages,
     upset: Upset,
     /// The vehicle's own time, s.
@@ -58,7 +58,7 @@ pub struct FaultyVehicle<V> {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Scheduled {
+struct ScheduledFault {
     fault: Fault,
     began_s: Option<f64>,
 }
@@ -84,7 +84,7 @@ impl<V: Rehearsable> FaultyVehicle<V> {
             vehicle,
             faults: faults
                 .into_iter()
-                .map(|fault| Scheduled {
+                .map(|fault| ScheduledFault {
                     fault,
                     began_s: None,
                 })

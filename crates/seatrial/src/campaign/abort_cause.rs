@@ -59,7 +59,7 @@ pub(crate) fn is_compass(aborted: AbortReason, found: &Evidence) -> bool {
 }
 
 /// What the compass did that looks like this reason.
-fn compass_failed(aborted: AbortReason, samples: &[Sample<f64>]) -> Option<Shown> {
+fn compass_failed(aborted: AbortReason, samples: &[Sample<f64>]) -> Option<CauseWords> {
     match aborted {
         AbortReason::StaleSamples => heading_stopped(samples),
         AbortReason::ReversedRudder | AbortReason::HeadingExcursion | AbortReason::YawRate => {
@@ -70,10 +70,10 @@ fn compass_failed(aborted: AbortReason, samples: &[Sample<f64>]) -> Option<Shown
 }
 
 /// Cause and action.
-type Shown = (String, &'static str);
+type CauseWords = (String, &'static str);
 
 /// The heading was missing at last while other measurements came.
-fn heading_stopped(samples: &[Sample<f64>]) -> Option<Shown> {
+fn heading_stopped(samples: &[Sample<f64>]) -> Option<CauseWords> {
     let end_s = samples.last()?.time_s;
     let heard = samples.iter().rposition(|s| s.heading_rad.is_finite())?;
     let silent_s = end_s - samples[heard].time_s;
@@ -89,7 +89,7 @@ fn heading_stopped(samples: &[Sample<f64>]) -> Option<Shown> {
 }
 
 /// The heading came and moved to the end, and the rudder was not known, or nothing else was missing.
-fn outputs_failed(samples: &[Sample<f64>]) -> Option<Shown> {
+fn outputs_failed(samples: &[Sample<f64>]) -> Option<CauseWords> {
     let end_s = samples.last()?.time_s;
     let last = &samples[samples.partition_point(|s| s.time_s < end_s - LAST_S)..];
     let first_rad = last.first()?.heading_rad;
@@ -131,7 +131,7 @@ fn others_stopped(samples: &[Sample<f64>], last: &[Sample<f64>]) -> bool {
     (0..5).any(|k| came(samples, k) && !came(last, k))
 }
 
-fn jumped(samples: &[Sample<f64>]) -> Option<Shown> {
+fn jumped(samples: &[Sample<f64>]) -> Option<CauseWords> {
     let jump = heading_jump(samples)?;
     Some((
         format!(
@@ -144,7 +144,7 @@ fn jumped(samples: &[Sample<f64>]) -> Option<Shown> {
 }
 
 /// The vehicle turned as an earlier run of the trial foresees, but to the other side.
-fn works_the_other_way(found: &Evidence) -> Option<Shown> {
+fn works_the_other_way(found: &Evidence) -> Option<CauseWords> {
     let (thrust, model) = found.earlier?;
     let turned = turn_over_foreseen(found, model)?;
     (OTHER_WAY[0]..OTHER_WAY[1]).contains(&turned).then(|| {

@@ -4,7 +4,7 @@ use nalgebra::DVector;
 use serde::Serialize;
 use statrs::distribution::ContinuousCDF;
 
-use super::pool::{Pooled, f_distribution, interval};
+use super::pool::{PooledChange, f_distribution, interval};
 use super::{Effect, Effects};
 
 /// A cause does not explain a change if what it leaves is less probable than this.
@@ -72,7 +72,7 @@ impl Cause {
 impl Explanation {
     /// `None` where no single cause explains the change within the noise. Where the speed is known not to have
     /// changed, it is no cause.
-    pub(super) fn of(pooled: &Pooled, delta0_rad: f64, speed_is_known: bool) -> Option<Self> {
+    pub(super) fn of(pooled: &PooledChange, delta0_rad: f64, speed_is_known: bool) -> Option<Self> {
         let information = pooled.information()?;
         let p = pooled.change.len();
         let total = (pooled.change.transpose() * &information * &pooled.change)[(0, 0)];

@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::cause::{self, Explanation};
 use super::not_compared::NotCompared;
-use super::pool::{Deviation, Pooled, ReferenceError};
-use super::{Detectable, Effects, Expected, Finding, HealthSettings, Reference, SpeedModel};
+use super::pool::{Deviation, PooledChange, ReferenceError};
+use super::{Detectable, Effects, Finding, HealthSettings, Reference, ReferencePoint, SpeedModel};
 
 /// The answer to whether the vehicle has changed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -91,7 +91,7 @@ pub fn compare(reference: &Reference, now: &[SpeedModel], settings: &HealthSetti
     let mut speed_is_known = true;
     let mut left_out = Vec::new();
     for model in now {
-        let deviation = reference.at(model).and_then(|expected: Expected| {
+        let deviation = reference.at(model).and_then(|expected: ReferencePoint| {
             Deviation::between(&expected, model).ok_or(NotCompared::NotFinite)
         });
         match deviation {
@@ -218,8 +218,8 @@ impl Comparison<'_> {
         }
     }
 
-    fn pool(&self, of: &[Deviation]) -> Option<Pooled> {
-        Pooled::of(of, &self.errors, self.settings.parameters())
+    fn pool(&self, of: &[Deviation]) -> Option<PooledChange> {
+        PooledChange::of(of, &self.errors, self.settings.parameters())
     }
 
     /// Each speed by itself, tested at this level.

@@ -28,7 +28,7 @@ use serde::Serialize;
 
 pub use cause::{Cause, Explanation};
 pub use change::{Change, SpeedChange, compare};
-pub use watch::{Skipped, Watch, WatchReport, WatchedWindow};
+pub use watch::{SkippedTime, Watch, WatchReport, WatchedWindow};
 
 use crate::identification::Identification;
 use crate::record::mean;
@@ -238,7 +238,7 @@ pub struct Reference {
 
 /// The reference at one speed.
 #[derive(Clone, Debug, PartialEq)]
-struct Expected {
+struct ReferencePoint {
     model: YawModel<f64>,
     /// Which points it comes from, and with which weight.
     weights: Vec<(usize, f64)>,
@@ -318,8 +318,8 @@ impl Reference {
     }
 
     /// The model at a speed, or why there is none.
-    fn at_speed(&self, surge_speed_m_s: Option<f64>) -> Result<Expected, NotCompared> {
-        let at_point = |index: usize, model| Expected {
+    fn at_speed(&self, surge_speed_m_s: Option<f64>) -> Result<ReferencePoint, NotCompared> {
+        let at_point = |index: usize, model| ReferencePoint {
             model,
             weights: vec![(index, 1.0)],
         };
@@ -351,7 +351,7 @@ impl Reference {
                 .partition_point(|p| p.surge_speed_m_s.is_some_and(|own| own < speed))
                 .clamp(1, last);
             let fraction = (speed - speed_of(upper - 1)) / (speed_of(upper) - speed_of(upper - 1));
-            return Ok(Expected {
+            return Ok(ReferencePoint {
                 model,
                 weights: vec![(upper - 1, 1.0 - fraction), (upper, fraction)],
             });
@@ -382,9 +382,9 @@ impl Reference {
     }
 
     /// The model at a thrust that was run, or else at a speed, or why there is none.
-    fn at(&self, now: &SpeedModel) -> Result<Expected, NotCompared> {
+    fn at(&self, now: &SpeedModel) -> Result<ReferencePoint, NotCompared> {
         match self.points.iter().position(|p| p.has_thrust_of(now)) {
-            Some(index) => Ok(Expected {
+            Some(index) => Ok(ReferencePoint {
                 model: self.points[index].model,
                 weights: vec![(index, 1.0)],
             }),

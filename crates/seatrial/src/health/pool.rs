@@ -4,7 +4,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Matrix3, Vector3};
 use seatrial_core::YawModel;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, StudentsT};
 
-use super::{Detectable, Effect, Effects, Expected, HealthSettings, SpeedModel};
+use super::{Detectable, Effect, Effects, HealthSettings, ReferencePoint, SpeedModel};
 
 /// No estimate counts as surer than a millionth of its value.
 const LEAST_VARIANCE: f64 = 1e-12;
@@ -43,7 +43,7 @@ pub(super) struct Deviation {
 
 impl Deviation {
     /// `None` where the numbers are too large or too small for it.
-    pub(super) fn between(expected: &Expected, now: &SpeedModel) -> Option<Self> {
+    pub(super) fn between(expected: &ReferencePoint, now: &SpeedModel) -> Option<Self> {
         let [a22, b2, c0] = expected.model.theta();
         let [a22_now, b2_now, c0_now] = now.model.theta();
         let change = Vector3::new(a22_now / a22 - 1.0, b2_now / b2 - 1.0, (c0_now - c0) / b2);
@@ -92,7 +92,7 @@ fn relative(covariance: &[[f64; 3]; 3], model: &YawModel<f64>) -> Matrix3<f64> {
 /// their covariances say (Birge's ratio) widen V, and so do weights by covariances that are themselves estimates
 /// (Meier 1953). Generalised likelihood ratio of a common shift; Satterthwaite's degrees of freedom.
 #[derive(Clone, Debug)]
-pub(super) struct Pooled {
+pub(super) struct PooledChange {
     pub(super) change: DVector<f64>,
     pub(super) covariance: DMatrix<f64>,
     pub(super) degrees_of_freedom: f64,
@@ -189,7 +189,7 @@ fn reference_freedom(deviations: &[Deviation], references: &[ReferenceError]) ->
         .fold(MOST_DEGREES_OF_FREEDOM, f64::min)
 }
 
-impl Pooled {
+impl PooledChange {
     /// For the test: as the errors are if nothing has changed.
     pub(super) fn of(
         deviations: &[Deviation],
@@ -394,8 +394,8 @@ mod tests {
         }
     }
 
-    fn expected(reference: &SpeedModel) -> Expected {
-        Expected {
+    fn expected(reference: &SpeedModel) -> ReferencePoint {
+        ReferencePoint {
             model: reference.model,
             weights: vec![(0, 1.0)],
         }
@@ -408,7 +408,7 @@ mod tests {
         let now = model([1.0, 0.8, 1.0], 0.02);
         let deviation = Deviation::between(&expected(&reference), &now).unwrap();
         let errors = [ReferenceError::of(&reference)];
-        let pooled = Pooled::of(&vec![deviation.clone(); 4], &errors, 3).unwrap();
+        let pooled = PooledChange::of(&vec![deviation.clone(); 4], &errors, 3).unwrap();
         // The floor of the variance, 1e-12, and rounding.
         assert!((pooled.change[1] + 0.2).abs() < 1e-9);
         assert!((pooled.covariance[(1, 1)] - (0.01_f64.powi(2) + 0.03_f64.powi(2))).abs() < 1e-9);
@@ -427,7 +427,7 @@ mod tests {
                 Deviation::between(&expected(&reference), &model([1.0, b2, 1.0], 0.01)).unwrap()
             })
             .into();
-        let pooled = Pooled::of(&deviations, &[ReferenceError::of(&reference)], 2).unwrap();
+        let pooled = PooledChange::of(&deviations, &[ReferenceError::of(&reference)], 2).unwrap();
         // J = 2 (10 deviations)^2 over 2 degrees of freedom: a hundred times the variance of 1 %^2/2, within the
         // share of a millionth of the uncertain weights.
         assert!((pooled.covariance[(1, 1)] / 0.005 - 1.0).abs() < 1e-5);
@@ -445,7 +445,7 @@ mod tests {
         let reference = model([1.0; 3], 0.001);
         let now = model([1.03, 0.96, 1.0], 0.001);
         let deviations = [Deviation::between(&expected(&reference), &now).unwrap()];
-        let pooled = Pooled::of(&deviations, &[ReferenceError::of(&reference)], 3).unwrap();
+        let pooled = PooledChange::of(&deviations, &[ReferenceError::of(&reference)], 3).unwrap();
         let p_value = |tolerated| {
             let settings = HealthSettings::new(0.05, tolerated, true).unwrap();
             pooled.p_value(&settings)

@@ -10,7 +10,7 @@ use super::cause::{self, Explanation};
 use super::change::mean_delta0_rad;
 use super::estimate::{accepted_estimate, missions, steady_speed_m_s};
 use super::not_compared::NotCompared;
-use super::pool::{Deviation, Pooled, ReferenceError};
+use super::pool::{Deviation, PooledChange, ReferenceError};
 use super::{
     Detectable, Effects, Finding, HealthError, HealthSettings, Reference, SpeedModel,
     degrees_of_freedom,
@@ -84,7 +84,7 @@ pub struct WatchedWindow {
 
 /// Time that could not be watched.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Skipped {
+pub struct SkippedTime {
     /// Why the mission gives no answer.
     pub because: String,
     /// How long altogether, s.
@@ -105,7 +105,7 @@ pub struct WatchReport {
     /// The p under which a span raises the alarm.
     pub level: Option<f64>,
     /// Time that could not be watched, and why, longest first.
-    pub skipped: Vec<Skipped>,
+    pub skipped: Vec<SkippedTime>,
     /// The first window after the change, counted from 0.
     pub since: Option<usize>,
     /// What has changed by how much: since the change, or over all where there is none.
@@ -306,7 +306,7 @@ impl Watch {
         }
         let errors = self.reference.errors();
         let alone = std::slice::from_ref(&deviation);
-        let effects = Pooled::of(alone, &errors, self.settings.parameters())
+        let effects = PooledChange::of(alone, &errors, self.settings.parameters())
             .ok_or(NotCompared::NotFinite)?
             .effects(alone, &errors);
         let watched = WatchedWindow {
@@ -328,7 +328,7 @@ impl Watch {
             self.windows.iter().cloned().unzip();
         let tests: usize = (1..=unmarked.len()).map(|n| spans(n).count()).sum();
         let level = settings.false_alarm_rate / tests.max(1) as f64;
-        let pool = |of: &[Deviation]| Pooled::of(of, &errors, settings.parameters());
+        let pool = |of: &[Deviation]| PooledChange::of(of, &errors, settings.parameters());
         let windows = marked(unmarked, level, |n, span| {
             let pooled = pool(&deviations[n + 1 - span..=n])?;
             Some(pooled.p_value(&settings))
@@ -371,11 +371,11 @@ impl Watch {
         }
     }
 
-    fn skipped_longest_first(&self) -> Vec<Skipped> {
-        let mut skipped: Vec<Skipped> = self
+    fn skipped_longest_first(&self) -> Vec<SkippedTime> {
+        let mut skipped: Vec<SkippedTime> = self
             .skipped
             .iter()
-            .map(|(because, duration_s)| Skipped {
+            .map(|(because, duration_s)| SkippedTime {
                 because: because.clone(),
                 duration_s: *duration_s,
             })
@@ -456,7 +456,7 @@ fn onset(
 ) -> Option<usize> {
     (0..=first)
         .filter_map(|from| {
-            let pooled = Pooled::of(&deviations[from..=last], errors, settings.parameters())?;
+            let pooled = PooledChange::of(&deviations[from..=last], errors, settings.parameters())?;
             let information = pooled.information()?;
             let ratio = (pooled.change.transpose() * information * &pooled.change)[(0, 0)];
             Some((from, ratio))

@@ -60,7 +60,7 @@ impl fmt::Display for Subject {
 /// assert_eq!(ReasonKind::from(ReasonCode::LowR2).to_string(), "low_r2");
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(from = "Written")]
+#[serde(from = "StoredKind")]
 pub struct ReasonKind {
     /// What is wrong.
     pub code: ReasonCode,
@@ -153,15 +153,15 @@ impl fmt::Display for ReasonKind {
 
 /// As a document holds it.
 #[derive(Deserialize)]
-struct Written {
+struct StoredKind {
     code: ReasonCode,
     #[serde(default)]
     of: Option<Subject>,
 }
 
-impl From<Written> for ReasonKind {
-    fn from(written: Written) -> Self {
-        let Written { code, of } = written;
+impl From<StoredKind> for ReasonKind {
+    fn from(written: StoredKind) -> Self {
+        let StoredKind { code, of } = written;
         let earlier = of.is_none().then(|| of_earlier(&code.to_string()));
         earlier.flatten().unwrap_or(Self { code, of })
     }

@@ -19,7 +19,7 @@ use seatrial_core::{Nomoto, RejectedCounts, YawModel};
 use serde::{Deserialize, Serialize};
 
 use crate::likelihood::steering_model::log_steady_gain;
-use crate::likelihood::{SteeringModel, Structure, Weighed};
+use crate::likelihood::{SteeringModel, Structure, WeighedHypothesis};
 pub use crate::propagation::{
     NORMAL_95, covariance_of_intervals, drawn, interval_95, with_steady_gain,
 };
@@ -205,7 +205,7 @@ pub struct HigherOrder {
     pub least_r2_left_out: Option<f64>,
     /// Hypotheses that were weighed, the heaviest first; empty where a lag explained all that first order does not.
     #[serde(default)]
-    pub hypotheses: Vec<Weighed>,
+    pub hypotheses: Vec<WeighedHypothesis>,
     /// The vehicle that the heading gain is made for, where the hypotheses decide it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain_vehicle: Option<GainVehicle>,

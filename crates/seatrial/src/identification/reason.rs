@@ -215,7 +215,7 @@ impl Verdict {
 
 /// One reason of a verdict.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(from = "Written")]
+#[serde(from = "StoredReason")]
 pub struct Reason {
     /// Short and stable, for programs.
     pub code: ReasonCode,
@@ -232,7 +232,7 @@ pub struct Reason {
 
 /// As a document holds it.
 #[derive(Deserialize)]
-struct Written {
+struct StoredReason {
     #[serde(flatten)]
     kind: ReasonKind,
     text: String,
@@ -242,8 +242,8 @@ struct Written {
     detail: String,
 }
 
-impl From<Written> for Reason {
-    fn from(written: Written) -> Self {
+impl From<StoredReason> for Reason {
+    fn from(written: StoredReason) -> Self {
         let ReasonKind { code, of } = written.kind;
         Self {
             code,

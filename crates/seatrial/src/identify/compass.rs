@@ -94,11 +94,11 @@ impl CompassError {
         let heading = DVector::from_column_slice(&path.heading_rad);
         let interval_s = (last.time_s - first.time_s) / (samples.len() - 1) as f64;
         let count = ((MEAN_OVER_S / interval_s).ceil() as usize).max(1);
-        let jump = |aligned: &Aligned| {
+        let jump = |aligned: &Alignment| {
             largest_jump(aligned.error(&heading).as_slice(), count, path.step_rad)
         };
-        let at_once = Aligned::of(&path, &heading, 0.0)?.shifted(&path, &heading);
-        let explains = |late: &Aligned| jump(late).is_none();
+        let at_once = Alignment::of(&path, &heading, 0.0)?.shifted(&path, &heading);
+        let explains = |late: &Alignment| jump(late).is_none();
         let is_sound = at_once.is_in_scale() && at_once.is_settled() && explains(&at_once);
         let late = match is_sound {
             true => None,
@@ -113,7 +113,7 @@ impl CompassError {
             Jump { size_rad, time_s }
         });
         let error = aligned.error(&heading);
-        let Aligned {
+        let Alignment {
             shift_s,
             smoothed_s,
             terms,
@@ -142,7 +142,7 @@ impl CompassError {
 }
 
 /// The least squares fit of the heading for one shift.
-struct Aligned {
+struct Alignment {
     /// The yaw rate is read so much later, s.
     shift_s: f64,
     /// It goes through a low-pass filter of this time constant before, s.
@@ -153,7 +153,7 @@ struct Aligned {
     found: DVector<f64>,
 }
 
-impl Aligned {
+impl Alignment {
     fn of(path: &Path, heading: &DVector<f64>, shift_s: f64) -> Option<Self> {
         let turns: Vec<[f64; 2]> = path.times_s.iter().map(|t| path.at(t + shift_s)).collect();
         let terms = DMatrix::from_fn(turns.len(), TERMS, |row, column| match column {

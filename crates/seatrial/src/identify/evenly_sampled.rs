@@ -154,7 +154,7 @@ impl<'a> EvenlySampled<'a> {
         };
         settings.check()?;
         let mut regression = Regression::new(&settings);
-        let mut heading = Continued::default();
+        let mut heading = UnwrappedHeading::default();
         for from in (0..count).step_by(PIECE) {
             let to = (from + PIECE).min(count);
             self.part(from..(to + 1).min(count))
@@ -261,13 +261,13 @@ impl Regression {
 
 /// Headings continued over +-pi from piece to piece.
 #[derive(Default)]
-struct Continued {
+struct UnwrappedHeading {
     last_rad: Option<f64>,
     offset_rad: f64,
     buffer: Vec<f64>,
 }
 
-impl Continued {
+impl UnwrappedHeading {
     /// The piece as it stands where it never jumps by more than half a turn.
     fn of<'a>(&'a mut self, piece: &'a [f64]) -> &'a [f64] {
         let last_rad = self.last_rad.unwrap_or(piece[0]);

@@ -75,12 +75,12 @@ impl Vehicles {
         let largest = self.designed(refined, a22_per_s)?;
         let mut tried = Vec::new();
         // Nothing holds on more than all.
-        while tried.len() < GAINS && tried.last().is_none_or(|t: &Tried| t.holding < 1.0) {
+        while tried.len() < GAINS && tried.last().is_none_or(|t: &GainTrial| t.holding < 1.0) {
             tried.push(self.try_gain(largest * NEXT_GAIN.powi(tried.len() as i32)));
         }
         let most = tried.iter().map(|t| t.holding).fold(0.0, f64::max);
         let least = LEAST_HOLDING.max(most - NEARLY);
-        let holds = |t: &&Tried| t.holding >= least && t.is_stable;
+        let holds = |t: &&GainTrial| t.holding >= least && t.is_stable;
         let asked = self.designed(refined, least_damped_per_s);
         let asked = asked.map(|gain| self.try_gain(gain));
         let largest = tried.iter().find(holds)?;
@@ -94,8 +94,8 @@ impl Vehicles {
         })
     }
 
-    fn try_gain(&self, gain: f64) -> Tried {
-        let mut tried = Tried {
+    fn try_gain(&self, gain: f64) -> GainTrial {
+        let mut tried = GainTrial {
             gain,
             holding: 0.0,
             is_stable: true,
@@ -153,7 +153,7 @@ impl Vehicles {
 
 /// A gain, the share of the vehicles on which it holds, whether it is stable on all, and the least and most overshoot on them, shares of
 /// the course change.
-struct Tried {
+struct GainTrial {
     gain: f64,
     holding: f64,
     is_stable: bool,

@@ -33,7 +33,7 @@ const LEAST_COMPARISONS: usize = 20;
 
 /// A hypothesis as documents show it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Weighed {
+pub struct WeighedHypothesis {
     /// Structure and disturbance in words.
     pub name: String,
     /// The structure.
@@ -245,14 +245,14 @@ impl<'a> Contest<'a> {
     }
 
     /// Hypotheses of at least a hundredth of the weight, the heaviest first.
-    pub fn weighed(&self) -> Vec<Weighed> {
+    pub fn weighed(&self) -> Vec<WeighedHypothesis> {
         const LEAST: f64 = 0.01;
-        let mut weighed: Vec<Weighed> = (self.candidates.iter())
+        let mut weighed: Vec<WeighedHypothesis> = (self.candidates.iter())
             .filter(|c| c.weight >= LEAST)
             .map(|c| {
                 let (structure, disturbance) =
                     (c.hypothesis.problem.structure, c.hypothesis.disturbance);
-                Weighed {
+                WeighedHypothesis {
                     name: format!("{}, {disturbance}", structure.in_words()),
                     structure,
                     disturbance,

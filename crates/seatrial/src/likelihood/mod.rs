@@ -37,7 +37,7 @@ mod sea_test;
 pub mod search;
 pub mod steering_model;
 
-pub use choice::{Candidate, Contest, Weighed, contest_of, contest_of_hulls};
+pub use choice::{Candidate, Contest, WeighedHypothesis, contest_of, contest_of_hulls};
 pub use hypothesis::{Disturbance, Structure, Vehicle};
 pub(crate) use left_out::BLOCKS;
 pub use leg::Leg;

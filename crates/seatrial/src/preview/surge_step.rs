@@ -98,7 +98,7 @@ pub fn surge_step(
 }
 
 /// A plan with one more run.
-struct Tried {
+struct PlanCandidate {
     /// `with` is not known yet.
     added: AddedRun,
     prior: Prior,
@@ -114,7 +114,7 @@ fn with_one_more(
     others: &[PriorSpeed],
     now_s: f64,
     budget: &Budget,
-) -> Result<Vec<Tried>, InvalidSetting> {
+) -> Result<Vec<PlanCandidate>, InvalidSetting> {
     let mut tried = Vec::new();
     for other in others {
         for place in 0..=prior.speeds.len() {
@@ -149,7 +149,7 @@ fn with_one_more(
             let a22_width = preview
                 .expected
                 .and_then(|found| found.relative_half_width_95[0]);
-            tried.push(Tried {
+            tried.push(PlanCandidate {
                 added,
                 prior,
                 played,
@@ -173,7 +173,11 @@ fn greatest_step(thrusts: &[f64], place: usize) -> [f64; 2] {
 
 /// Of those that make drag length and lag identifiable the cheapest; of equally cheap ones the one that tells l best, then the lag and, where
 /// they tell both well, a22.
-fn cheapest(tried: &[Tried], believed: &SurgeBelief, time_constant_s: f64) -> Option<AddedRun> {
+fn cheapest(
+    tried: &[PlanCandidate],
+    believed: &SurgeBelief,
+    time_constant_s: f64,
+) -> Option<AddedRun> {
     let mut most_s = f64::INFINITY;
     let mut found: Vec<(AddedRun, f64)> = Vec::new();
     for one in tried {

@@ -153,7 +153,7 @@ impl Judgement {
 
 /// What steps with new gains, and those with the old ones, are found to be in one sea, and what becomes of the new gains.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Judged {
+pub struct JudgedSteps {
     /// Steps with the new gains, all repeats.
     pub new: Response,
     /// Those with the old ones.
@@ -170,12 +170,12 @@ pub fn judge_repeats(
     (old, old_step_rad): (&[Vec<StepInstant>; 2], f64),
     foreseen: &Foreseen,
     smoothing_s: f64,
-) -> Option<Judged> {
+) -> Option<JudgedSteps> {
     let scatter_rad = scatter_rad(old, smoothing_s)?.min(scatter_rad(new.last()?, smoothing_s)?);
     let new = Response::of_repeats(new, step_rad, smoothing_s, scatter_rad)?;
     let old = Response::measure(old, old_step_rad, smoothing_s, scatter_rad)?;
     let judgement = judge(stage, step_rad, &new, Some(&old), foreseen, scatter_rad);
-    Some(Judged {
+    Some(JudgedSteps {
         new,
         old,
         judgement,

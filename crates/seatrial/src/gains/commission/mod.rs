@@ -21,6 +21,6 @@ pub use boat::{Boat, StepInstant, StepTest, learning_s};
 pub use design::propose;
 pub use evidence::{Evidence, NoProposal};
 pub use foresee::{Foreseen, Range, foresee};
-pub use judge::{Against, Judged, Judgement, MOST_REPEATS, Stage, judge_repeats};
+pub use judge::{Against, JudgedSteps, Judgement, MOST_REPEATS, Stage, judge_repeats};
 pub use model_check::{ModelCheck, check_model};
 pub use response::{Response, scatter_rad};

@@ -2,7 +2,7 @@
 
 use super::normal::above_zero;
 use super::record::{A22, B2, DELAY, FIRST, LAG2, PARAMETERS, Point, Record};
-use super::symmetric::{Factored, invert};
+use super::symmetric::{Factorisation, invert};
 
 /// Mean lag of a rudder, in time constants of its vehicle.
 const USUAL_LAG: f64 = 0.3;
@@ -102,7 +102,7 @@ impl Equations {
 
     /// Minus twice the log posterior at the best point, less the constants. `None` where the record does not determine the parameters.
     pub fn best_square(&self) -> Option<f64> {
-        let explained = Factored::of(&self.information)?.square_of(&self.right);
+        let explained = Factorisation::of(&self.information)?.square_of(&self.right);
         Some((self.square - explained).max(LEAST_SQUARE))
     }
 

@@ -9,7 +9,7 @@ pub const COLUMNS: usize = PARAMETERS + 1;
 
 /// Derivatives and residual of each comparison around a point.
 #[derive(Clone, Debug)]
-pub struct Linearised {
+pub struct Linearisation {
     /// The point.
     pub point: Point,
     /// Mean time of each comparison, s.
@@ -20,7 +20,7 @@ pub struct Linearised {
 
 impl Record {
     /// Around a point, with the means of `block` samples. A `prompt` rudder's delay and lag are held: their derivatives are 0.
-    pub fn linearised(&self, point: &Point, block: usize, prompt: bool) -> Linearised {
+    pub fn linearised(&self, point: &Point, block: usize, prompt: bool) -> Linearisation {
         let steps = self.steps(point);
         let moved = |parameter: usize| {
             let mut moved = *point;
@@ -35,7 +35,7 @@ impl Record {
                 self.rows_around(point, block, &all, &steps)
             }
         };
-        Linearised {
+        Linearisation {
             point: *point,
             rows,
             time_s: self.time_s.chunks_exact(block).map(mean).collect(),

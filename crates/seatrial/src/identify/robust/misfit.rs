@@ -5,7 +5,7 @@ use super::linearised::COLUMNS;
 use super::noise::whitened_products;
 use super::record::{PARAMETERS, Record};
 use super::response::{Dynamics, responses};
-use super::symmetric::Factored;
+use super::symmetric::Factorisation;
 
 /// Columns of the hull: cross-flow damping r|r| and two sways that follow the yaw rate.
 const HULL: usize = 3;
@@ -106,6 +106,6 @@ pub fn left<const N: usize>(products: &[[f64; N]; N], held: &[usize]) -> Option<
         true => of(i, PARAMETERS),
         false => 0.0,
     });
-    let explained = Factored::of(&information)?.square_of(&right);
+    let explained = Factorisation::of(&information)?.square_of(&right);
     Some(of(PARAMETERS, PARAMETERS) - explained)
 }

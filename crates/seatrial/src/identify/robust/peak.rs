@@ -5,7 +5,7 @@ use std::rc::Rc;
 use seatrial_core::whitening::Covariance;
 
 use super::belief::{Equations, LOG_TAU};
-use super::linearised::{COLUMNS, Linearised};
+use super::linearised::{COLUMNS, Linearisation};
 use super::noise::{Noise, whitened_products};
 use super::record::{A22, B2, C0, DELAY, FIRST, HEADING, LAG2, PARAMETERS, Point, RATE, Record};
 
@@ -67,7 +67,7 @@ pub struct Search<'a> {
     record: &'a Record,
     block: usize,
     prompt: bool,
-    around: Rc<Linearised>,
+    around: Rc<Linearisation>,
     noise_rad: f64,
 }
 
@@ -98,7 +98,7 @@ impl<'a> Search<'a> {
     }
 
     /// Around the last point.
-    pub fn around(&self) -> &Linearised {
+    pub fn around(&self) -> &Linearisation {
         &self.around
     }
 
@@ -110,7 +110,7 @@ impl<'a> Search<'a> {
         passes: u32,
         carries_weight: impl Fn(&Peak) -> bool,
     ) -> Option<Peak> {
-        let mut best: Option<(f64, Rc<Linearised>)> = None;
+        let mut best: Option<(f64, Rc<Linearisation>)> = None;
         let mut found = None;
         for _ in 0..passes {
             let (peak, square_rad2) = self.step(&noise)?;
@@ -148,7 +148,7 @@ impl<'a> Search<'a> {
         found
     }
 
-    fn linearised(&self, point: &Point) -> Rc<Linearised> {
+    fn linearised(&self, point: &Point) -> Rc<Linearisation> {
         Rc::new(self.record.linearised(point, self.block, self.prompt))
     }
 
@@ -252,7 +252,7 @@ impl<'a> Search<'a> {
 }
 
 /// Products of the whitened columns, and the sum of the log variances; the held columns of a prompt rudder are 0.
-fn gram(around: &Linearised, noise: &Noise, prompt: bool) -> ([[f64; COLUMNS]; COLUMNS], f64) {
+fn gram(around: &Linearisation, noise: &Noise, prompt: bool) -> ([[f64; COLUMNS]; COLUMNS], f64) {
     const PROMPT: [usize; 6] = [B2, C0, HEADING, RATE, A22, PARAMETERS];
     // A column more makes the number of them even.
     const LAGGING: [usize; 10] = [
@@ -271,7 +271,7 @@ fn gram(around: &Linearised, noise: &Noise, prompt: bool) -> ([[f64; COLUMNS]; C
 /// The Gram matrix of these columns.
 #[inline(always)]
 fn gram_of<const N: usize>(
-    around: &Linearised,
+    around: &Linearisation,
     noise: &Noise,
     columns: &[usize; N],
     of_row: impl Fn(&[f64; COLUMNS]) -> [f64; N],

@@ -1,7 +1,7 @@
 //! Small symmetric systems.
 
 /// A positive definite matrix as L L^T, scaled by its diagonal first.
-pub struct Factored<const N: usize> {
+pub struct Factorisation<const N: usize> {
     /// L, with the reciprocals of its diagonal there.
     lower: [[f64; N]; N],
     /// Reciprocal square roots of the matrix's diagonal.
@@ -10,7 +10,7 @@ pub struct Factored<const N: usize> {
     pub log_determinant: f64,
 }
 
-impl<const N: usize> Factored<N> {
+impl<const N: usize> Factorisation<N> {
     /// `None` where the matrix is not positive definite; only its elements on and below the diagonal count.
     pub fn of(matrix: &[[f64; N]; N]) -> Option<Self> {
         let roots: [f64; N] = core::array::from_fn(|i| matrix[i][i].sqrt());
@@ -82,7 +82,7 @@ fn dot(left: &[f64], right: &[f64]) -> f64 {
 
 /// Inverse and log determinant of a positive definite matrix. `None` where it is not.
 pub fn invert<const N: usize>(matrix: &[[f64; N]; N]) -> Option<([[f64; N]; N], f64)> {
-    let factored = Factored::of(matrix)?;
+    let factored = Factorisation::of(matrix)?;
     Some((factored.inverse(), factored.log_determinant))
 }
 
@@ -110,7 +110,7 @@ mod tests {
             .flat_map(|i| (0..3).map(move |j| (i, j)))
             .map(|(i, j)| vector[i] * inverse[i][j] * vector[j])
             .sum();
-        let square = Factored::of(&matrix).unwrap().square_of(&vector);
+        let square = Factorisation::of(&matrix).unwrap().square_of(&vector);
         assert!((square / by_inverse - 1.0).abs() < 1e-9);
         assert!(invert(&[[1.0, 1.0], [1.0, 1.0]]).is_none());
     }

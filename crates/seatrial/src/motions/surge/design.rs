@@ -17,7 +17,7 @@
 use seatrial_core::Sample;
 use serde::Serialize;
 
-use super::fit::{Parameters, Varied, expected_errors, played};
+use super::fit::{FreeParameters, Parameters, expected_errors, played};
 use super::parts::{Instant, Part};
 use super::{CHANGE, WIDEST, changes_thrust};
 use crate::propagation::NORMAL_95;
@@ -72,7 +72,7 @@ impl ExpectedSurge {
             let least = CHANGE * steady.abs() + CHANGE_DEVIATIONS * belief.noise_m_s;
             (first - steady).abs() > least
         });
-        let varied = Varied {
+        let varied = FreeParameters {
             length: true,
             lag: changes_thrust(&parts),
             turning_drag: parts.iter().any(|part| part.instants.len() > part.settling),

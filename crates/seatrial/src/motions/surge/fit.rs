@@ -69,7 +69,7 @@ impl Parameters {
     }
 
     /// The places of what is varied.
-    fn free(&self, varied: Varied) -> Vec<usize> {
+    fn free(&self, varied: FreeParameters) -> Vec<usize> {
         (0..self.values.len())
             .filter(|k| match k.checked_sub(self.thrusts) {
                 Some(0) => varied.length,
@@ -83,14 +83,14 @@ impl Parameters {
 
 /// Which of the parameters a fit varies besides the speeds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Varied {
+pub(super) struct FreeParameters {
     pub length: bool,
     pub lag: bool,
     pub turning_drag: bool,
 }
 
 /// What a fit found.
-pub(super) struct Fitted {
+pub(super) struct SurgeFit {
     pub parameters: Parameters,
     pub rms_residual_m_s: f64,
     pub noise: Noise,
@@ -99,7 +99,7 @@ pub(super) struct Fitted {
     covariance: DMatrix<f64>,
 }
 
-impl Fitted {
+impl SurgeFit {
     /// Standard error of ln l.
     pub fn length_error(&self) -> Option<f64> {
         self.error(self.parameters.thrusts)
@@ -129,7 +129,11 @@ impl Fitted {
 
 /// The fit of all parts; `None` where they do not determine what is varied. A lag may fall below 0, so that noise moves it to either
 /// side of a small one.
-pub(super) fn fitted(parts: &[Part], steady_m_s: &[f64], varied: Varied) -> Option<Fitted> {
+pub(super) fn fitted(
+    parts: &[Part],
+    steady_m_s: &[f64],
+    varied: FreeParameters,
+) -> Option<SurgeFit> {
     let observed = observed(parts);
     let beginning = beginning(parts, steady_m_s, varied);
     let free = beginning.free(varied);
@@ -146,7 +150,7 @@ pub(super) fn fitted(parts: &[Part], steady_m_s: &[f64], varied: Varied) -> Opti
     let slopes = slopes(parts, &parameters);
     let covariance = noise.covariance(parts, &jacobian, &residual, &bread, &slopes);
     let freedom = (observed.len() - free.len()) as f64;
-    Some(Fitted {
+    Some(SurgeFit {
         rms_residual_m_s: (residual.norm_squared() / freedom).sqrt(),
         parameters,
         noise,
@@ -197,7 +201,7 @@ fn descended(
 }
 
 /// The parameters that a fit begins with.
-fn beginning(parts: &[Part], steady_m_s: &[f64], varied: Varied) -> Parameters {
+fn beginning(parts: &[Part], steady_m_s: &[f64], varied: FreeParameters) -> Parameters {
     let first = parts.iter().map(|part| {
         let count = part.instants.len().min(5);
         let sum: f64 = part.instants[..count]
@@ -293,7 +297,7 @@ fn left_s(from_s: f64, interval_s: f64, lag_s: f64) -> f64 {
 pub(super) fn expected_errors(
     parts: &[Part],
     parameters: &Parameters,
-    varied: Varied,
+    varied: FreeParameters,
     noise_m_s: f64,
 ) -> Option<[Option<f64>; 2]> {
     let free = parameters.free(varied);

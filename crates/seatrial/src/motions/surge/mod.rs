@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use crate::campaign::{Campaign, Run, Stage};
 use crate::propagation::NORMAL_95;
-use fit::{Fitted, Varied, fitted};
+use fit::{FreeParameters, SurgeFit, fitted};
 use parts::{Instant, Part};
 
 pub use design::{ExpectedRun, ExpectedSurge, SurgeBelief};
@@ -163,7 +163,7 @@ impl SurgeEstimate {
         Some(Self::from_fit(&fitted, &thrusts))
     }
 
-    fn from_fit(fitted: &Fitted, thrusts: &[f64]) -> Self {
+    fn from_fit(fitted: &SurgeFit, thrusts: &[f64]) -> Self {
         let covariance = fitted.steady_covariance();
         let speeds: Vec<f64> = (0..thrusts.len())
             .map(|k| fitted.parameters.steady_m_s(k))
@@ -238,10 +238,10 @@ impl SurgeEstimate {
 }
 
 /// The fit with all that the record tells apart from 0.
-fn best_fit(parts: &[Part], steady_m_s: &[f64]) -> Option<Fitted> {
+fn best_fit(parts: &[Part], steady_m_s: &[f64]) -> Option<SurgeFit> {
     let has_change = parts.iter().any(changes_speed);
     let turns = parts.iter().any(|part| part.instants.len() > part.settling);
-    let mut varied = Varied {
+    let mut varied = FreeParameters {
         length: has_change,
         lag: has_change && changes_thrust(parts),
         turning_drag: has_change && turns,

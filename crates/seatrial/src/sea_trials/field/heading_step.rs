@@ -179,7 +179,7 @@ impl HeadingSteps {
         gain: HeadingGain<f64>,
     ) -> Result<HeadingStepRun, NoExperiment> {
         let controller = HeadingController::new(gain, self.rudder_limit_rad)?;
-        let mut vehicle = Steered::new(self, point.model);
+        let mut vehicle = SteeredVehicle::new(self, point.model);
         let intervals = (self.hold_s / self.sample_interval_s).ceil() as u32;
         // Settle on the heading first: without feed-forward the offset leaves a steady error.
         for _ in 0..2 * intervals {
@@ -251,7 +251,7 @@ impl HeadingSteps {
 }
 
 /// A vehicle whose rudder follows delayed commands with a lag.
-struct Steered {
+struct SteeredVehicle {
     model: YawModel<f64>,
     state: YawState<f64>,
     rudder_rad: f64,
@@ -263,7 +263,7 @@ struct Steered {
     late_s: f64,
 }
 
-impl Steered {
+impl SteeredVehicle {
     fn new(steps: &HeadingSteps, model: YawModel<f64>) -> Self {
         let whole = (steps.delay_s / steps.sample_interval_s + 1e-9).floor();
         Self {

@@ -159,7 +159,7 @@ pub(super) fn make<V: Vehicle<f64>>(
     Ok(runs)
 }
 
-type Steered = (Vec<HeadingStepSample>, [StepMeasure; 2], [u32; 2]);
+type StepAndBack = (Vec<HeadingStepSample>, [StepMeasure; 2], [u32; 2]);
 
 fn step_and_back<V: Vehicle<f64>>(
     pilot: &mut Pilot<V>,
@@ -167,7 +167,7 @@ fn step_and_back<V: Vehicle<f64>>(
     point: &SchedulePoint<f64>,
     steps: &HeadingSteps,
     settle_s: f64,
-) -> Result<Steered, FieldError> {
+) -> Result<StepAndBack, FieldError> {
     let thrust = thrust_of(point)?;
     let course = pilot.hold(settle_s, thrust)?;
     let base_rad = course.last().map_or(0.0, |s| s.heading_rad);

@@ -21,11 +21,11 @@ impl OverAmplitude {
         }
         let has_quadratic = seen_rad_s[1] > LEAST_SPREAD * seen_rad_s[0];
         let degrees_of_freedom = 2 * models.len() - if has_quadratic { 3 } else { 2 };
-        let Solved {
+        let LawFit {
             values,
             covariance,
             chi_squared,
-        } = Solved::of(models, has_quadratic)?;
+        } = LawFit::of(models, has_quadratic)?;
         let freedom = degrees_of_freedom as f64;
         let chi_squared_95 = bounds(freedom)?;
         let is_explained = chi_squared <= chi_squared_95[1];
@@ -110,13 +110,13 @@ fn student_95(degrees_of_freedom: f64) -> Option<f64> {
 }
 
 /// [a22_0, a_rr, b2]; a_rr is 0 and sure where it is not fitted.
-struct Solved {
+struct LawFit {
     values: [f64; 3],
     covariance: [[f64; 3]; 3],
     chi_squared: f64,
 }
 
-impl Solved {
+impl LawFit {
     fn of(models: &[SeenModel], has_quadratic: bool) -> Option<Self> {
         let fitted: &[usize] = if has_quadratic { &[0, 1, 2] } else { &[0, 2] };
         let size = fitted.len();
