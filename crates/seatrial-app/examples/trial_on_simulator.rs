@@ -6,8 +6,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use seatrial::Campaign;
-use seatrial_app::simulated::Simulator;
-use seatrial_app::trial_run::{Order, Sinks, begin};
+use seatrial_app::trials::order::{Order, Sinks, begin};
+use seatrial_app::trials::simulator::Simulator;
 use seatrial_core::{List, Plan};
 use seatrial_logbook::Logbook;
 

@@ -1,26 +1,17 @@
 #![doc = include_str!("../README.md")]
 
 pub mod advice;
-#[cfg(feature = "trials")]
 pub mod assist;
-#[cfg(feature = "trials")]
-pub mod commission;
-#[cfg(feature = "trials")]
 pub mod compare_log;
 pub mod compare_turn_rates;
 pub mod conduct;
 pub mod documents;
 mod error;
-#[cfg(feature = "trials")]
-pub mod estimator_study;
-pub mod expected;
 pub mod file_form;
 #[cfg(feature = "parquet")]
 pub mod fleet;
 pub mod gains;
 pub mod gains_export;
-#[cfg(feature = "trials")]
-pub mod health;
 pub mod identify_log;
 pub mod inspect_log;
 pub mod log_page;
@@ -30,38 +21,17 @@ pub mod model_request;
 pub mod models;
 pub mod next;
 pub mod outputs;
-#[cfg(feature = "trials")]
-pub mod paper;
-#[cfg(feature = "trials")]
-pub mod planned;
-#[cfg(feature = "trials")]
-pub mod recording;
-#[cfg(feature = "trials")]
-pub mod replay;
-#[cfg(feature = "trials")]
-pub mod report;
 pub mod series;
-#[cfg(feature = "trials")]
-pub mod set_up;
-#[cfg(feature = "trials")]
 pub mod ship_trials;
-#[cfg(feature = "trials")]
-pub mod simulated;
 pub mod simulated_log;
-#[cfg(feature = "trials")]
-pub mod surge_step;
-#[cfg(feature = "trials")]
 pub mod text_queue;
 mod trial_plan;
 #[cfg(feature = "trials")]
-pub mod trial_run;
+pub mod trials;
 pub mod turning;
-#[cfg(feature = "trials")]
 pub mod validate_log;
 pub mod vehicle_export;
 pub mod vehicle_file;
-#[cfg(feature = "trials")]
-pub mod vehicles;
 pub mod workers;
 
 pub use error::Error;

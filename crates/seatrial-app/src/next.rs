@@ -2,14 +2,8 @@
 
 use std::path::Path;
 
-#[cfg(feature = "trials")]
-use seatrial::campaign::Campaign;
 use seatrial::identification::{Outcome, ReasonCode};
 use seatrial_core::Axis;
-#[cfg(feature = "trials")]
-use seatrial_core::Outcome as TrialOutcome;
-#[cfg(feature = "trials")]
-use seatrial_logbook::CampaignId;
 use seatrial_logs::Format;
 
 use crate::identify_log::IdentifiedLog;
@@ -17,7 +11,7 @@ use crate::identify_log::IdentifiedLog;
 /// The option that makes `seatrial gains` write parameters of ArduSub, and of Rover.
 const SUB: &str = "--export ardupilot --vehicle-type underwater --out gains.param";
 const ROVER: &str = "--export ardupilot --out gains.param";
-const PX4: &str = "--export px4 --out gains.params";
+pub(crate) const PX4: &str = "--export px4 --out gains.params";
 
 /// Options of one verb on a log that the others have not, alone and with a value.
 const OWN: [&str; 4] = ["--verbose", "--trace", "--accept-unvalidated", "--json"];
@@ -82,71 +76,6 @@ fn has_no_gain(found: &IdentifiedLog) -> bool {
     let is_one = found.models.as_ref().is_none_or(|models| models.len() < 2);
     let model = found.identification().filter(|_| is_one);
     model.is_some_and(|model| model.verdict.has(&ReasonCode::Unstable))
-}
-
-/// The command that goes on from the campaign of this number in a logbook: into the autopilot that it was made on, where that steers
-/// to headings for us, else to its file of parameters. Of a trial that was aborted, or whose models are not to be used, it is the page
-/// that shows why.
-#[cfg(feature = "trials")]
-pub fn after_trial(
-    campaign: &Campaign,
-    number: CampaignId,
-    logbook: &Path,
-    firmware: Option<&str>,
-) -> String {
-    let place = place(number, logbook);
-    if campaign.axis == Axis::Pitch || is_looked_into(campaign) {
-        return report_of_trial(number, logbook);
-    }
-    let is_autopilot = campaign.vehicle.starts_with("mavlink:") && !campaign.is_rehearsal();
-    match firmware {
-        _ if !is_autopilot => gains_of_trial(number, logbook),
-        Some(name) if name.starts_with("PX4") => format!("seatrial gains {place} {PX4}"),
-        _ => {
-            let full_rudder = campaign.full_rudder.filter(|full| !full.is_assumed);
-            let angle = full_rudder.map_or(String::new(), |full| {
-                format!(" --full-rudder-deg {:.4}", full.angle_rad.to_degrees())
-            });
-            format!(
-                "seatrial commission --vehicle {} {place}{angle}",
-                campaign.vehicle
-            )
-        }
-    }
-}
-
-/// The command that finds gains from the models of the campaign of this number.
-#[cfg(feature = "trials")]
-pub fn gains_of_trial(number: CampaignId, logbook: &Path) -> String {
-    format!("seatrial gains {}", place(number, logbook))
-}
-
-/// Does the trial lead to its page before anything else: was it aborted, or are its models not to be used?
-#[cfg(feature = "trials")]
-pub fn is_looked_into(campaign: &Campaign) -> bool {
-    let is_aborted = matches!(campaign.outcome, Some(TrialOutcome::Aborted(_)));
-    is_aborted || campaign.verdict().outcome() == Outcome::DoNotUse
-}
-
-/// The command that prints every run and every remark of the campaign of this number.
-#[cfg(feature = "trials")]
-pub fn remarks_of_trial(number: CampaignId, logbook: &Path) -> String {
-    format!(
-        "seatrial logbook {} --logbook {}",
-        number.0,
-        logbook.display()
-    )
-}
-
-/// The command that makes the page of the campaign of this number in a logbook.
-#[cfg(feature = "trials")]
-pub fn report_of_trial(number: CampaignId, logbook: &Path) -> String {
-    format!("seatrial report {}", place(number, logbook))
-}
-
-#[cfg(feature = "trials")]
-fn place(number: CampaignId, logbook: &Path) -> String {
-    format!("--logbook {} --campaign {}", logbook.display(), number.0)
 }
 
 fn is_ardusub(firmware: Option<&str>) -> bool {

@@ -6,7 +6,7 @@ use std::convert::Infallible;
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
 use seatrial_app::conduct::{Unwatched, Watch, conduct};
-use seatrial_app::replay::Replay;
+use seatrial_app::trials::replay::Replay;
 use seatrial_core::{AbortReason, Action, List, Outcome, Plan, Sample, Trial, Vehicle};
 use seatrial_logbook::{Keeper, Logbook, NewCampaign, Recorder};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};

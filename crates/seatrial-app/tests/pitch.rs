@@ -7,7 +7,7 @@ use seatrial::identification::{Outcome as ModelOutcome, ReasonCode, Subject};
 use seatrial::identify::{IdentifyError, ValidationData};
 use seatrial::motions::pitch::{fit, identify};
 use seatrial::{Campaign, Identification, Record, Run, Window};
-use seatrial_app::trial_run::rehearse;
+use seatrial_app::trials::order::rehearse;
 use seatrial_core::progress::Stage;
 use seatrial_core::{
     AbortReason, Action, Axis, Excitation, List, Outcome, PitchModel, PitchState, Plan, Sample,

@@ -8,7 +8,7 @@ use seatrial::preview::{
     Budget, Design, Prior, PriorSpeed, Target, compare_designs, parse_target, preview, recommend,
 };
 use seatrial_app::conduct::{Unwatched, conduct};
-use seatrial_app::simulated;
+use seatrial_app::trials::simulator;
 use seatrial_core::{AbortReason, Excitation, List, Outcome, Plan, Sample};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
@@ -430,7 +430,7 @@ fn exact_no_thrust_is_simulated_for_somebody_who_has_left() {
         looks.get() <= 2
     };
     let budget = Budget::while_wanted(Budget::OWN_SAMPLES, &leaves_after_two);
-    let refused = simulated::prior("sim:remus100", &plan, &budget).unwrap_err();
+    let refused = simulator::prior("sim:remus100", &plan, &budget).unwrap_err();
     assert!(
         refused.to_string().contains("still waited for"),
         "{refused}"

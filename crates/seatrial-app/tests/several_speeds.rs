@@ -8,7 +8,7 @@ use seatrial::identify::{IdentifySettings, ValidationData, identify_joined};
 use seatrial_app::identify_log::{IdentifiedLog, Options, identify_log};
 use seatrial_app::models::Models;
 use seatrial_app::simulated_log::play;
-use seatrial_app::trial_run::rehearse;
+use seatrial_app::trials::order::rehearse;
 use seatrial_core::excitation::Excitation;
 use seatrial_core::{List, Plan, Sample};
 use seatrial_sim::{FaultyVehicle, FirstOrderVehicle, Scenario, SimulatedVehicle, VehicleConfig};

@@ -3,7 +3,7 @@
 
 use seatrial::identify::{IdentifySettings, identify};
 use seatrial::{Record, Window};
-use seatrial_app::paper::tables::{TABLE_II, TABLE_V};
+use seatrial_app::trials::paper::tables::{TABLE_II, TABLE_V};
 use seatrial_core::{Event, List, Plan, Stage, Trial, Vehicle};
 use seatrial_dev::data;
 use seatrial_sim::six_dof::{remus100, starfish};

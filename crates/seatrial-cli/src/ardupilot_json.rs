@@ -1,6 +1,6 @@
 //! `seatrial sim serve --ardupilot-json`: the sea under an autopilot's own firmware.
 
-use seatrial_app::vehicles::ardupilot_json::{Options, Simulation, Traffic};
+use seatrial_app::trials::vehicles::ardupilot_json::{Options, Simulation, Traffic};
 use seatrial_links::ardupilot_json::channel::Channel;
 use serde::Serialize;
 

@@ -6,8 +6,8 @@ use std::sync::mpsc::channel;
 use std::time::Duration;
 
 use seatrial::FullRudder;
-use seatrial_app::trial_run::VehicleError;
-use seatrial_app::vehicles::{Attendant, MavlinkOptions};
+use seatrial_app::trials::order::VehicleError;
+use seatrial_app::trials::vehicles::{Attendant, MavlinkOptions};
 use seatrial_links::autopilot::{Profile, SteeringOutputs};
 use seatrial_links::handover::{Change, Check};
 

@@ -6,13 +6,14 @@ use std::path::PathBuf;
 
 use seatrial::gains::commission::Range;
 use seatrial::words::three_figures;
-use seatrial_app::commission::{
+use seatrial_app::load_plan;
+use seatrial_app::models::{Models, of_document};
+use seatrial_app::trials::campaign_models::{Purpose, chosen_campaign, of_campaign, undamaged};
+use seatrial_app::trials::commission::{
     Commissioned, Ending, GainsVehicle, Order, Proposal, Request, check_step, conduct, models_for,
 };
-use seatrial_app::load_plan;
-use seatrial_app::models::{Models, Purpose, chosen_campaign, of_campaign, of_document, undamaged};
-use seatrial_app::trial_run::{Change, Preflight, plan_of_campaign};
-use seatrial_app::vehicles::Attendant;
+use seatrial_app::trials::order::{Change, Preflight, plan_of_campaign};
+use seatrial_app::trials::vehicles::Attendant;
 use seatrial_core::{Axis, Plan};
 use serde::Serialize;
 

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use seatrial_app::set_up::{Finding, look};
+use seatrial_app::trials::set_up::{Finding, look};
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output};

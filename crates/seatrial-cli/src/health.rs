@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 
 use seatrial::health::{Change, Effect, Effects, Finding, HealthSettings, WatchReport};
 use seatrial::words::sentence;
-use seatrial_app::health::{self, Comparison, Criteria, Missions, Watched};
-use seatrial_app::models::{ComparedModels, compared_models, open_named};
-use seatrial_app::next;
+use seatrial_app::trials::campaign_models::{ComparedModels, compared_models, open_named};
+use seatrial_app::trials::health;
+use seatrial_app::trials::health::{Comparison, Criteria, Missions, Watched};
+use seatrial_app::trials::next;
 
 use crate::choice::one_of;
 use crate::log::{ChannelArgs, Reporter};

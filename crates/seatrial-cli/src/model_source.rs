@@ -3,7 +3,8 @@
 
 use std::path::{Path, PathBuf};
 
-use seatrial_app::models::{Models, of_campaign, of_document, of_schedule_file};
+use seatrial_app::models::{Models, of_document, of_schedule_file};
+use seatrial_app::trials::campaign_models::of_campaign;
 use seatrial_core::YawModel;
 
 use crate::output::{Failure, say};

@@ -15,7 +15,7 @@ use seatrial::health::HealthError;
 use seatrial::identification::Verdict;
 use seatrial::words::{plain, shortened};
 use seatrial_app::outputs::{OutputError, Outputs, Planned};
-use seatrial_app::trial_run::{NotBegun, VehicleError};
+use seatrial_app::trials::order::{NotBegun, VehicleError};
 use serde::Serialize;
 
 use crate::interrupt;

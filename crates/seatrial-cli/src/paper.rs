@@ -3,8 +3,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use seatrial_app::paper::recreated::{self, RecreatedTable};
-use seatrial_app::paper::{Agreement, Claim, ERRATA, Erratum, claims};
+use seatrial_app::trials::paper::recreated;
+use seatrial_app::trials::paper::recreated::RecreatedTable;
+use seatrial_app::trials::paper::{Agreement, Claim, ERRATA, Erratum, claims};
 use serde::Serialize;
 
 use crate::output::{Exit, Failure, Output, OutputPath};

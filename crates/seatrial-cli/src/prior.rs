@@ -1,7 +1,7 @@
 //! What `plan` believes of the vehicle: a simulated one, or models with noise from the command line.
 
-use seatrial_app::expected::Stated;
-use seatrial_app::planned::Expected;
+use seatrial_app::trials::expectation::Stated;
+use seatrial_app::trials::plan::Expected;
 
 use crate::model_source::{SourceArgs, warn};
 use crate::output::Failure;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use seatrial_app::recording::Format;
+use seatrial_app::trials::recording::Format;
 use seatrial_logs::RowWriter;
 
 use crate::output::Failure;

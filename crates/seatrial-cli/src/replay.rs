@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use seatrial_app::TrialPlan;
-use seatrial_app::models::{Purpose, chosen_campaign};
-use seatrial_app::replay::Replay;
+use seatrial_app::trials::campaign_models::{Purpose, chosen_campaign};
+use seatrial_app::trials::replay::Replay;
 use seatrial_logbook::{CampaignEntry, Logbook};
 use serde::Serialize;
 

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use seatrial_app::log_page::page;
-use seatrial_app::models::{Purpose, chosen_campaign};
 use seatrial_app::outputs::head_of;
-use seatrial_app::report::campaign_page;
+use seatrial_app::trials::campaign_models::{Purpose, chosen_campaign};
+use seatrial_app::trials::campaign_page::campaign_page;
 use seatrial_core::Axis;
 use seatrial_logbook::Logbook;
 use serde::Serialize;

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::{Args as ClapArgs, Subcommand};
-use seatrial_app::recording;
-use seatrial_app::simulated;
 use seatrial_app::simulated_log::{SimulatedRun, SimulatedTruth, play};
+use seatrial_app::trials::recording;
+use seatrial_app::trials::simulator;
 use seatrial_core::{List, Outcome, Plan};
 use seatrial_logs::Row;
 use seatrial_sim::SimulatedConfig;
@@ -124,7 +124,7 @@ fn serve(args: &ServeArgs, output: &Output) -> Result<Exit, Failure> {
 fn log(args: &SimLogArgs, output: &Output) -> Result<Exit, Failure> {
     let format = format_of(&args.out, "--out")?;
     args.truth.as_deref().map_or(Ok(()), check_truth_name)?;
-    let config = simulated::config(&args.vehicle)?;
+    let config = simulator::config(&args.vehicle)?;
     let mut vehicle = config
         .vehicle(args.seed)
         .map_err(|error| Failure::input(format!("{}: {error}", args.vehicle)))?;

@@ -1,7 +1,7 @@
 //! `seatrial sim serve`: a simulated vehicle that speaks MAVLink.
 
-use seatrial_app::simulated;
-use seatrial_app::vehicles::signing;
+use seatrial_app::trials::simulator;
+use seatrial_app::trials::vehicles::signing;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -62,10 +62,10 @@ pub fn run(vehicle: &str, seed: u64, args: &Args, output: &Output) -> Result<Exi
     if args.profile == Profile::Generic {
         return Err(Failure::usage("--profile: expected rover, sub or px4"));
     }
-    let config = simulated::config(vehicle)?;
+    let config = simulator::config(vehicle)?;
     let helm = config.helm();
     let interval_s = helm.timing.sample_interval_s;
-    let simulated = simulated::vehicle(vehicle, seed)?;
+    let simulated = simulator::vehicle(vehicle, seed)?;
     let signing = signing(args.signing_key.as_deref(), 1)?;
     let mut speaker = Speaker::new(
         simulated,

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use seatrial::motions::surge::{Coefficient, SurgeEstimate};
-use seatrial_app::models::{Purpose, chosen_campaign, undamaged};
+use seatrial_app::trials::campaign_models::{Purpose, chosen_campaign, undamaged};
 
 use crate::output::{Exit, Failure, Output, say};
 use crate::screen::{width, wrapped};

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use seatrial_app::simulated::Simulator;
-use seatrial_app::trial_run::TrialVehicle;
-use seatrial_app::vehicles::{OnMavlink, OnRos2};
+use seatrial_app::trials::order::TrialVehicle;
+use seatrial_app::trials::simulator::Simulator;
+use seatrial_app::trials::vehicles::{OnMavlink, OnRos2};
 
 use crate::autopilot::{AtTerminal, LinkArgs, address};
 use crate::output::Failure;

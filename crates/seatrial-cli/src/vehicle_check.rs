@@ -7,7 +7,9 @@ use std::sync::atomic::AtomicBool;
 use clap::Subcommand;
 use seatrial::words::three_figures;
 use seatrial_app::load_plan;
-use seatrial_app::vehicles::{compared, hand_back_text, inspect_ros2, read_backup, restored};
+use seatrial_app::trials::vehicles::{
+    compared, hand_back_text, inspect_ros2, read_backup, restored,
+};
 use seatrial_links::autopilot::{Autopilot, Backup, HandBack};
 use seatrial_links::handover::Preflight;
 use seatrial_links::link::Transport;

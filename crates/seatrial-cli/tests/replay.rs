@@ -6,7 +6,7 @@ use std::process::Output;
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
 use seatrial_app::conduct::{Watch, conduct};
-use seatrial_app::replay::Replay;
+use seatrial_app::trials::replay::Replay;
 use seatrial_core::{AbortReason, List, Outcome, Plan, Trial, YawModel};
 use seatrial_dev::program;
 use seatrial_logbook::{Logbook, NewCampaign, Recorder, State};

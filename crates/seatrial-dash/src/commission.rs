@@ -8,12 +8,12 @@ use std::sync::mpsc::channel;
 use seatrial::gains::commission::{Foreseen, Range, Response};
 use seatrial::identification::Reader;
 use seatrial_app::advice::addressed;
-use seatrial_app::commission::{
+use seatrial_app::trials::campaign_models::of_entry;
+use seatrial_app::trials::commission::{
     Commissioned, Ending, GainedVehicle, GainsVehicle, Kept, Lost, Order, Proposal, PutBack,
     Reached, Request, conduct, models_for,
 };
-use seatrial_app::models::of_entry;
-use seatrial_app::trial_run::{Change, plan_of_campaign};
+use seatrial_app::trials::order::{Change, plan_of_campaign};
 use seatrial_core::{CascadeSettings, Sample, SchedulePoint};
 use seatrial_logbook::CampaignId;
 

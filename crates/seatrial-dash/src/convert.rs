@@ -7,7 +7,8 @@ use jiff::{Timestamp, Unit};
 use seatrial::campaign::{Campaign, Run};
 use seatrial::identification::{self, Identification, Reader};
 use seatrial::preview::{Predicted, Preview};
-use seatrial_app::{TrialPlan, advice, trial_run};
+use seatrial_app::trials::order;
+use seatrial_app::{TrialPlan, advice};
 use seatrial_core as core;
 
 use seatrial_logbook::{CampaignEntry, State as LogbookState};
@@ -146,8 +147,8 @@ impl From<&Identification> for Model {
     }
 }
 
-impl From<trial_run::Preflight> for Preflight {
-    fn from(found: trial_run::Preflight) -> Self {
+impl From<order::Preflight> for Preflight {
+    fn from(found: order::Preflight) -> Self {
         Self {
             ready: found.is_passed(),
             checks: found

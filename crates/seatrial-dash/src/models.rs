@@ -4,7 +4,8 @@ use seatrial::identification::Reader;
 use seatrial_app::Error;
 use seatrial_app::advice::of_models;
 use seatrial_app::model_request::{FileOfModels, GainsAndLimits, ModelFile, ModelRequest};
-use seatrial_app::models::{Models, of_document_text, of_entry};
+use seatrial_app::models::{Models, of_document_text};
+use seatrial_app::trials::campaign_models::of_entry;
 use seatrial_logbook::{CampaignId, Logbook};
 
 use crate::api::ModelOrder;

@@ -8,8 +8,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use seatrial_app::commission::GainsVehicle;
-use seatrial_app::trial_run::TrialVehicle;
+use seatrial_app::trials::{commission::GainsVehicle, order::TrialVehicle};
 use seatrial_logbook::Logbook;
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::{Semaphore, watch};

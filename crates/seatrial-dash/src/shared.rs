@@ -7,8 +7,7 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use axum::http::StatusCode;
-use seatrial_app::commission::GainsVehicle;
-use seatrial_app::trial_run::TrialVehicle;
+use seatrial_app::trials::{commission::GainsVehicle, order::TrialVehicle};
 use seatrial_logbook::{Logbook, NewCommand};
 use serde::Serialize;
 use tokio::sync::{Semaphore, watch};

@@ -8,7 +8,7 @@ use seatrial::identification::{Reader, Refined};
 use seatrial::{Campaign, Step};
 use seatrial_app::advice;
 use seatrial_app::conduct::Watch;
-use seatrial_app::trial_run::{Begun, View};
+use seatrial_app::trials::order::{Begun, View};
 use seatrial_core::Trial;
 
 use crate::api::TrialState;

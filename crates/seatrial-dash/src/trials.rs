@@ -9,11 +9,11 @@ use std::time::{Duration, Instant};
 
 use seatrial::preview::Budget;
 use seatrial_app::TrialPlan;
-use seatrial_app::simulated::{Scenario, Simulator};
-use seatrial_app::trial_run::{
+use seatrial_app::trials::order::{
     self, NotAgain, NotBegun, Order, Sinks, UnderWay, VehicleError, plan_that_repeats,
     plan_to_go_on, previewed,
 };
+use seatrial_app::trials::simulator::{Scenario, Simulator};
 use seatrial_logbook::{CampaignEntry, CampaignId, Circumstances};
 
 use crate::api::{
@@ -103,7 +103,7 @@ pub fn preflight(
     }
     let found = allowance
         .spend(is_waited_for, |budget| {
-            trial_run::preflight(vehicle, &plan, is_free, budget)
+            order::preflight(vehicle, &plan, is_free, budget)
         })
         .map_err(|error| Refusal::unprocessable("not_reached", error))?;
     Ok(found.into())
@@ -240,7 +240,7 @@ fn begin(
         views: vec![Box::new(shown)],
         ..Sinks::default()
     };
-    Ok(trial_run::begin(vehicle, order, sinks)?)
+    Ok(order::begin(vehicle, order, sinks)?)
 }
 
 fn check(wanted: &TrialOrder, is_simulated: bool) -> Result<(), Refusal> {

@@ -14,7 +14,7 @@ use rustix::process::{Resource, getrlimit, setpriority_process, setrlimit};
 use rustix::thread::gettid;
 use seatrial::{Campaign, Run, Step};
 use seatrial_app::conduct::{Pace, Watch, conduct};
-use seatrial_app::trial_run::{Begun, View};
+use seatrial_app::trials::order::{Begun, View};
 use seatrial_core::{Plan, Trial};
 use seatrial_dash::{Server, Settings, TrialPlace};
 use seatrial_logbook::{Keeper, Logbook, NewCampaign, Recorder};

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use seatrial::FullRudder;
 use seatrial::preview::{Budget, Prior};
-use seatrial_app::trial_run::{Preflight, Terms, TrialVehicle, VehicleError, VehicleLease};
+use seatrial_app::trials::order::{Preflight, Terms, TrialVehicle, VehicleError, VehicleLease};
 use seatrial_core::Plan;
 use seatrial_dash::{Server, Settings};
 use seatrial_dev::{Damage, damaged_copies};

@@ -12,7 +12,7 @@ use rustix::time::{ClockId, clock_gettime};
 use seatrial::identification::Refined;
 use seatrial::{Campaign, Run, Step};
 use seatrial_app::conduct::{Conducted, Pace, Watch, conduct};
-use seatrial_app::trial_run::{Begun, View};
+use seatrial_app::trials::order::{Begun, View};
 use seatrial_core::{Action, Plan, Sample, Trial, Vehicle};
 use seatrial_dash::{Server, Settings, TrialPlace};
 use seatrial_logbook::{Keeper, Logbook, NewCampaign, Recorder};

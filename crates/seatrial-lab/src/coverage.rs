@@ -2,8 +2,8 @@
 
 use seatrial::Campaign;
 use seatrial_app::Error;
-use seatrial_app::estimator_study::Subject;
-use seatrial_app::trial_run::rehearse;
+use seatrial_app::trials::estimator_study::Subject;
+use seatrial_app::trials::order::rehearse;
 use seatrial_cli::table::number;
 use seatrial_core::Plan;
 use seatrial_sim::SimulatedConfig;

@@ -1,7 +1,7 @@
 //! `seatrial-lab estimators`: Monte Carlo accuracy of estimators on a simulated vehicle.
 
 use seatrial::study::{Accuracy, Convergence, Estimator, QuantityAccuracy};
-use seatrial_app::estimator_study::{EstimatorAccuracy, EstimatorStudy, Subject};
+use seatrial_app::trials::estimator_study::{EstimatorAccuracy, EstimatorStudy, Subject};
 use seatrial_app::workers::Workers;
 use seatrial_cli::output::{Failure, Output, OutputPath};
 use seatrial_cli::table::{Table, number};

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use seatrial::campaign::Campaign;
 use seatrial::sea_trials::field::Control;
 use seatrial::sea_trials::field::{Claim, Field, FieldSettings, Repeatability};
-use seatrial_app::simulated;
-use seatrial_app::trial_run::rehearse;
+use seatrial_app::trials::order::rehearse;
+use seatrial_app::trials::simulator;
 use seatrial_app::workers::Workers;
 use seatrial_cli::output::{Failure, Output, OutputPath};
 use seatrial_cli::table::{Table, number};
@@ -97,7 +97,7 @@ impl Study for FieldStudy {
 
 /// The paper's trial, and the vehicle after it.
 fn trial(name: &str, seed: u64) -> Result<(SimulatedVehicle, Campaign), Failure> {
-    let mut vehicle = simulated::vehicle(name, seed)?;
+    let mut vehicle = simulator::vehicle(name, seed)?;
     let conducted = rehearse(&mut vehicle, name, seed, Plan::paper()).map_err(Failure::internal)?;
     match conducted.campaign.outcome {
         Some(Outcome::Finished) => Ok((vehicle, conducted.campaign)),

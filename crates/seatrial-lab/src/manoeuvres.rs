@@ -2,9 +2,9 @@
 
 use seatrial::Campaign;
 use seatrial::sea_trials::ship_manoeuvres::Index;
-use seatrial_app::estimator_study::Subject;
 use seatrial_app::models::Models;
 use seatrial_app::ship_trials::{DRAWS, Wanted, figures, predicted};
+use seatrial_app::trials::estimator_study::Subject;
 use seatrial_app::vehicle_file::Stated;
 use seatrial_app::workers::Workers;
 use seatrial_cli::output::Failure;

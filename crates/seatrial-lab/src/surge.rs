@@ -1,7 +1,7 @@
 //! `seatrial-lab surge`: how often the intervals of a trial's surge hold the truth.
 
 use seatrial::motions::surge::{Coefficient, SurgeEstimate};
-use seatrial_app::estimator_study::Subject;
+use seatrial_app::trials::estimator_study::Subject;
 use seatrial_app::workers::Workers;
 use seatrial_cli::output::Failure;
 use seatrial_cli::table::{Table, number};

@@ -254,6 +254,6 @@ pub fn read_log<'py>(
 /// The paper's printed numbers beside recomputed ones; JSON.
 #[pyfunction]
 pub fn paper_claims(py: Python<'_>) -> PyResult<String> {
-    let claims = py.detach(seatrial_app::paper::claims);
+    let claims = py.detach(seatrial_app::trials::paper::claims);
     json(py, &claims)
 }

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use seatrial::preview::parse_target;
-use seatrial_app::expected::Stated;
-use seatrial_app::planned::{Changes, Expected, Wanted, plan_trial};
+use seatrial_app::trials::expectation::Stated;
+use seatrial_app::trials::plan::{Changes, Expected, Wanted, plan_trial};
 
 use crate::models::Source;
 use crate::{Document, answer, error, failed, json, usage};

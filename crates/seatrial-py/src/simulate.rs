@@ -5,9 +5,9 @@ use std::num::NonZeroUsize;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use seatrial::study::Estimator;
-use seatrial_app::estimator_study::{EstimatorStudy, Subject};
-use seatrial_app::simulated;
-use seatrial_app::trial_run::{VehicleError, rehearse};
+use seatrial_app::trials::estimator_study::{EstimatorStudy, Subject};
+use seatrial_app::trials::order::{VehicleError, rehearse};
+use seatrial_app::trials::simulator;
 use seatrial_app::workers::Workers;
 use seatrial_core::{List, Plan, Sample};
 
@@ -40,7 +40,7 @@ pub fn trial<'py>(
     seed: u64,
 ) -> PyResult<(String, Bound<'py, PyDict>)> {
     let plan = plan(py, thrusts.as_deref())?;
-    let mut simulated = simulated::vehicle(vehicle, seed).map_err(|found| refused(py, found))?;
+    let mut simulated = simulator::vehicle(vehicle, seed).map_err(|found| refused(py, found))?;
     let conducted = py.detach(|| rehearse(&mut simulated, vehicle, seed, plan));
     let campaign = conducted.map_err(|invalid| usage(py, invalid))?.campaign;
     let samples: Vec<Sample<f64>> = campaign

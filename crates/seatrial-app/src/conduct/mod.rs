@@ -21,7 +21,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The campaign is in memory only; [`trial_run`](crate::trial_run) keeps a trial in a logbook as it goes on.
+//! The campaign is in memory only; `trials::order` keeps a trial in a logbook as it goes on.
 
 mod judge;
 mod open_run;

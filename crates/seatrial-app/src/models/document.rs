@@ -58,7 +58,6 @@ struct StoredRun {
     surge_speed_m_s: Option<f64>,
     identification: Option<StoredIdentification>,
     /// What its own manoeuvres say, where the model has more from the other speeds.
-    #[cfg(feature = "trials")]
     own: Option<StoredRefined>,
     verdict: Option<StatedVerdict>,
 }
@@ -154,8 +153,7 @@ pub fn of_document_text(
 }
 
 /// [`of_document`] with what the manoeuvres of each speed say by themselves: models that borrow from each other are no independent ones.
-#[cfg(feature = "trials")]
-pub(super) fn of_document_alone(path: &Path) -> Result<Models, Error> {
+pub fn of_document_alone(path: &Path) -> Result<Models, Error> {
     let origin = path.display().to_string();
     let mut document: StoredDocument = read(&origin, &read_text(path)?)?;
     let runs = document.models.iter_mut().flatten();

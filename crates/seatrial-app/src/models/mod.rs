@@ -1,11 +1,5 @@
 //! Where a model or a schedule of models comes from: numbers, a schedule file, a document, a campaign.
 
-#[cfg(feature = "trials")]
-mod campaigns;
-#[cfg(feature = "trials")]
-mod choice;
-#[cfg(feature = "trials")]
-mod compared;
 mod document;
 mod exported;
 mod of_record;
@@ -14,8 +8,6 @@ mod stated;
 
 use std::path::Path;
 
-#[cfg(feature = "trials")]
-use seatrial::Campaign;
 use seatrial::identification::{SteadyTurn, ValidRange, interval_95};
 use seatrial::motions::surge::SurgeModel;
 use seatrial::{CourseChange, FullRudder, GainAllowance};
@@ -25,13 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 
-#[cfg(feature = "trials")]
-pub use campaigns::{check_undamaged, of_campaign, of_entry, promised, undamaged};
-#[cfg(feature = "trials")]
-pub use choice::{CampaignChoice, Purpose, campaign_named, campaign_numbered, chosen_campaign};
-#[cfg(feature = "trials")]
-pub use compared::{ComparedModels, compared_models, open_named};
-pub use document::{of_document, of_document_text};
+pub use document::{of_document, of_document_alone, of_document_text};
 pub use exported::Tuned;
 pub use schedule_file::{SCHEDULE_FILE_HELP, of_schedule_file, write_schedule_file};
 
@@ -85,19 +71,6 @@ pub struct TrialOrigin {
 }
 
 impl TrialOrigin {
-    #[cfg(feature = "trials")]
-    fn of(campaign: &Campaign) -> Self {
-        Self {
-            number: None,
-            vehicle: campaign.vehicle.clone(),
-            configuration: campaign.configuration.clone(),
-            started: None,
-            software_version: campaign.software_version.clone(),
-            is_rehearsal: campaign.is_rehearsal(),
-            scenario: campaign.scenario.clone(),
-        }
-    }
-
     /// Which trial it was, in a line for people.
     pub fn text(&self) -> String {
         let mut text = match self.number {

@@ -185,8 +185,7 @@ impl Outputs {
 }
 
 /// Puts what a function writes in the place of a file that this program made there, and of no other. Gives the new file.
-#[cfg(feature = "trials")]
-pub(crate) fn replace(
+pub fn replace(
     path: &Path,
     before: &File,
     write: impl FnOnce(&mut File) -> io::Result<()>,
@@ -207,14 +206,14 @@ pub(crate) fn replace(
 }
 
 /// Is there a file, and another than this one?
-#[cfg(all(feature = "trials", unix))]
+#[cfg(unix)]
 fn is_another(place: &Path, file: &File) -> bool {
     let there = fs::metadata(place);
     there.is_ok_and(|there| !file.metadata().is_ok_and(|file| is_one_file(&file, &there)))
 }
 
 /// Elsewhere an open file stays where it is.
-#[cfg(all(feature = "trials", not(unix)))]
+#[cfg(not(unix))]
 fn is_another(_: &Path, _: &File) -> bool {
     false
 }
@@ -475,7 +474,6 @@ mod tests {
         outputs.save(Path::new("/dev/null"), b"a").unwrap();
     }
 
-    #[cfg(feature = "trials")]
     #[test]
     fn io_what_grows_takes_the_place_of_nothing_that_was_put_there() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,8 +1,8 @@
 //! A vehicle that our own heading controller steers: constant gain against scheduled gain.
 
-use seatrial_app::commission::{Ending, OwnLoop, OwnSpeed, propose_own};
 use seatrial_app::models::Models;
-use seatrial_app::trial_run::Terms;
+use seatrial_app::trials::commission::{Ending, OwnLoop, OwnSpeed, propose_own};
+use seatrial_app::trials::order::Terms;
 use seatrial_core::Plan;
 use serde::Serialize;
 

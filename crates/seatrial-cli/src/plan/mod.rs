@@ -5,8 +5,8 @@ mod text;
 use std::path::PathBuf;
 
 use seatrial::preview::{Preview, Target, parse_target};
-use seatrial_app::planned::{Adopt, Changes, Wanted, plan_trial};
-use seatrial_app::surge_step::SurgeStated;
+use seatrial_app::trials::plan::{Adopt, Changes, Wanted, plan_trial};
+use seatrial_app::trials::surge_step::SurgeStated;
 
 use crate::choice::one_of;
 use crate::output::{Exit, Failure, Output, OutputPath, say};

@@ -6,7 +6,7 @@ use std::path::Path;
 use seatrial::motions::surge::ExpectedSurge;
 use seatrial::preview::{Comparison, Predicted, Preview, SurgeStep, Target};
 use seatrial::verdict::{WIDEST_A22, WIDEST_B2};
-use seatrial_app::planned::{ExpectedTrial, PlannedTrial, Recommendations};
+use seatrial_app::trials::plan::{ExpectedTrial, PlannedTrial, Recommendations};
 use seatrial_core::{Excitation, Outcome, Plan};
 
 use super::too_little;

@@ -8,9 +8,9 @@ use std::sync::mpsc::channel;
 
 use qrcode::QrCode;
 use qrcode::render::unicode::Dense1x2;
-use seatrial_app::commission::GainsVehicle;
-use seatrial_app::simulated::BUILT_IN;
-use seatrial_app::trial_run::{TrialVehicle, View};
+use seatrial_app::trials::commission::GainsVehicle;
+use seatrial_app::trials::order::{TrialVehicle, View};
+use seatrial_app::trials::simulator::BUILT_IN;
 use seatrial_dash::{Server, Settings, StartError};
 use serde::Serialize;
 

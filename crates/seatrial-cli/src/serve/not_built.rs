@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use seatrial_app::trial_run::View;
+use seatrial_app::trials::order::View;
 
 use super::{AccessArgs, Args};
 use crate::output::{Exit, Failure, Output};

@@ -12,12 +12,13 @@ use seatrial::CourseChange;
 use seatrial::campaign::Campaign;
 use seatrial::identification::{Reason, Verdict};
 use seatrial::preview::{Target, parse_target};
-use seatrial_app::models::promised;
-use seatrial_app::next;
-use seatrial_app::recording::Recording;
-use seatrial_app::report::page;
-use seatrial_app::simulated::{slow_name, time_constant_of};
-use seatrial_app::trial_run::{self, Ended, Order, Sinks};
+use seatrial_app::trials::campaign_models::promised;
+use seatrial_app::trials::campaign_page::page;
+use seatrial_app::trials::next;
+use seatrial_app::trials::order;
+use seatrial_app::trials::order::{Ended, Order, Sinks};
+use seatrial_app::trials::recording::Recording;
+use seatrial_app::trials::simulator::{slow_name, time_constant_of};
 use seatrial_app::{TrialPlan, load_plan};
 use seatrial_core::{Axis, Outcome};
 use seatrial_logbook::{CampaignId, Circumstances, Logbook};
@@ -216,7 +217,7 @@ fn conduct(args: &Args, times_faster: Option<f64>, output: &Output) -> Result<Ex
         sinks.views.push(shown);
         server
     });
-    let ended = trial_run::begin(
+    let ended = order::begin(
         vehicle.as_ref(),
         args.order(plan, times_faster, stop),
         sinks,

@@ -6,7 +6,7 @@ use seatrial::campaign::{Run, Stage};
 use seatrial::identification::Refined;
 use seatrial::{Campaign, Step};
 use seatrial_app::conduct::Watch;
-use seatrial_app::trial_run::{Begun, View};
+use seatrial_app::trials::order::{Begun, View};
 use seatrial_core::{AbortReason, Sample, Trial};
 
 use super::text::run_line;

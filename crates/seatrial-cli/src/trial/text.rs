@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use seatrial::campaign::{Campaign, Run};
-use seatrial_app::next;
+use seatrial_app::trials::next;
 use seatrial_core::{Outcome, RudderUnit};
 use seatrial_logbook::{CampaignId, Logbook};
 

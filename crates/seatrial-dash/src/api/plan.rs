@@ -1,7 +1,7 @@
 //! A plan before its trial: preview and preflight.
 
 use seatrial_app::TrialPlan;
-pub use seatrial_app::trial_run::{Change, Check};
+pub use seatrial_app::trials::order::{Change, Check};
 use serde::{Deserialize, Serialize};
 
 use super::{Figure, Outcome};

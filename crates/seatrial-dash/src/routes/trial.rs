@@ -8,7 +8,7 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use axum::{Extension, Json};
-use seatrial_app::simulated::Scenario;
+use seatrial_app::trials::simulator::Scenario;
 use seatrial_core::Plan;
 use serde::Serialize;
 use tokio::time::timeout;

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use seatrial_app::Error;
-use seatrial_app::estimator_study::Subject;
+use seatrial_app::trials::estimator_study::Subject;
 use seatrial_app::workers::Workers;
 use seatrial_cli::output::{Failure, Output, OutputPath};
 use seatrial_cli::table::number;

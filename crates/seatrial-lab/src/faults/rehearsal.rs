@@ -13,7 +13,7 @@ use seatrial_sim::{FaultyVehicle, Scenario, SimulatedConfig};
 use serde::Serialize;
 
 use crate::observer::{Instant, Observer};
-use seatrial_app::trial_run::rehearse;
+use seatrial_app::trials::order::rehearse;
 
 /// Time from the condition of an abort to neutral rudder and heading hold, s.
 const HANDED_BACK_WITHIN_S: f64 = 0.5;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
 use seatrial_app::Error;
-use seatrial_app::replay::Replay;
+use seatrial_app::trials::replay::Replay;
 use seatrial_core::{InvalidSetting, Plan};
 use seatrial_logbook::{Logbook, NewCampaign, Recorder};
 use seatrial_sim::sensors::Chance;

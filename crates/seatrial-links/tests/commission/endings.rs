@@ -1,7 +1,7 @@
 //! How commissions end on a healthy vehicle.
 
 use seatrial::gains::commission::ModelCheck;
-use seatrial_app::commission::Ending;
+use seatrial_app::trials::commission::Ending;
 use seatrial_core::YawModel;
 
 use seatrial_sim::VehicleConfig;
@@ -132,7 +132,7 @@ fn prop_a_wrong_model_leaves_the_old_gains() {
 fn exact_a_reversed_model_is_refused_before_the_vehicle_moves() {
     let vehicle = OnSea::take(sea(3));
     let reversed = changed(1.0, -1.0);
-    let control = seatrial_app::commission::Control {
+    let control = seatrial_app::trials::commission::Control {
         settings: vehicle.control.settings,
         loop_interval_s: 0.05,
         sample_interval_s: 0.05,
@@ -141,7 +141,8 @@ fn exact_a_reversed_model_is_refused_before_the_vehicle_moves() {
         keeps_speed: true,
         rate_noise_rad_s: None,
     };
-    let refused = seatrial_app::commission::propose(&reversed, 0.26, &control, 0.5).unwrap_err();
+    let refused =
+        seatrial_app::trials::commission::propose(&reversed, 0.26, &control, 0.5).unwrap_err();
     assert!(
         refused.to_string().contains("does not surely turn"),
         "{refused}"

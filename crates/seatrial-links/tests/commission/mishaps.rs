@@ -4,7 +4,7 @@ use std::mem::ManuallyDrop;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
 use std::sync::atomic::Ordering;
 
-use seatrial_app::commission::{Ending, Proposal};
+use seatrial_app::trials::commission::{Ending, Proposal};
 
 use super::{OnSea, Stage, sea, truth, under_water};
 use crate::autopilot::sea::{INTERVAL_S, Mishap, Sea};

@@ -8,10 +8,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use seatrial::gains::commission::NoProposal;
-use seatrial_app::commission::{
+use seatrial_app::models::{ModelPoint, Models};
+use seatrial_app::trials::commission::{
     Commissioned, Control, Ending, GainedVehicle, Lost, Order, Proposal, conduct, propose,
 };
-use seatrial_app::models::{ModelPoint, Models};
 use seatrial_core::{CascadeSettings, Envelope, Sample, SchedulePoint, Vehicle, YawModel};
 use seatrial_links::autopilot::{
     Ahead, Autopilot, Backup, HandBack, HeadingControl, Profile, Settings, cascade,

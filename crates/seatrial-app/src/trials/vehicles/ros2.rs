@@ -16,7 +16,7 @@ use seatrial_logs::{Row, RowWriter};
 
 use super::attendant::tell_all;
 use super::{Attendant, limits, no_prior, refuse};
-use crate::trial_run::{Preflight, Terms, TrialVehicle, VehicleError, VehicleLease, taken};
+use crate::trials::order::{Preflight, Terms, TrialVehicle, VehicleError, VehicleLease, taken};
 
 type RosVehicle = ros2_vehicle::RosVehicle<Box<dyn Graph>>;
 

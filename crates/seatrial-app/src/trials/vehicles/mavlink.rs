@@ -16,7 +16,7 @@ use seatrial_links::link::{Address, Key, Signing, Transport};
 
 use super::attendant::tell_all;
 use super::{Attendant, hand_back_text, limits, no_prior, refuse};
-use crate::trial_run::{Preflight, Terms, TrialVehicle, VehicleError, VehicleLease, taken};
+use crate::trials::order::{Preflight, Terms, TrialVehicle, VehicleError, VehicleLease, taken};
 
 /// The rudder at full steering where nobody says another, degrees.
 pub const ASSUMED_FULL_RUDDER_DEG: f64 = 35.0;

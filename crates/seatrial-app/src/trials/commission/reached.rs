@@ -11,7 +11,7 @@ use seatrial_links::autopilot::PutBack;
 use super::{Control, GainedVehicle, Proposal, model_at, propose};
 use crate::Error;
 use crate::models::Models;
-use crate::trial_run::{Change, Preflight, TrialVehicle, VehicleError};
+use crate::trials::order::{Change, Preflight, TrialVehicle, VehicleError};
 
 /// A vehicle whose autopilot steers to headings by gains of its own, which a commission can try.
 pub trait GainsVehicle: TrialVehicle {

@@ -3,7 +3,8 @@
 use seatrial::preview::{Prior, PriorSpeed, SurgeStep, surge_step};
 use seatrial_core::List;
 
-use crate::{Error, TrialPlan, simulated};
+use crate::trials::simulator;
+use crate::{Error, TrialPlan};
 
 /// Thrusts of the runs that may be added, from and to, and their step, percent of full.
 const THRUSTS_PERCENT: [u32; 3] = [20, 100, 5];
@@ -84,7 +85,7 @@ fn default_time_constant_s(prior: &Prior) -> f64 {
 
 /// A simulated vehicle's noise of its speed, as each of its samples has it: one reading held over several counts once.
 fn simulated_noise_m_s(name: &str) -> Result<f64, Error> {
-    let helm = simulated::config(name)?.helm();
+    let helm = simulator::config(name)?.helm();
     let log = helm.sensors.dvl;
     let held = (log.interval_s / helm.timing.sample_interval_s).max(1.0);
     let read = (1.0 - log.dropout_fraction) * (1.0 - helm.timing.missing_fraction);

@@ -13,7 +13,7 @@ use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 use serde::Serialize;
 
 use super::tables::{Row, TABLE_II, TABLE_III, TABLE_III_ITERATIONS, TABLE_V};
-use crate::trial_run::rehearse;
+use crate::trials::order::rehearse;
 
 /// Seeds of the trials: of Tables II and III, of Table V, and of its repeated run.
 const SEEDS: [u64; 3] = [1, 2, 3];

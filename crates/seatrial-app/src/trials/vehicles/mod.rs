@@ -7,7 +7,7 @@ mod mavlink;
 mod put_back;
 mod ros2;
 
-use crate::trial_run::{Check, VehicleError};
+use crate::trials::order::{Check, VehicleError};
 use seatrial::preview::Prior;
 use seatrial_core::Plan;
 

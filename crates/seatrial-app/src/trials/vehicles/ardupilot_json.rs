@@ -11,8 +11,8 @@ use seatrial_sim::six_dof::commands::Commands;
 use seatrial_sim::{Driven, SimulatedConfig};
 use serde::Serialize;
 
-use crate::simulated;
-use crate::trial_run::VehicleError;
+use crate::trials::order::VehicleError;
+use crate::trials::simulator;
 
 /// Time between status lines.
 const STATUS_EVERY: Duration = Duration::from_secs(5);
@@ -79,7 +79,7 @@ fn limits_rad(config: &SimulatedConfig) -> [f64; 2] {
 impl Simulation {
     /// The vehicle at rest.
     pub fn new(options: Options) -> Result<Self, VehicleError> {
-        let config = simulated::config(&options.vehicle)?;
+        let config = simulator::config(&options.vehicle)?;
         let start = Driven::new(&config, options.seed).map_err(VehicleError::unreachable)?;
         Ok(Self {
             vehicle: start.clone(),

@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::Error;
 use crate::error::{OTHER_UNIT, other_unit};
 use crate::logs::{OpenedLog, Source};
-use crate::models::ComparedModels;
+use crate::trials::campaign_models::ComparedModels;
 
 /// Changes of a22 and b2 up to this share are none, unless asked for, where two trials are compared.
 const TOLERATED_BETWEEN_TRIALS: f64 = 0.0;

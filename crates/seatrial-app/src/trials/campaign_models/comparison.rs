@@ -10,12 +10,12 @@ use seatrial::{Run, Window};
 use seatrial_core::{RudderUnit, Sample};
 use seatrial_logbook::CampaignId;
 
-use super::document::of_document_alone;
-use super::{ModelPoint, Models, campaign_named, of_schedule_file, undamaged};
+use super::{campaign_named, undamaged};
 use crate::Error;
 use crate::documents::Source;
 use crate::identify_log::{identify_speeds, no_model};
 use crate::logs::{Observer, OpenedLog, ReadSettings, open_inside};
+use crate::models::{ModelPoint, Models, of_document_alone, of_schedule_file};
 
 /// A log whose speed spreads more than this about its mean holds several speeds.
 const LARGEST_SPEED_SPREAD: f64 = 0.15;

@@ -2,7 +2,7 @@
 
 use seatrial_links::autopilot::HandBack;
 
-use crate::trial_run::{Change, Check, Preflight, VehicleError};
+use crate::trials::order::{Change, Check, Preflight, VehicleError};
 
 /// The person or program that attends a vehicle: is told what is found and done, and agrees to it.
 pub trait Attendant: Send + Sync {

@@ -10,8 +10,10 @@ use seatrial_links::link::Transport;
 
 use super::mavlink::{OnMavlink, keep, left_over};
 use super::{Attendant, hand_back_text, refuse};
-use crate::commission::{Control, GainedVehicle, GainsVehicle, Kept, Lost, PutBackDone, Reached};
-use crate::trial_run::{Change, Preflight, VehicleError};
+use crate::trials::commission::{
+    Control, GainedVehicle, GainsVehicle, Kept, Lost, PutBackDone, Reached,
+};
+use crate::trials::order::{Change, Preflight, VehicleError};
 
 impl GainsVehicle for OnMavlink {
     fn reach(

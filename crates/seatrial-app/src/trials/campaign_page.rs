@@ -4,8 +4,8 @@ use seatrial::campaign::Campaign;
 use seatrial_logbook::{CampaignEntry, Circumstances, Error, Logbook};
 use seatrial_report::{About, render};
 
-use crate::next;
-use crate::trial_run::plan_of_campaign;
+use crate::trials::next;
+use crate::trials::order::plan_of_campaign;
 
 /// The report of a campaign of a logbook, HTML.
 pub fn campaign_page(logbook: &Logbook, entry: &CampaignEntry) -> Result<String, Error> {

@@ -12,7 +12,7 @@ pub use seatrial_sim::Scenario;
 use seatrial_sim::config::HelmConfig;
 use seatrial_sim::{FaultyVehicle, SimulatedConfig, SimulatedVehicle, VehicleConfig};
 
-use crate::trial_run::{Preflight, Terms, TrialVehicle, VehicleError, VehicleLease, taken};
+use crate::trials::order::{Preflight, Terms, TrialVehicle, VehicleError, VehicleLease, taken};
 
 /// The simulators that need no file.
 pub const BUILT_IN: [(&str, &str); 3] = [

@@ -4,9 +4,10 @@ use std::fmt::Display;
 
 use seatrial_sim::{SimulatedConfig, Truth};
 
-use crate::trial_run::VehicleError;
+use crate::Error;
+use crate::trials::order::VehicleError;
+use crate::trials::simulator;
 use crate::workers::Workers;
-use crate::{Error, simulated};
 
 /// Trials of a simulated vehicle, each with a seed of its own.
 #[derive(Clone, Debug)]
@@ -26,7 +27,7 @@ impl Subject {
     pub fn new(vehicle: &str, runs: u64, seed: u64) -> Result<Self, VehicleError> {
         Ok(Self {
             vehicle: vehicle.to_owned(),
-            config: simulated::config(vehicle)?,
+            config: simulator::config(vehicle)?,
             runs,
             seed,
         })

@@ -76,7 +76,7 @@ mod tests {
 
     #[test]
     fn io_the_page_of_the_paper_has_every_erratum() {
-        let page = include_str!("../../../../docs/explanation/paper.md");
+        let page = include_str!("../../../../../docs/explanation/paper.md");
         for Erratum {
             place,
             printed,

@@ -12,10 +12,11 @@ use seatrial_core::{Axis, Excitation, List, Outcome, Plan};
 use serde::Serialize;
 
 use crate::Error;
-use crate::expected::Stated;
 use crate::models::Models;
-use crate::surge_step::{SurgeStated, add_surge_step};
-use crate::{TrialPlan, load_plan, simulated};
+use crate::trials::expectation::Stated;
+use crate::trials::simulator;
+use crate::trials::surge_step::{SurgeStated, add_surge_step};
+use crate::{TrialPlan, load_plan};
 
 /// The vehicle that is expected where nobody names one.
 pub const DEFAULT_VEHICLE: &str = "sim:starfish";
@@ -127,7 +128,7 @@ impl Belief {
     fn of_simulator(name: &str, plan: &Plan<f64>) -> Result<Self, Error> {
         Ok(Self {
             origin: name.into(),
-            prior: simulated::prior(name, plan, &Budget::of(Budget::OWN_SAMPLES))?,
+            prior: simulator::prior(name, plan, &Budget::of(Budget::OWN_SAMPLES))?,
             warnings: Vec::new(),
         })
     }

@@ -9,9 +9,9 @@ use seatrial_links::link::Transport;
 
 use super::mavlink::OnMavlink;
 use crate::Error;
-use crate::commission::{Kept, PutBackDone};
-use crate::trial_run::VehicleError;
-use crate::vehicles::hand_back_text;
+use crate::trials::commission::{Kept, PutBackDone};
+use crate::trials::order::VehicleError;
+use crate::trials::vehicles::hand_back_text;
 
 /// The backup of a file, refused where no trial and no commission has written it.
 ///

@@ -1,5 +1,8 @@
 //! Models of a logbook's campaigns.
 
+mod choice;
+mod comparison;
+
 use std::path::Path;
 
 use seatrial::motions::surge::SurgeModel;
@@ -7,9 +10,13 @@ use seatrial::{Campaign, CourseChange, GainAllowance};
 use seatrial_core::{RudderUnit, SchedulePoint};
 use seatrial_logbook::{CampaignEntry, Logbook};
 
-use super::choice::{Purpose, chosen_campaign, not_finished};
-use super::{ModelPoint, Models, TrialOrigin};
 use crate::Error;
+use crate::models::{ModelPoint, Models, TrialOrigin};
+
+pub use choice::{CampaignChoice, Purpose, campaign_named, campaign_numbered, chosen_campaign};
+pub use comparison::{ComparedModels, compared_models, open_named};
+
+use choice::not_finished;
 
 /// The models of the accepted runs of a campaign, chosen by its number, by the name of its configuration or else as
 /// [`chosen_campaign`] does for a vehicle. A logbook that is damaged gives none.
@@ -102,13 +109,25 @@ impl Models {
             rudder_limit_rad: campaign.rudder_limit_rad,
             rudder_unit: RudderUnit::Rad,
             full_rudder: campaign.full_rudder,
-            trial: Some(TrialOrigin::of(campaign)),
+            trial: Some(origin_of(campaign)),
             cautions: Vec::new(),
             surge: SurgeModel::of(campaign),
             passed_over: None,
             rejected: against(campaign),
             promised: promised(campaign),
         })
+    }
+}
+
+fn origin_of(campaign: &Campaign) -> TrialOrigin {
+    TrialOrigin {
+        number: None,
+        vehicle: campaign.vehicle.clone(),
+        configuration: campaign.configuration.clone(),
+        started: None,
+        software_version: campaign.software_version.clone(),
+        is_rehearsal: campaign.is_rehearsal(),
+        scenario: campaign.scenario.clone(),
     }
 }
 

@@ -13,7 +13,7 @@ use seatrial_logs::{Estimate, Row, RowWriter};
 use super::recorded::Recorded;
 use super::{Ended, View};
 use crate::conduct::{Pace, Watch};
-use crate::recording::Recording;
+use crate::trials::recording::Recording;
 
 impl Watch for Keeper {
     fn run_started(&mut self, number: u32, thrust: f64, attempt: u32) {

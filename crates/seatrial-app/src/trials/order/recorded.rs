@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use seatrial_logs::Row;
 
 use crate::outputs::OutputError;
-use crate::recording::Recording;
+use crate::trials::recording::Recording;
 
 /// Rows that may wait for the disk: half an hour of a trial at 20 Hz.
 const WAITING: usize = 36_000;

@@ -27,7 +27,7 @@ use seatrial_logs::RowWriter;
 
 use crate::TrialPlan;
 use crate::conduct::{Conducted, Pace, Unwatched, Watch, conduct};
-use crate::recording::Recording;
+use crate::trials::recording::Recording;
 use borrowed::Borrowed;
 use watched::Watched;
 

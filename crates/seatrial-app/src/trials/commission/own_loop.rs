@@ -23,7 +23,7 @@ use super::proposal::{evidence, held_steps};
 use super::{Commissioned, Control, GainedVehicle, Lost, Proposal};
 use crate::Error;
 use crate::models::{ModelPoint, Models};
-use crate::trial_run::VehicleLease;
+use crate::trials::order::VehicleLease;
 
 /// How a vehicle is steered by us.
 #[derive(Clone, Copy, Debug, PartialEq)]
