@@ -18,8 +18,8 @@ const TERMINALS: [(&str, [&str; 2]); 2] = [
     ("seatrial-cli", ["verbs", "options"]),
     ("seatrial-lab", ["lab_verbs", "lab_options"]),
 ];
-/// Lines that a count of lines may lie below its limit without a word: every change moves it.
-const LINES_OF_SLACK: usize = 200;
+/// Lines that a crate may lie above or below its figure: a small addition leaves house.toml alone. Every other count is exact.
+const LINES_OF_SLACK: usize = 150;
 
 /// What is counted, by the names of house.toml.
 #[derive(Default)]
@@ -90,8 +90,9 @@ impl Counts {
             let slack = LINES_OF_SLACK * usize::from(name.starts_with("lines."));
             match limit(name) {
                 None => faults.push(format!("{name}: {count}, and no limit of it")),
-                Some(most) if count > most => faults.push(format!(
-                    "{name}: {count}, at most {most} may be: delete, or raise the limit with a line above it that says why"
+                Some(most) if count > most + slack => faults.push(format!(
+                    "{name}: {count}, at most {} may be: delete, or raise the limit with a line above it that says why",
+                    most + slack
                 )),
                 Some(most) if count + slack < most => {
                     println!("{LIMITS}: {name} can be lowered from {most} to {count}");
@@ -126,5 +127,14 @@ mod tests {
         assert_eq!(faults.len(), 2, "{faults:?}");
         assert!(faults[0].starts_with("options: 1, at most 0"));
         assert!(faults[1].starts_with("verbs: 2, and no limit"));
+        counts.raise("lines.seatrial", 9 + LINES_OF_SLACK);
+        let of_lines = |counts: &Counts| {
+            let faults = counts.beside(|_| Some(9));
+            faults
+                .iter()
+                .filter(|fault| fault.starts_with("lines."))
+                .count()
+        };
+        assert_eq!(of_lines(&counts), 1, "the lines of the text come on top");
     }
 }
