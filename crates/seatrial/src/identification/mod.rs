@@ -2,13 +2,13 @@
 //! report draws. Missing things are `None`, never 0 or NaN.
 
 mod code;
-mod kind;
+mod earlier;
+mod in_a_trial;
 mod method;
 mod reason;
 #[cfg(test)]
 mod reference_tests;
 mod valid_range;
-mod words;
 
 use std::collections::BTreeMap;
 
@@ -26,12 +26,10 @@ pub use crate::propagation::{
 use crate::record::Window;
 use crate::servo::Servo;
 use crate::time_scale::LambdaReason;
-pub use code::ReasonCode;
-pub use kind::{ReasonKind, Subject};
+pub use code::{Reader, ReasonCode, ReasonKind, Subject};
 pub use method::EstimateMethod;
 pub use reason::{Outcome, Reason, Verdict};
 pub use valid_range::ValidRange;
-pub use words::Reader;
 
 /// Below this R^2 on validation data the paper repeats the run (section IV-C).
 pub const LEAST_R2: f64 = 0.60;

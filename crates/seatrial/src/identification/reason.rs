@@ -3,9 +3,8 @@
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Serialize, Serializer};
 
-use super::code::ReasonCode;
-use super::kind::{ReasonKind, Subject};
-use super::words::{self, Reader};
+use super::code::{self, Reader, ReasonCode, ReasonKind, Subject};
+use super::in_a_trial;
 
 /// What a person may do with a model. In documents its name is in snake case: `use_with_care`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -152,9 +151,9 @@ impl Verdict {
     pub fn of_a_trial(mut self) -> Self {
         for reason in &mut self.reasons {
             let kind = reason.kind();
-            let is_own = words::of(&kind)
+            let is_own = code::words(&kind)
                 .is_none_or(|words| reason.action != words.action(Reader::Terminal));
-            if let Some(action) = words::in_a_trial(&kind)
+            if let Some(action) = in_a_trial::cure(&kind)
                 && !is_own
             {
                 reason.action = action.into();
@@ -294,7 +293,7 @@ impl Reason {
     /// ```
     pub fn new(kind: impl Into<ReasonKind>, measured: impl Into<String>) -> Self {
         let (kind, measured) = (kind.into(), measured.into());
-        let (text, action, detail) = match words::of(&kind) {
+        let (text, action, detail) = match code::words(&kind) {
             Some(words) => (
                 words.cause.into(),
                 words.action(Reader::Terminal).into(),
@@ -331,7 +330,7 @@ impl Reason {
     /// assert!(!reason.action_for(Reader::Python).contains("--"));
     /// ```
     pub fn action_for(&self, reader: Reader) -> &str {
-        match words::of(&self.kind()) {
+        match code::words(&self.kind()) {
             // What a reason advises by itself fits everywhere.
             Some(words) if self.action == words.action(Reader::Terminal) => words.action(reader),
             _ => &self.action,

@@ -3,8 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use super::code::ReasonCode;
-use super::words::{self, Reader};
+use super::code::{Reader, ReasonCode, WORDS};
 
 /// Every code with what its documentation says, in the order of the code.
 fn documented() -> Vec<(ReasonCode, String)> {
@@ -34,7 +33,7 @@ fn page() -> String {
     let mut page = "# Verdicts\n\nEvery code of a verdict, and of what, with its cause and its cure. The most important reason decides the outcome; the others are remarks. Where\nno cure stands here, the reason itself names one. [The file of channels](channels.md) says how a column is scaled or turned.\n"
         .to_owned();
     for (code, says) in documented() {
-        let mut worded = words::WORDS
+        let mut worded = WORDS
             .iter()
             .filter(|words| words.kind.code == code)
             .peekable();

@@ -1,155 +1,8 @@
-//! What a reason says: its code, and of what.
+//! The kind of a reason as documents hold it, those of earlier versions too.
 
-use std::fmt;
+use serde::{Deserialize, Deserializer};
 
-use serde::{Deserialize, Serialize};
-
-use super::code::ReasonCode;
-
-/// The channel, the part of the vehicle or the part of the model that a reason is about. In documents its name is in snake case: `yaw_rate`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum Subject {
-    /// The heading, or the compass that measures it.
-    Heading,
-    /// The rudder.
-    Rudder,
-    /// The elevator.
-    Elevator,
-    /// The motion in pitch.
-    Pitch,
-    /// The yaw rate, or the gyro that measures it.
-    YawRate,
-    /// The samples.
-    Samples,
-    /// The time.
-    Time,
-    /// The speed.
-    Speed,
-    /// The constant C0, which holds the rudder of a straight course.
-    Offset,
-    /// The yaw damping, a22.
-    Damping,
-    /// What moves the rudder.
-    Linkage,
-    /// The errors of one-step predictions.
-    Residual,
-    /// The training data.
-    Training,
-    /// The validation data.
-    Validation,
-    /// One that this version does not know, from a document that another version wrote.
-    #[serde(untagged)]
-    Other(String),
-}
-
-impl fmt::Display for Subject {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        self.serialize(f)
-    }
-}
-
-/// A code and, where it has several subjects, of which. Shown as `low_r2` or `constant of rudder`.
-///
-/// ```
-/// use seatrial::identification::{ReasonCode, ReasonKind, Subject};
-///
-/// let kind = ReasonCode::Constant.of(Subject::Rudder);
-/// assert_eq!(kind.to_string(), "constant of rudder");
-/// assert_eq!(ReasonKind::from(ReasonCode::LowR2).to_string(), "low_r2");
-/// ```
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(from = "StoredKind")]
-pub struct ReasonKind {
-    /// What is wrong.
-    pub code: ReasonCode,
-    /// Of what; `None` where the code says it all.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub of: Option<Subject>,
-}
-
-impl ReasonCode {
-    /// This code, of this subject.
-    pub const fn of(self, subject: Subject) -> ReasonKind {
-        ReasonKind {
-            code: self,
-            of: Some(subject),
-        }
-    }
-
-    /// This code, of no subject.
-    pub(super) const fn alone(self) -> ReasonKind {
-        ReasonKind {
-            code: self,
-            of: None,
-        }
-    }
-}
-
-impl ReasonKind {
-    /// Does it name a fault of compass, clock or rudder, of which a low R^2 is a consequence?
-    pub(super) fn is_fault(&self) -> bool {
-        matches!(
-            (&self.code, &self.of),
-            (ReasonCode::CompassError | ReasonCode::ClockJumped, _)
-                | (
-                    ReasonCode::YawRateContradicts | ReasonCode::Late,
-                    Some(Subject::Heading)
-                )
-                | (ReasonCode::RudderNotFollowed, Some(Subject::Rudder))
-        )
-    }
-
-    /// Does it say that the vehicle, or what measures it, did not do what a sound one does?
-    pub(super) fn is_of_the_vehicle(&self) -> bool {
-        let is_misfit = matches!(
-            self.code,
-            ReasonCode::LowR2 | ReasonCode::Contradicted | ReasonCode::DoesNotFit
-        );
-        is_misfit || self.is_fault()
-    }
-
-    /// Does it limit what an accepted model may be used for?
-    pub(super) fn limits(&self) -> bool {
-        !matches!(
-            (&self.code, &self.of),
-            (
-                ReasonCode::Ok
-                    | ReasonCode::SignReversed
-                    | ReasonCode::Quantised
-                    | ReasonCode::AcceptedByOperator,
-                _
-            ) | (ReasonCode::Late, Some(Subject::YawRate))
-                | (ReasonCode::Damaged, Some(Subject::Samples))
-                | (
-                    ReasonCode::Unchecked,
-                    Some(Subject::Heading | Subject::Rudder)
-                )
-        )
-    }
-}
-
-impl From<ReasonCode> for ReasonKind {
-    fn from(code: ReasonCode) -> Self {
-        code.alone()
-    }
-}
-
-impl From<&ReasonCode> for ReasonKind {
-    fn from(code: &ReasonCode) -> Self {
-        code.clone().alone()
-    }
-}
-
-impl fmt::Display for ReasonKind {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match &self.of {
-            Some(subject) => write!(f, "{} of {subject}", self.code),
-            None => self.code.fmt(f),
-        }
-    }
-}
+use super::code::{ReasonCode, ReasonKind, Subject};
 
 /// As a document holds it.
 #[derive(Deserialize)]
@@ -159,11 +12,11 @@ struct StoredKind {
     of: Option<Subject>,
 }
 
-impl From<StoredKind> for ReasonKind {
-    fn from(written: StoredKind) -> Self {
-        let StoredKind { code, of } = written;
+impl<'de> Deserialize<'de> for ReasonKind {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let StoredKind { code, of } = StoredKind::deserialize(deserializer)?;
         let earlier = of.is_none().then(|| of_earlier(&code.to_string()));
-        earlier.flatten().unwrap_or(Self { code, of })
+        Ok(earlier.flatten().unwrap_or(Self { code, of }))
     }
 }
 
@@ -269,5 +122,19 @@ mod tests {
         let kind: ReasonKind = serde_json::from_str(text).unwrap();
         assert_eq!(serde_json::to_string(&kind).unwrap(), text);
         assert_eq!(kind.to_string(), "of_tomorrow of keel");
+    }
+
+    #[test]
+    fn io_codes_are_in_snake_case_and_unknown_ones_are_kept() {
+        for (code, name) in [
+            (ReasonCode::LowR2, "low_r2"),
+            (ReasonCode::ClockJitter, "clock_jitter"),
+            (ReasonCode::Other("of_tomorrow".into()), "of_tomorrow"),
+        ] {
+            assert_eq!(code.to_string(), name);
+            let json = serde_json::to_string(&code).unwrap();
+            assert_eq!(json, format!("\"{name}\""));
+            assert_eq!(serde_json::from_str::<ReasonCode>(&json).unwrap(), code);
+        }
     }
 }
