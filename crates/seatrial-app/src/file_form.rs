@@ -1,7 +1,19 @@
 //! Forms that files are written in, by their names.
 
-/// A form, its name as options take it, how the names of its files end, and what it is.
-pub type Row<F> = (F, &'static str, &'static str, &'static str);
+/// What is said of a form.
+#[derive(Clone, Copy, Debug)]
+pub struct Row<F> {
+    /// The form.
+    pub form: F,
+    /// Its name as options take it.
+    pub name: &'static str,
+    /// How the names of its files end; no two forms of a vehicle end alike.
+    pub extension: &'static str,
+    /// What a button says.
+    pub label: &'static str,
+    /// What it is.
+    pub about: &'static str,
+}
 
 /// A form that a file is written in.
 pub trait FileForm: Copy + PartialEq + 'static {
@@ -11,23 +23,13 @@ pub trait FileForm: Copy + PartialEq + 'static {
     /// The form of a name.
     fn named(name: &str) -> Option<Self> {
         let mut forms = Self::ALL.iter();
-        forms.find_map(|(form, of_form, ..)| (*of_form == name).then_some(*form))
-    }
-
-    /// Its name.
-    fn name(self) -> &'static str {
-        self.row().1
-    }
-
-    /// How the name of its file ends.
-    fn extension(self) -> &'static str {
-        self.row().2
+        forms.find_map(|row| (row.name == name).then_some(row.form))
     }
 
     /// Its row of [`ALL`](Self::ALL).
     fn row(self) -> &'static Row<Self> {
         let mut forms = Self::ALL.iter();
-        let of_it = forms.find(|(form, ..)| *form == self);
+        let of_it = forms.find(|row| row.form == self);
         of_it.expect("each form has a row")
     }
 }

@@ -50,31 +50,41 @@ pub enum Format {
 
 impl FileForm for Format {
     const ALL: &[Row<Self>] = &[
-        (
-            Self::Ardupilot,
-            "ardupilot",
-            "param",
-            "Parameters of ArduPilot, .param",
-        ),
-        (
-            Self::Px4,
-            "px4",
-            "params",
-            "Parameters of PX4, .params as QGroundControl loads it",
-        ),
-        (
-            Self::Ros2,
-            "ros2",
-            "yaml",
-            "Parameters of a ROS 2 node, YAML: the gain schedule as arrays",
-        ),
-        (Self::Json, "json", "json", "The gain schedule"),
-        (
-            Self::C,
-            "c",
-            "h",
-            "The gain schedule as a table in a C99 header",
-        ),
+        Row {
+            form: Self::Ardupilot,
+            name: "ardupilot",
+            extension: "param",
+            label: "ArduPilot",
+            about: "Parameters of ArduPilot, .param",
+        },
+        Row {
+            form: Self::Px4,
+            name: "px4",
+            extension: "params",
+            label: "PX4",
+            about: "Parameters of PX4, .params as QGroundControl loads it",
+        },
+        Row {
+            form: Self::Ros2,
+            name: "ros2",
+            extension: "yaml",
+            label: "ROS 2, YAML",
+            about: "Parameters of a ROS 2 node, YAML: the gain schedule as arrays",
+        },
+        Row {
+            form: Self::Json,
+            name: "json",
+            extension: "json",
+            label: "JSON",
+            about: "The gain schedule",
+        },
+        Row {
+            form: Self::C,
+            name: "c",
+            extension: "h",
+            label: "C header",
+            about: "The gain schedule as a table in a C99 header",
+        },
     ];
 }
 

@@ -80,12 +80,11 @@ impl ModelFile {
             Format::Ardupilot | Format::Px4 => &[Surface, Underwater][..],
             Format::Ros2 | Format::Json | Format::C => &[Surface],
         };
-        let gains = Format::ALL.iter().flat_map(move |(format, ..)| {
-            vehicles(*format)
-                .iter()
-                .map(move |vehicle| Self::Gains(*format, *vehicle))
+        let gains = Format::ALL.iter().flat_map(move |row| {
+            let of_each = vehicles(row.form).iter();
+            of_each.map(|vehicle| Self::Gains(row.form, *vehicle))
         });
-        gains.chain(Form::ALL.iter().map(|(form, ..)| Self::Vehicle(*form)))
+        gains.chain(Form::ALL.iter().map(|row| Self::Vehicle(row.form)))
     }
 
     fn name(self) -> String {
@@ -95,10 +94,10 @@ impl ModelFile {
                     VehicleType::Surface => "surface",
                     VehicleType::Underwater => "underwater",
                 };
-                format!("{}_{vehicle}", format.name())
+                format!("{}_{vehicle}", format.row().name)
             }
-            Self::Gains(format, _) => format.name().to_owned(),
-            Self::Vehicle(form) => form.name().replace('-', "_"),
+            Self::Gains(format, _) => format.row().name.to_owned(),
+            Self::Vehicle(form) => form.row().name.replace('-', "_"),
         }
     }
 
@@ -110,8 +109,27 @@ impl ModelFile {
     /// How the name of the file ends.
     pub fn extension(self) -> &'static str {
         match self {
-            Self::Gains(format, _) => format.extension(),
-            Self::Vehicle(form) => form.extension(),
+            Self::Gains(format, _) => format.row().extension,
+            Self::Vehicle(form) => form.row().extension,
+        }
+    }
+
+    /// What a button says.
+    fn label(self) -> String {
+        use VehicleType::{Surface, Underwater};
+        match self {
+            Self::Gains(format @ (Format::Ardupilot | Format::Px4), vehicle) => {
+                let vehicle = match (format, vehicle) {
+                    (Format::Ardupilot, Surface) => "Rover",
+                    (Format::Ardupilot, Underwater) => "Sub",
+                    (_, Surface) => "rover",
+                    (_, Underwater) => "UUV",
+                };
+                let row = format.row();
+                format!("{} {vehicle}, .{}", row.label, row.extension)
+            }
+            Self::Gains(format, _) => format.row().label.to_owned(),
+            Self::Vehicle(form) => form.row().label.to_owned(),
         }
     }
 }
@@ -131,20 +149,29 @@ impl<'de> Deserialize<'de> for ModelFile {
     }
 }
 
-#[cfg(feature = "openapi")]
-impl utoipa::PartialSchema for ModelFile {
-    fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::Schema> {
-        let names = Self::all().map(Self::name);
-        let text = utoipa::openapi::ObjectBuilder::new().schema_type(utoipa::openapi::Type::String);
-        let about = "A file that is made of models: those of `seatrial gains --export` and of `seatrial export --to`.";
-        text.description(Some(about))
-            .enum_values(Some(names))
-            .into()
-    }
+/// A file that a page offers.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct OfferedFile {
+    /// The name by which it is asked for.
+    pub name: String,
+    /// What its button says.
+    pub label: String,
+    /// How its name ends.
+    pub extension: &'static str,
+    /// Is it one of `seatrial gains --export`?
+    pub is_gains: bool,
 }
 
-#[cfg(feature = "openapi")]
-impl utoipa::ToSchema for ModelFile {}
+impl From<ModelFile> for OfferedFile {
+    fn from(file: ModelFile) -> Self {
+        Self {
+            name: file.name(),
+            label: file.label(),
+            extension: file.extension(),
+            is_gains: file.is_gains(),
+        }
+    }
+}
 
 /// A file, and what to know about it.
 #[derive(Clone, Debug, PartialEq)]
@@ -157,7 +184,7 @@ pub struct FileOfModels {
     pub notes: Vec<String>,
 }
 
-/// The documents of `seatrial gains --json` and `seatrial turn --json`.
+/// The documents of `seatrial gains --json` and `seatrial turn --json`, and the files that can be made beside them.
 #[derive(Clone, Debug, Serialize)]
 pub struct GainsAndLimits {
     /// What the source says against its models, and where they are used beyond what they were seen for.
@@ -168,6 +195,8 @@ pub struct GainsAndLimits {
     pub gains: HeadingGains,
     /// Turning limits.
     pub turning: TurningLimits,
+    /// Every file that can be made of the models: first those of gains, then those of the vehicle.
+    pub files: Vec<OfferedFile>,
 }
 
 impl GainsAndLimits {
@@ -195,6 +224,7 @@ impl ModelRequest {
                 .map(|error| error.to_string()),
             gains: wanted.gains(&models)?,
             turning: TurningLimits::of(&models, std::f64::consts::PI, None, None)?,
+            files: ModelFile::all().map(OfferedFile::from).collect(),
         })
     }
 
@@ -223,7 +253,7 @@ impl ModelRequest {
         notes.extend(note);
         Ok(FileOfModels {
             bytes,
-            extension: form.extension(),
+            extension: form.row().extension,
             notes,
         })
     }
@@ -242,7 +272,7 @@ impl ModelRequest {
         let made = GainsFile::new(format, &wanted, models, vehicle, self.rehearsal)?;
         Ok(FileOfModels {
             bytes: made.text.into_bytes(),
-            extension: format.extension(),
+            extension: format.row().extension,
             notes: made.notes,
         })
     }
@@ -263,5 +293,25 @@ impl ModelRequest {
             .clone()
             .limited(self.rudder_limit_deg.map(f64::to_radians))?
             .with_full_rudder(angle_rad.filter(|_| models.rudder_unit == RudderUnit::Rad))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_every_file_on_offer_is_taken_by_its_name_and_has_an_ending_of_its_own() {
+        let mut endings = Vec::new();
+        for file in ModelFile::all() {
+            let offered = OfferedFile::from(file);
+            let taken: ModelFile = serde_json::from_value(offered.name.into()).unwrap();
+            assert_eq!(taken, file);
+            if let ModelFile::Vehicle(form) = file {
+                assert_eq!(Form::named(form.row().name), Some(form));
+                assert!(!offered.is_gains && !endings.contains(&offered.extension));
+                endings.push(offered.extension);
+            }
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! The manoeuvres that are predicted from a vehicle's equations, against closed forms.
 
 use seatrial::sea_trials::ship_manoeuvres::Index;
-use seatrial_app::file_form::FileForm;
+use seatrial_app::file_form::{FileForm, Row};
 use seatrial_app::ship_trials::{Wanted, predicted};
 use seatrial_app::vehicle_export::{Form, file};
 use seatrial_sim::IdentifiedVehicle;
@@ -145,7 +145,7 @@ fn exact_names_are_harmless_in_every_target() {
     let text = |form, thrust| {
         file(&vehicle, form, thrust).map(|(bytes, _)| String::from_utf8(bytes).unwrap())
     };
-    for (form, name, ..) in Form::ALL.iter().copied() {
+    for &Row { form, name, .. } in Form::ALL {
         assert_eq!(Form::named(name), Some(form));
         // The vehicle file quotes by its own rules, and a FMU is no text.
         if [Form::Toml, Form::Json, Form::Fmu].contains(&form) {

@@ -23,7 +23,7 @@ pub fn one_of<T: Copy + Send + Sync + 'static>(
 /// Takes a form of files by its name.
 pub fn form_of<F: FileForm + Send + Sync>() -> impl TypedValueParser<Value = F> {
     let forms = F::ALL.iter();
-    one_of(forms.map(|(form, name, _, about)| (*form, *name, *about)))
+    one_of(forms.map(|row| (row.form, row.name, row.about)))
 }
 
 /// The values of `--axis`.

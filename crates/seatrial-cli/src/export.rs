@@ -153,11 +153,14 @@ fn draw(
     std::fs::create_dir_all(folder)
         .map_err(|error| Failure::not_saved(format!("{}: {error}", folder.display())))?;
     let digits = count.to_string().len();
+    // Every file of the folder is of one form: the last part of its ending is enough.
+    let extension = args.to.row().extension.rsplit('.').next();
+    let extension = extension.unwrap_or_default();
     (1..=count)
         .map(|number| {
             let mut drawn = vehicle.drawn(args.seed.wrapping_add(number - 1));
             drawn.name = format!("{} {number:0digits$}", vehicle.name);
-            let path = folder.join(format!("vehicle-{number:0digits$}.{}", args.to.extension()));
+            let path = folder.join(format!("vehicle-{number:0digits$}.{extension}"));
             output.save(&path, file(args, &drawn)?)?;
             Ok(path)
         })

@@ -69,10 +69,14 @@ fn json(py: Python<'_>, document: &impl serde::Serialize) -> PyResult<String> {
 
 #[pymodule]
 mod _native {
-    /// The version of the package.
+    /// The version of the package, and the names of the forms of files.
     #[pymodule_init]
     fn init(module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {
         use pyo3::types::PyModuleMethods;
+        use seatrial_app::{gains_export::Format, vehicle_export::Form};
+
+        module.add("GAINS_FORMS", super::models::names_of::<Format>())?;
+        module.add("VEHICLE_FORMS", super::models::names_of::<Form>())?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 

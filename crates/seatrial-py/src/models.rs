@@ -146,6 +146,11 @@ pub fn turning_limits(
     Ok(answer(json(py, &found)?, warnings(&models)))
 }
 
+/// The names of forms that files are written in.
+pub fn names_of<F: FileForm>() -> Vec<&'static str> {
+    F::ALL.iter().map(|row| row.name).collect()
+}
+
 /// A file for a controller: its text, and what to know about it.
 #[pyfunction]
 pub fn export_gains(

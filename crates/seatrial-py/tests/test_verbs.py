@@ -113,7 +113,7 @@ def test_parity_gains_turns_and_files(log: Path, document: Path, tmp_path: Path)
     assert turns.document == printed("turn", "--model", str(document))
     show(gains)
     show(turns)
-    for form in ("ardupilot", "px4", "ros2", "json", "c"):
+    for form in seatrial.GAINS_FORMS:
         said = command("gains", "--model", str(document), "--export", form).stdout
         assert seatrial.export(document, form) == said
     with pytest.warns(seatrial.SeatrialWarning, match="ASSUMED"):
@@ -136,8 +136,8 @@ def test_exact_gains_that_are_warned_of_and_files_that_are_kept_are_refused(tmp_
     schedule.write_text(text)
     for form in ("ardupilot", "ros2_control"):
         with pytest.raises(seatrial.RejectedError, match="holds 0"):
-            seatrial.export(schedule, form, name="b")  # type: ignore[arg-type]
-        assert seatrial.export(schedule, form, name="b", accept=True)  # type: ignore[arg-type]
+            seatrial.export(schedule, form, name="b")
+        assert seatrial.export(schedule, form, name="b", accept=True)
     for kept in (log, schedule):
         before = kept.read_bytes()
         with pytest.raises(seatrial.UsageError, match="not written"):

@@ -2176,8 +2176,11 @@ export interface operations {
             path: {
                 /** @description Number of the campaign */
                 id: number;
-                /** @description Which file */
-                file: "ardupilot_surface" | "ardupilot_underwater" | "px4_surface" | "px4_underwater" | "ros2" | "json" | "c" | "vehicle" | "vehicle_json" | "python" | "casadi" | "mujoco" | "octave" | "fmu" | "gazebo" | "moos" | "nav2" | "ros2_control" | "ros2_control_urdf" | "guidance";
+                /**
+                 * @description Which file: the name of one of `files` of the limits
+                 * @example vehicle
+                 */
+                file: string;
             };
             cookie?: never;
         };
@@ -3299,8 +3302,11 @@ export interface operations {
             query?: never;
             header?: never;
             path: {
-                /** @description Which file */
-                file: "ardupilot_surface" | "ardupilot_underwater" | "px4_surface" | "px4_underwater" | "ros2" | "json" | "c" | "vehicle" | "vehicle_json" | "python" | "casadi" | "mujoco" | "octave" | "fmu" | "gazebo" | "moos" | "nav2" | "ros2_control" | "ros2_control_urdf" | "guidance";
+                /**
+                 * @description Which file: the name of one of `files` of the limits
+                 * @example vehicle
+                 */
+                file: string;
             };
             cookie?: never;
         };

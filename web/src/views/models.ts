@@ -11,8 +11,17 @@ type Estimate = { readonly value: number; readonly interval_95: readonly [number
 /** Options of `seatrial gains` and `export` by name. */
 export type Stated = Readonly<Record<string, number | boolean>>;
 
-/** Gains and turning limits, and what is said against them. */
+/** A file that can be made of models. */
+interface FileForm {
+  readonly name: string;
+  readonly label: string;
+  readonly extension: string;
+  readonly is_gains: boolean;
+}
+
+/** Gains and turning limits, what is said against them, and the files that can be made. */
 export interface Limits {
+  readonly files: readonly FileForm[];
   readonly warnings: readonly string[];
   /** Why no file of gains is written unless that is accepted. */
   readonly unusable: string | null;
@@ -63,35 +72,6 @@ export interface ModelsPlan {
   readonly without?: readonly string[];
 }
 
-type FileForm = readonly [name: string, label: string, suffix: string];
-
-/** Files with gains and limits. */
-const CONTROLLERS: readonly FileForm[] = [
-  ["ardupilot_surface", "ArduPilot Rover, .param", "param"],
-  ["ardupilot_underwater", "ArduPilot Sub, .param", "param"],
-  ["px4_surface", "PX4 rover, .params", "params"],
-  ["px4_underwater", "PX4 UUV, .params", "params"],
-  ["ros2", "ROS 2, YAML", "yaml"],
-  ["json", "JSON", "json"],
-  ["c", "C header", "h"],
-];
-
-/** Other files of the vehicle. */
-const SIMULATORS: readonly FileForm[] = [
-  ["vehicle_json", "Vehicle file, JSON", "vehicle.json"],
-  ["python", "Python", "py"],
-  ["casadi", "CasADi", "casadi.py"],
-  ["mujoco", "MuJoCo", "mujoco.py"],
-  ["octave", "Octave and Matlab", "m"],
-  ["fmu", "FMU, FMI 3.0", "fmu"],
-  ["gazebo", "Gazebo, SDF", "sdf"],
-  ["moos", "MOOS-IvP", "moos"],
-  ["nav2", "Nav2, YAML", "nav2.yaml"],
-  ["ros2_control", "ros2_control, YAML", "ros2_control.yaml"],
-  ["ros2_control_urdf", "ros2_control, URDF", "urdf"],
-  ["guidance", "Path follower, TOML", "guidance.toml"],
-];
-
 function estimateCell(estimate: Estimate): Cell {
   if (estimate === null || estimate.interval_95 === null) return significant(estimate?.value ?? NaN);
   const [value, low, high] = bounded(estimate.value, ...estimate.interval_95);
@@ -140,6 +120,7 @@ export function modelsPanel(models: Models, plan: ModelsPlan): HTMLElement {
   const show = async (): Promise<void> => {
     try {
       const found = await models.limits(stated());
+      offer(found.files);
       const hasNoSpeed = found.gains.points.some((point) => point.surge_speed_m_s === null);
       if (hasNoSpeed && fields.assume(plan.meanSpeed_m_s)) return show();
       warn(found.unusable);
@@ -152,23 +133,40 @@ export function modelsPanel(models: Models, plan: ModelsPlan): HTMLElement {
       close("No file can be made of these models.");
     }
   };
-  const keep = async ([name, label, suffix]: FileForm): Promise<void> => {
+  const keep = async ({ name, label, extension }: FileForm): Promise<void> => {
     say(told, `${label} …`);
     try {
       const { blob, notes } = await models.file(name, stated());
-      keepBlob(blob, `${plan.stem}.${suffix}`);
-      say(told, [`${plan.stem}.${suffix} is written.`, ...notes.map(sentence)].join(" "));
+      keepBlob(blob, `${plan.stem}.${extension}`);
+      say(told, [`${plan.stem}.${extension} is written.`, ...notes.map(sentence)].join(" "));
     } catch (error) {
       say(told, "");
       refuse(error);
     }
   };
   const button = (form: FileForm): HTMLElement => {
-    const made = element("button", { type: "button", disabled: true, onclick: () => void keep(form) }, form[1]);
+    const made = element("button", { type: "button", disabled: true, onclick: () => void keep(form) }, form.label);
     buttons.push(made);
     return made;
   };
-  const offered = SIMULATORS.filter(([name]) => plan.without?.includes(name) !== true);
+  const ofGains = element("div", { class: "row" });
+  const ofVehicle = element("div", { class: "stack" });
+  /** Offers every file that can be made, once. */
+  const offer = (files: readonly FileForm[]): void => {
+    if (buttons.length > 0) return;
+    const [vehicle, ...others] = files.filter((form) => !form.is_gains && plan.without?.includes(form.name) !== true);
+    fill(ofGains, ...files.filter((form) => form.is_gains).map(button));
+    fill(
+      ofVehicle,
+      element("div", { class: "row" }, vehicle !== undefined && button(vehicle)),
+      element(
+        "details",
+        {},
+        element("summary", {}, `${others.length} other forms`),
+        element("div", { class: "row" }, ...others.map(button)),
+      ),
+    );
+  };
   const root = element(
     "section",
     { class: "panel stack", "aria-label": "Gains and limits" },
@@ -178,15 +176,9 @@ export function modelsPanel(models: Models, plan: ModelsPlan): HTMLElement {
     element("details", {}, element("summary", {}, "Choose damping, speed or rudder angle"), fields.root),
     element("h3", {}, "Parameters of a controller"),
     told,
-    element("div", { class: "row" }, ...CONTROLLERS.map(button)),
+    ofGains,
     element("h3", {}, "Vehicle for simulators and planners"),
-    element("div", { class: "row" }, button(["vehicle", "Vehicle file, TOML", "toml"])),
-    element(
-      "details",
-      {},
-      element("summary", {}, `${offered.length} other forms`),
-      element("div", { class: "row" }, ...offered.map(button)),
-    ),
+    ofVehicle,
   );
   void show();
   return root;

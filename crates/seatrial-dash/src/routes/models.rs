@@ -43,7 +43,7 @@ pub async fn model_limits(
 
 /// A file made of the model of a log. Nothing is kept.
 #[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/models/files/{file}", tag = "models", request_body = ModelOrder,
-    params(("file" = inline(ModelFile), Path, description = "Which file")),
+    params(("file" = String, Path, description = "Which file: the name of one of `files` of the limits", example = "vehicle")),
     responses((status = 200, description = "As `gains --export` or `export --to` writes it", body = Vec<u8>, content_type = "application/octet-stream"),
         (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn model_file(
@@ -78,7 +78,7 @@ pub async fn campaign_limits(
 
 /// A file made of the models of a campaign.
 #[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/campaigns/{id}/files/{file}", tag = "downloads",
-    params(("id" = i64, Path, description = "Number of the campaign"), ("file" = inline(ModelFile), Path, description = "Which file"), ModelRequest),
+    params(("id" = i64, Path, description = "Number of the campaign"), ("file" = String, Path, description = "Which file: the name of one of `files` of the limits", example = "vehicle"), ModelRequest),
     responses((status = 200, description = "As `gains --export` or `export --to` writes it", body = Vec<u8>, content_type = "application/octet-stream"),
         (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn campaign_file(

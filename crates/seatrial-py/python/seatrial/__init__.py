@@ -21,6 +21,8 @@ from ._errors import (
 from ._estimator import Estimator
 from ._fleet import fleet
 from ._follow import (
+    GAINS_FORMS,
+    VEHICLE_FORMS,
     Gain,
     HeadingGains,
     Turn,
@@ -55,10 +57,10 @@ from ._simulate import paper_claims, study, trial
 __version__ = _native.__version__
 
 __all__ = [
-    "AbortedError", "Campaign", "Comparison", "Estimator", "Gain", "HeadingGains", "Health",
+    "AbortedError", "Campaign", "Comparison", "Estimator", "GAINS_FORMS", "Gain", "HeadingGains", "Health",
     "Identification", "InputError", "Inspection", "Log", "MethodResult", "Model", "Motion", "NotSavedError", "Plan",
     "Point", "Reading", "RejectedError", "Schedule", "SeatrialError", "SeatrialWarning", "SpeedModel",
-    "TrialResult", "Turn", "TurningLimits", "UsageError", "Validated", "command", "compare", "export",
+    "TrialResult", "Turn", "TurningLimits", "UsageError", "VEHICLE_FORMS", "Validated", "command", "compare", "export",
     "fleet", "gains", "heading_gains", "health", "identify", "identify_log", "identify_table", "inspect",
     "paper_claims", "plan", "predict", "read_log", "residuals", "simulate", "study", "trial", "turning", "turning_limits", "validate", "watch",
 ]

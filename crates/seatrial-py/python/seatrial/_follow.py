@@ -251,17 +251,15 @@ def turning_limits(
     return TurningLimits(document["points"], document)
 
 
-GainsForm = Literal["ardupilot", "px4", "ros2", "json", "c"]
-VehicleForm = Literal[
-    "vehicle", "vehicle-json", "python", "casadi", "mujoco", "octave", "fmu", "gazebo", "moos", "nav2", "ros2_control",
-    "ros2_control-urdf", "guidance"
-]
-_GAINS_FORMS = ("ardupilot", "px4", "ros2", "json", "c")
+GAINS_FORMS: tuple[str, ...] = tuple(_native.GAINS_FORMS)
+"""What `export` takes of gains, such as ``ardupilot``."""
+VEHICLE_FORMS: tuple[str, ...] = tuple(_native.VEHICLE_FORMS)
+"""What `export` takes of the vehicle, such as ``gazebo``."""
 
 
 def export(
     models: ModelSource,
-    to: GainsForm | VehicleForm,
+    to: str,
     *,
     out: Optional[Path] = None,
     surge_speed_m_s: Optional[float] = None,
@@ -289,7 +287,7 @@ def export(
     models
         Where they come from.
     to
-        Of gains one of `GainsForm`; of the vehicle one of `VehicleForm`, where ``vehicle`` and ``vehicle-json`` are its file.
+        Of gains one of `GAINS_FORMS`; of the vehicle one of `VEHICLE_FORMS`, where ``vehicle`` and ``vehicle-json`` are its file.
     out
         The file; without, nothing is written. ``fmu`` needs one.
     surge_speed_m_s, rudder_limit_rad, damping_ratio, delay_s, interval_s, at_speed_m_s, at_thrust, extrapolate
@@ -325,7 +323,7 @@ def export(
     if to == "fmu" and out is None:
         raise UsageError("to='fmu' writes no text; expected out=FILE.fmu")
     source = native_source(models, surge_speed_m_s, rudder_limit_rad)
-    if to in _GAINS_FORMS:
+    if to in GAINS_FORMS:
         asked = _asked(
             damping_ratio, delay_s, interval_s, at_speed_m_s, at_thrust, extrapolate, full_rudder_rad
         )

@@ -5,12 +5,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
-    "Estimator", "FleetJournal", "Schedule", "__version__", "compare", "export_gains", "export_vehicle",
+    "Estimator", "FleetJournal", "GAINS_FORMS", "Schedule", "VEHICLE_FORMS", "__version__", "compare", "export_gains", "export_vehicle",
     "fleet", "fleet_work", "gain", "heading_gains", "health", "identify", "identify_log", "inspect",
     "least_squares", "paper_claims", "plan", "read_log", "save", "study", "trial", "turn", "turning_limits", "validate",
 ]
 
 __version__: str
+GAINS_FORMS: list[str]
+VEHICLE_FORMS: list[str]
 
 _Array = NDArray[np.float64]
 _Span = tuple[Optional[float], Optional[float]]
