@@ -17,7 +17,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use seatrial::identify::output_error::nearest_simulation;
+use seatrial::identify::output_error::output_error;
 use seatrial::identify::simplex::fit_as_paper;
 use serde_json::json;
 
@@ -136,12 +136,12 @@ fn measure(folder: &Path, table: &Path) -> Outcome<()> {
     for line in lines {
         println!("{line}");
     }
-    let found = nearest_simulation(&data.samples, Some(data.start))?;
+    let found = output_error(&data.samples, Some(data.start))?;
     let own_simplex = fit_as_paper(&data.samples).ok_or("no sample")?;
-    costs.push(("refined", found.residual_rms_rad()));
+    costs.push(("refined", found.residual_rms_rad));
     costs.push(("refined, own simplex + RK4", own_simplex.cost));
     let mut text = format!("{goals}\n{}\n", rounds.times());
-    text += &format!("Passes of the refined estimate: {}.\n\n", found.passes());
+    text.push('\n');
     text += "| refined estimate | root mean square of the heading error, mrad |\n|---|---|\n";
     for (name, cost) in costs {
         println!("{}", json!({"work": name, "cost_rad": cost}));

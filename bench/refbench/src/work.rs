@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use seatrial::identify::evenly_sampled::EvenlySampled;
-use seatrial::identify::output_error::nearest_simulation;
+use seatrial::identify::output_error::output_error;
 use seatrial::identify::simplex::fit_as_paper;
 use seatrial_core::YawModel;
 
@@ -162,11 +162,11 @@ fn of_the_long_record(data: &Data) -> Outcome<Vec<Entry<'_>>> {
 fn of_the_refined_estimate(data: &Data) -> Vec<Entry<'_>> {
     vec![
         entry("refined", || {
-            let one = || nearest_simulation(black_box(&data.samples), Some(data.start));
+            let one = || output_error(black_box(&data.samples), Some(data.start));
             let found = || (0..TOGETHER).filter_map(|_| one().ok());
             per(
                 TOGETHER,
-                timed(|| found().map(|found| found.residual_rms_rad()).sum()),
+                timed(|| found().map(|found| found.residual_rms_rad).sum()),
             )
         }),
         entry("refined, own simplex + RK4", || {

@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use seatrial::Window;
 use seatrial::identify::evenly_sampled::EvenlySampled;
-use seatrial::identify::output_error::nearest_simulation;
+use seatrial::identify::output_error::output_error;
 use seatrial::identify::refined::refined_estimate;
 use seatrial::identify::{IdentifySettings, ValidationData, identify};
 use seatrial_core::model::{YawModel, YawState};
@@ -95,7 +95,7 @@ fn kernel_batch(time_s: &[f64], heading_rad: &[f64], rudder_rad: &[f64]) {
 #[inline(never)]
 fn kernel_refined(samples: &[Sample<f64>]) {
     let start = YawModel::from_theta([-1.0, 1.0, 0.01]);
-    let _ = black_box(nearest_simulation(samples, Some(start)).ok());
+    let _ = black_box(output_error(samples, Some(start)).ok());
 }
 
 #[inline(never)]

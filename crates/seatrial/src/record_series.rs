@@ -1,6 +1,6 @@
 //! A record as [`Series`], which borrows what is kept here.
 
-use seatrial_core::refine::{self, Disturbance, Fit, RefineFailure, Series, Span};
+use seatrial_core::refine::{self, Disturbance, Fit, Peak, RefineFailure, Series, Span};
 use seatrial_core::{Sample, YawModel};
 
 use crate::record::{duration_s, median, unwrapped_rad};
@@ -89,6 +89,21 @@ impl RecordSpan {
     /// |a22|, but no slower than what the record can show, 1/s.
     pub(crate) fn rate_scale(&self, a22_per_s: f64) -> f64 {
         self.0.rate_scale(a22_per_s)
+    }
+
+    /// The likelihood without disturbance, largest in a22: output error.
+    pub(crate) fn nearest_simulation(
+        &self,
+        record: &RecordSeries,
+        start_per_s: f64,
+    ) -> Option<Peak> {
+        let scale_per_s = self.rate_scale(start_per_s);
+        Peak::find(
+            &record.series(),
+            Disturbance::NONE,
+            start_per_s,
+            scale_per_s,
+        )
     }
 
     /// The damping that output error prefers among a logarithmic grid and the start.

@@ -179,7 +179,7 @@ impl Peak {
             let convex = here.curvature > 0.0;
             let step = if convex {
                 spread = (0.5 * sqrt(variance))
-                    .max(1e-6 * scale_per_s)
+                    .max(1e-5 * scale_per_s)
                     .min(0.1 * scale_per_s);
                 -here.gradient / here.curvature
             } else {

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
-use seatrial_core::refine::{Disturbance, Peak};
+use seatrial_core::refine::Peak;
 use seatrial_core::{LostRudder, Sample, YawModel};
 
 use crate::record::median_interval_s;
@@ -219,7 +219,7 @@ impl Timing {
             false => (start_per_s, samples.to_vec()),
         };
         let record = prepared(&timed)?;
-        let peak = output_error(span, &record, a22_per_s)?;
+        let peak = span.nearest_simulation(&record, a22_per_s)?;
         let comparisons = record.blocks() as f64;
         let floor_rad2 = match is_timed {
             true => (peak.fit.linear[0] * edges.coarseness_rad_s2()).powi(2),
@@ -275,17 +275,12 @@ impl Timing {
             samples[edge.before].rudder_rad += sooner * (after.rudder_rad - before.rudder_rad);
             let acting = servo.acting(&samples);
             let record = span.prepare(&acting, self.peak.a22_per_s).ok()?;
-            let moved = output_error(span, &record, self.peak.a22_per_s)?;
+            let moved = span.nearest_simulation(&record, self.peak.a22_per_s)?;
             let off = Vector3::from(moved.normal().0) - theta;
             covariance += off * off.transpose();
         }
         Some(covariance)
     }
-}
-
-fn output_error(span: &RecordSpan, record: &RecordSeries, start_per_s: f64) -> Option<Peak> {
-    let scale = span.rate_scale(start_per_s);
-    Peak::find(&record.series(), Disturbance::NONE, start_per_s, scale)
 }
 
 /// The record with every edge at the end of its interval, and with one of them at the start.

@@ -45,7 +45,6 @@ pub mod residual_tests;
 pub mod robust;
 mod settings;
 pub mod simplex;
-mod simulation;
 pub(crate) mod steering_validation;
 mod sums;
 mod survey;

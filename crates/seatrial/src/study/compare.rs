@@ -253,10 +253,7 @@ impl Candidates<'_> {
             ComparedMethod::Simplex => by_simplex(self.samples),
             ComparedMethod::OutputError => {
                 let found = output_error(self.samples, None).map_err(NoModel::Refine)?;
-                Ok(MethodEstimate {
-                    iterations: Some(found.iterations),
-                    ..MethodEstimate::from(found.model)
-                })
+                Ok(found.model.into())
             }
             ComparedMethod::PredictionError => {
                 let (model, covariance) =
