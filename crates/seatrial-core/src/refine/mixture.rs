@@ -18,21 +18,6 @@ const MOST_STRENGTHS: usize = 24;
 /// No disturbance, and for each time constant the one in the middle and those to either side.
 const MOST_HYPOTHESES: usize = 1 + DISTURBANCE_TIME_CONSTANTS.len() * (1 + 2 * MOST_STRENGTHS);
 
-/// The prior that the estimate is the mean under: seven of ten records hold no disturbance, the others one of
-/// 2 % of the rudder's effect, within a factor of two.
-const EXPECTED: Prior = Prior {
-    none: 0.7,
-    median_share: 0.02,
-    log_deviation: 0.7,
-};
-
-/// The prior of the interval, which should also hold for a record that is worse than expected.
-const CAUTIOUS: Prior = Prior {
-    none: 0.3,
-    median_share: 0.05,
-    log_deviation: 1.0,
-};
-
 /// A log likelihood this far below the best has no weight.
 const NEGLIGIBLE: f64 = 8.0;
 
@@ -118,7 +103,8 @@ impl Hypothesis {
 }
 
 /// What is believed of the disturbance before a record is seen.
-struct Prior {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DisturbancePrior {
     /// Probability of none.
     none: f64,
     /// Median of its standard deviation over the rudder's effect.
@@ -127,15 +113,43 @@ struct Prior {
     log_deviation: f64,
 }
 
-impl Prior {
-    /// The log prior among octaves of strength and [`DISTURBANCE_TIME_CONSTANTS`].
-    fn log_of(&self, hypothesis: &Hypothesis) -> f64 {
-        if hypothesis.share == 0.0 {
-            return log(self.none);
+impl DisturbancePrior {
+    /// The prior that the estimate is the mean under: seven of ten records hold no disturbance, the others one of
+    /// 2 % of the rudder's effect, within a factor of two.
+    pub const EXPECTED: Self = Self {
+        none: 0.7,
+        median_share: 0.02,
+        log_deviation: 0.7,
+    };
+
+    /// The prior of the interval, which should also hold for a record that is worse than expected.
+    pub const CAUTIOUS: Self = Self {
+        none: 0.3,
+        median_share: 0.05,
+        log_deviation: 1.0,
+    };
+
+    /// Log of the prior of one disturbance among [`DISTURBANCE_TIME_CONSTANTS`] and strengths of which each is `ratio` times the one
+    /// before, times `probability`, that of all else that the hypothesis says.
+    ///
+    /// `share` is the disturbance's standard deviation over the rudder's effect, 0 for none.
+    ///
+    /// ```
+    /// use seatrial_core::refine::DisturbancePrior;
+    ///
+    /// let log_of = |share| DisturbancePrior::EXPECTED.log_of(share, 2.0, 1.0);
+    /// assert_eq!(log_of(0.0), 0.7_f64.ln());
+    /// // The median share is the likeliest.
+    /// assert!(log_of(0.02) > log_of(0.01) && log_of(0.02) > log_of(0.04));
+    /// ```
+    pub fn log_of(&self, share: f64, ratio: f64, probability: f64) -> f64 {
+        if share == 0.0 {
+            return log(probability * self.none);
         }
-        let off = log(hypothesis.share / self.median_share) / self.log_deviation;
-        let octave = log(STRENGTH_RATIO) / (self.log_deviation * sqrt(TAU));
-        log((1.0 - self.none) * octave / DISTURBANCE_TIME_CONSTANTS.len() as f64) - 0.5 * off * off
+        let off = log(share / self.median_share) / self.log_deviation;
+        let step = log(ratio) / (self.log_deviation * sqrt(TAU));
+        let any = (1.0 - self.none) / DISTURBANCE_TIME_CONSTANTS.len() as f64;
+        log(probability * any * step) - 0.5 * off * off
     }
 }
 
@@ -193,8 +207,8 @@ impl Hypotheses {
 
     /// The average over all.
     pub fn refinement(&self) -> Refinement {
-        let mean = self.under(&EXPECTED).mean();
-        let cautious = self.under(&CAUTIOUS);
+        let mean = self.under(&DisturbancePrior::EXPECTED).mean();
+        let cautious = self.under(&DisturbancePrior::CAUTIOUS);
         let a22_per_s = cautious.interval_95(Hypothesis::parameter::<0>);
         let b2_per_s2 = cautious.interval_95(Hypothesis::parameter::<1>);
         let c0_rad_per_s2 = cautious.interval_95(Hypothesis::parameter::<2>);
@@ -212,8 +226,8 @@ impl Hypotheses {
     }
 
     /// From priors and likelihoods to probabilities.
-    fn under(&self, prior: &Prior) -> Mixture<'_> {
-        let log_of = |h: &Hypothesis| prior.log_of(h) + h.log_evidence;
+    fn under(&self, prior: &DisturbancePrior) -> Mixture<'_> {
+        let log_of = |h: &Hypothesis| prior.log_of(h.share, STRENGTH_RATIO, 1.0) + h.log_evidence;
         let best = self
             .all
             .iter()
@@ -280,8 +294,18 @@ impl Mixture<'_> {
 const NO_WEIGHT: f64 = 1e-12;
 
 /// Where a mixture of normal distributions, given as weight, mean and standard deviation, reaches a share: by Newton's method, within
-/// bounds that halve where it leaves them.
-fn quantile<I: Iterator<Item = (f64, f64, f64)>>(normals: impl Fn() -> I, share: f64) -> f64 {
+/// bounds that halve where it leaves them. The weights add up to 1; no number without a distribution.
+///
+/// ```
+/// use seatrial_core::refine::quantile;
+///
+/// let normals = [(0.25, -1.0, 0.1), (0.75, 3.0, 0.1)];
+/// let median = quantile(|| normals.into_iter(), 0.5);
+/// // A third of the second distribution is below.
+/// assert!((median - (3.0 - 0.0430727)).abs() < 1e-6);
+/// assert!(quantile(|| [].into_iter(), 0.5).is_nan());
+/// ```
+pub fn quantile<I: Iterator<Item = (f64, f64, f64)>>(normals: impl Fn() -> I, share: f64) -> f64 {
     const MOST_STEPS: u32 = 60;
     /// In standard deviations: the step after that is the square of it.
     const NEAR: f64 = 1e-5;
@@ -409,5 +433,32 @@ impl StrengthSearch<'_> {
             of_interest: self.likeliest - OF_INTEREST,
         };
         near.peak(self.record, disturbance)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against halving a bracket until nothing is left of it.
+    #[test]
+    fn exact_points_of_a_mixture() {
+        let normals = [(0.7, -1.0, 0.1), (0.24, -0.8, 0.5), (0.06, 3.0, 2.0)];
+        for share in [0.025, 0.35, 0.5, 0.975] {
+            let (mut low, mut high) = (-20.0, 20.0);
+            for _ in 0..80 {
+                let middle: f64 = 0.5 * (low + high);
+                let shares = normals.map(|(weight, mean, deviation)| {
+                    weight * standard_normal_below((middle - mean) / deviation)
+                });
+                match shares.iter().sum::<f64>() < share {
+                    true => low = middle,
+                    false => high = middle,
+                }
+            }
+            let found = quantile(|| normals.into_iter(), share);
+            // A step of 1e-5 deviations is the last, and what is left of it its square.
+            assert!((found - low).abs() < 1e-8, "{share} {found} {low}");
+        }
     }
 }

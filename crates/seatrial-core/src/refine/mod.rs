@@ -21,7 +21,7 @@ mod series;
 mod whitening;
 
 pub use failure::{LEAST_COMPARISONS, RefineFailure};
-pub use mixture::{Hypotheses, Refinement};
+pub use mixture::{DisturbancePrior, Hypotheses, Refinement, quantile};
 pub use peak::{DISTURBANCE_TIME_CONSTANTS, Peak, Span};
 pub use record::{Full, StageRecord, mean_rudder_rad};
 pub use series::{Fit, Series, SteeringFit};

@@ -1,8 +1,9 @@
 //! The average over all disturbances, with and without a lag.
 
+use seatrial_core::refine::quantile;
+
 use super::hypothesis::{Hypothesis, Prior};
 use super::hypothesis_search::HypothesisSearch;
-use super::mixture::{Normal, point_below_which};
 use super::record::{A22, B2, DELAY, PARAMETERS, Point, Record};
 use crate::likelihood::evidence::{log_sum, shares};
 
@@ -96,18 +97,18 @@ impl Hypotheses {
 
     /// The 2.5 and 97.5 % points of a parameter, each hypothesis with so much more variance.
     pub fn interval_95(&self, prior: &Prior, parameter: usize, more: f64) -> [f64; 2] {
-        let normals: Vec<Normal> = (self.weights(prior).into_iter().zip(&self.all))
+        let weighted: Vec<(f64, &Hypothesis)> = (self.weights(prior).into_iter().zip(&self.all))
             .filter(|(weight, _)| *weight > LEAST_WEIGHT)
-            .map(|(weight, h)| {
-                let variance = h.covariance[parameter][parameter] + more;
-                Normal {
-                    weight,
-                    mean: h.mean[parameter],
-                    deviation: variance.max(f64::MIN_POSITIVE).sqrt(),
-                }
-            })
             .collect();
-        [0.025, 0.975].map(|share| point_below_which(share, &normals))
+        let total: f64 = weighted.iter().map(|(weight, _)| weight).sum();
+        let normals = || {
+            weighted.iter().map(|(weight, h)| {
+                let variance = h.covariance[parameter][parameter] + more;
+                let deviation = variance.max(f64::MIN_POSITIVE).sqrt();
+                (weight / total, h.mean[parameter], deviation)
+            })
+        };
+        [0.025, 0.975].map(|share| quantile(normals, share))
     }
 
     /// The most probable one.

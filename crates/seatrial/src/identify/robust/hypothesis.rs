@@ -1,16 +1,12 @@
 //! One hypothesis of rudder and sea, and what is believed of it before a record is seen.
 
-use core::f64::consts::TAU;
-
+use seatrial_core::refine::DisturbancePrior;
 use seatrial_core::whitening::Covariance;
 
 use super::noise::whiten;
 use super::normal::above_zero;
 use super::peak::Peak;
 use super::record::{B2, DELAY, FIRST, LAG2, PARAMETERS, Record};
-
-/// Time constants of a disturbance, in time constants of the vehicle.
-pub const TIME_CONSTANTS: [f64; 4] = [0.3, 1.0, 3.0, 10.0];
 
 /// Ratio between neighbouring strengths of the disturbance.
 pub const STRENGTH_RATIO: f64 = 2.5;
@@ -20,28 +16,20 @@ pub const STRENGTH_RATIO: f64 = 2.5;
 pub struct Prior {
     /// Probability that the rudder acts at once.
     prompt: f64,
-    /// Probability of no disturbance.
-    none: f64,
-    /// Median of its standard deviation over the rudder's effect.
-    median_share: f64,
-    /// Standard deviation of the logarithm of that share.
-    log_deviation: f64,
+    /// What is believed of the disturbance.
+    disturbance: DisturbancePrior,
 }
 
 /// The prior that the estimate is the mean under.
 pub const EXPECTED: Prior = Prior {
     prompt: 0.95,
-    none: 0.7,
-    median_share: 0.02,
-    log_deviation: 0.7,
+    disturbance: DisturbancePrior::EXPECTED,
 };
 
 /// The prior of the interval, which should also hold for a record that is worse than expected.
 pub const CAUTIOUS: Prior = Prior {
     prompt: 0.8,
-    none: 0.3,
-    median_share: 0.05,
-    log_deviation: 1.0,
+    disturbance: DisturbancePrior::CAUTIOUS,
 };
 
 impl Prior {
@@ -51,13 +39,7 @@ impl Prior {
             true => self.prompt,
             false => 1.0 - self.prompt,
         };
-        if share == 0.0 {
-            return libm::log(lag * self.none);
-        }
-        let off = libm::log(share / self.median_share) / self.log_deviation;
-        let octave = libm::log(STRENGTH_RATIO) / (self.log_deviation * TAU.sqrt());
-        let any = (1.0 - self.none) / TIME_CONSTANTS.len() as f64;
-        libm::log(lag * any * octave) - 0.5 * off * off
+        self.disturbance.log_of(share, STRENGTH_RATIO, lag)
     }
 }
 

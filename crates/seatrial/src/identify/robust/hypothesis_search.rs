@@ -1,6 +1,8 @@
 //! The search for the hypotheses that carry weight.
 
-use super::hypothesis::{CAUTIOUS, EXPECTED, Hypothesis, Prior, STRENGTH_RATIO, TIME_CONSTANTS};
+use seatrial_core::refine::DISTURBANCE_TIME_CONSTANTS;
+
+use super::hypothesis::{CAUTIOUS, EXPECTED, Hypothesis, Prior, STRENGTH_RATIO};
 use super::noise::Noise;
 use super::peak::Search;
 use super::record::{A22, Point, Record};
@@ -154,7 +156,7 @@ impl HypothesisSearch {
     fn disturbed(&mut self, calm_search: &Search, calm: &Hypothesis) {
         let record = calm_search.record();
         let scale = record.rate_scale(calm.peak.point.0[A22]);
-        for ratio in TIME_CONSTANTS {
+        for ratio in DISTURBANCE_TIME_CONSTANTS {
             self.of_time_constant(calm_search, &Strengths::new(calm, scale, ratio));
         }
     }

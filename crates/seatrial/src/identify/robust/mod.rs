@@ -34,7 +34,6 @@ pub mod hypothesis;
 pub mod hypothesis_search;
 pub mod linearised;
 pub mod misfit;
-pub mod mixture;
 pub mod nearest;
 pub mod noise;
 pub mod normal;

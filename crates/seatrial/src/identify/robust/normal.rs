@@ -39,17 +39,6 @@ pub fn above_zero(mu: f64) -> AboveZero {
     }
 }
 
-/// Probability that a standard normal number is below x.
-pub fn below(x: f64) -> f64 {
-    0.5 * libm::erfc(-x * FRAC_1_SQRT_2)
-}
-
-/// Density of a standard normal number at x.
-pub fn density(x: f64) -> f64 {
-    const AT_ZERO: f64 = 0.398_942_280_401_432_7;
-    AT_ZERO * libm::exp(-0.5 * x * x)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
