@@ -56,7 +56,7 @@ fn read(kind: u8, text: &str) {
         }
         2 => {
             if let Ok(plan) = TrialPlan::parse(text)
-                && plan.check().is_ok()
+                && plan.checked().is_ok()
             {
                 assert!(plan.longest_s().is_finite());
                 play(&SimulatedConfig::FirstOrder(Box::new(VehicleConfig::starfish())), plan.plan);

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use seatrial::Campaign;
+use seatrial_app::TrialPlan;
 use seatrial_app::trials::order::{Order, Sinks, begin};
 use seatrial_app::trials::simulator::Simulator;
 use seatrial_core::{List, Plan};
@@ -21,11 +22,11 @@ pub fn run() -> Result<Campaign, Box<dyn Error>> {
     let logbook = folder.path().join("seatrial.db");
     let order = Order {
         // The paper's plan at two of its speeds.
-        plan: Plan {
+        plan: TrialPlan::from(Plan {
             thrusts: List::from_slice(&[0.6, 0.8]).expect("two speeds"),
             ..Plan::paper()
-        }
-        .into(),
+        })
+        .checked()?,
         plan_is_given: true,
         seed: 1,
         configuration: "bare hull".into(),

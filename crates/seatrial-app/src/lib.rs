@@ -37,4 +37,4 @@ pub mod workers;
 pub use error::Error;
 pub use identify_log::{IdentifiedLog, Options, identify_log};
 pub use inspect_log::Inspection;
-pub use trial_plan::{TrialPlan, load_plan};
+pub use trial_plan::{CheckedPlan, TrialPlan, load_plan};

@@ -6,8 +6,8 @@ use seatrial_core::{Excitation, InvalidSetting, List, Outcome, Plan, Sample, Tri
 use seatrial_sim::{ConfigError, SimulatedConfig, SimulatedVehicle, Truth};
 use serde::{Deserialize, Serialize};
 
-use crate::Error;
 use crate::conduct::{Judging, Watch, conduct_judging};
+use crate::{Error, TrialPlan};
 
 /// One run of the trial and where its stages lie in the log.
 #[derive(Clone, Debug, Serialize)]
@@ -169,7 +169,8 @@ pub fn play(
 ) -> Result<SimulatedTrial, InvalidSetting> {
     let mut samples = Samples::default();
     let about = Campaign::of("", &plan);
-    let played = conduct_judging(vehicle, plan, about, &mut samples, Judging::ByTrial)?;
+    let plan = TrialPlan::from(plan).checked()?;
+    let played = conduct_judging(vehicle, &plan, about, &mut samples, Judging::ByTrial);
     let runs = played.campaign.runs.iter().map(|run: &Run| SimulatedRun {
         thrust: run.thrust,
         attempt: run.attempt,

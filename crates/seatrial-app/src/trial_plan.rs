@@ -1,11 +1,11 @@
 //! The plan of a trial with what its conductor adds, and its TOML files.
 
-use std::ops::{Deref, DerefMut};
+use std::ops::Deref;
 use std::path::Path;
 
 use seatrial::log::{InvalidServo, Servo};
 use seatrial::preview::Target;
-use seatrial_core::{Axis, InvalidSetting, Plan};
+use seatrial_core::{Axis, InvalidSetting, Plan, Trial};
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 use toml::de::{DeTable, Deserializer};
@@ -53,8 +53,15 @@ fn is_zero(time_s: &f64) -> bool {
 }
 
 impl TrialPlan {
-    /// Names the first setting that is out of its range.
-    pub fn check(&self) -> Result<(), InvalidSetting> {
+    /// The plan, where every setting is in its range; else the first that is not.
+    ///
+    /// ```
+    /// use seatrial_app::TrialPlan;
+    ///
+    /// let plan = TrialPlan { rudder_lag_s: 200.0, ..TrialPlan::default() };
+    /// assert_eq!(plan.checked().map_err(|error| error.field).err(), Some("rudder_lag_s"));
+    /// ```
+    pub fn checked(self) -> Result<CheckedPlan, InvalidSetting> {
         if self.stop_when.is_some_and(|target| !target.is_valid()) {
             return Err(InvalidSetting {
                 field: "stop_when",
@@ -67,7 +74,7 @@ impl TrialPlan {
                 requirement: "left out on the axis of pitch, whose intervals are known after the run",
             });
         }
-        self.plan.check()?;
+        let trial = Trial::new(self.plan)?;
         let run_s =
             self.settle.at_most_s + self.training.duration_s() + self.validation.duration_s();
         if run_s / self.sample_interval_s > MOST_SAMPLES_OF_A_RUN {
@@ -76,16 +83,20 @@ impl TrialPlan {
                 requirement: "so long that a run has at most 5000000 samples; make its stages shorter or this longer",
             });
         }
-        Servo::new(self.rudder_delay_s, self.rudder_lag_s)
-            .map(drop)
-            .map_err(|InvalidServo { name, .. }| InvalidSetting {
+        Servo::new(self.rudder_delay_s, self.rudder_lag_s).map_err(
+            |InvalidServo { name, .. }| InvalidSetting {
                 field: if name == "lag" {
                     "rudder_lag_s"
                 } else {
                     "rudder_delay_s"
                 },
                 requirement: "a time from 0 to 100 s",
-            })
+            },
+        )?;
+        Ok(CheckedPlan {
+            settings: self,
+            trial,
+        })
     }
 
     /// The plan with another servo behind the command that the vehicle reports; what is not given stays.
@@ -154,17 +165,36 @@ impl Deref for TrialPlan {
     }
 }
 
-impl DerefMut for TrialPlan {
-    fn deref_mut(&mut self) -> &mut Plan<f64> {
-        &mut self.plan
+/// A plan that was checked when it was made, by [`TrialPlan::checked`]. A change of it is another plan, to be checked in its turn.
+#[derive(Clone, Copy, Debug)]
+pub struct CheckedPlan {
+    settings: TrialPlan,
+    trial: Trial<f64>,
+}
+
+impl CheckedPlan {
+    /// The trial that follows it, before its first sample.
+    pub(crate) fn trial(&self) -> Trial<f64> {
+        self.trial
+    }
+}
+
+impl Deref for CheckedPlan {
+    type Target = TrialPlan;
+
+    fn deref(&self) -> &TrialPlan {
+        &self.settings
     }
 }
 
 /// The plan of a file, or the axis' own where there is no file: the paper's for yaw, [`Plan::pitch`] for pitch. What a file
 /// leaves out is that of the same plan. A file that names another axis than `axis` is refused.
-pub fn load_plan(path: Option<&Path>, axis: Option<Axis>) -> Result<TrialPlan, Error> {
+pub fn load_plan(path: Option<&Path>, axis: Option<Axis>) -> Result<CheckedPlan, Error> {
     let Some(path) = path else {
-        return Ok(own_plan(axis.unwrap_or_default()).into());
+        let plan = TrialPlan::from(own_plan(axis.unwrap_or_default()));
+        return plan
+            .checked()
+            .map_err(|error| Error::Setting(error.to_string()));
     };
     let failure = |problem: String| Error::Input(format!("{}: {problem}", path.display()));
     let text = std::fs::read_to_string(path).map_err(|error| failure(error.to_string()))?;
@@ -179,8 +209,7 @@ pub fn load_plan(path: Option<&Path>, axis: Option<Axis>) -> Result<TrialPlan, E
     }
     let plan = read(&text, named.or(axis).unwrap_or_default())
         .map_err(|error| failure(format!("not a plan: {error}")))?;
-    plan.check().map_err(|error| failure(error.to_string()))?;
-    Ok(plan)
+    plan.checked().map_err(|error| failure(error.to_string()))
 }
 
 fn own_plan(axis: Axis) -> Plan<f64> {
@@ -245,10 +274,10 @@ mod tests {
         expected.envelope.roll_max_rad = 0.3;
         assert_eq!(plan.plan, expected);
         assert_eq!(
-            load("axis = \"pitch\"\n", None).unwrap(),
-            Plan::pitch().into()
+            load("axis = \"pitch\"\n", None).unwrap().plan,
+            Plan::pitch()
         );
-        assert_eq!(load("", None).unwrap(), Plan::paper().into());
+        assert_eq!(load("", None).unwrap().plan, Plan::paper());
         for (text, axis, said) in [
             (
                 "axis = \"pitch\"\n",
@@ -300,6 +329,6 @@ mod tests {
             assert!(refused.contains(said), "{refused}");
         }
         let wide = TrialPlan::parse("stop_when = { a22 = 2.0 }").unwrap();
-        assert_eq!(wide.check().unwrap_err().field, "stop_when");
+        assert_eq!(wide.checked().unwrap_err().field, "stop_when");
     }
 }

@@ -193,8 +193,7 @@ impl Args {
         let logbook = undamaged(&self.logbook)?;
         let chosen = chosen_campaign(&logbook, self.campaign.as_deref(), Purpose::Models)?;
         let plan = plan_of_campaign(&chosen.entry).map_err(Failure::input)?;
-        plan.check().map_err(Failure::input)?;
-        Ok(plan.plan)
+        Ok(plan.checked().map_err(Failure::input)?.plan)
     }
 }
 

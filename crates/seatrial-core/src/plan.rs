@@ -103,8 +103,15 @@ impl<T: Real> Manoeuvre<T> {
 
 /// The plan of a trial. [`Default`] is the paper's, Section IV-B.
 ///
-/// [`Trial::new`](crate::Trial::new) refuses a plan that [`check`](Plan::check) finds fault with;
-/// a trial never changes its plan.
+/// [`Trial::new`](crate::Trial::new) checks it; a trial never changes its plan.
+///
+/// ```
+/// use seatrial_core::{Plan, Trial};
+///
+/// let plan = Plan { rudder_limit_rad: 0.2, ..Plan::<f64>::paper() };
+/// // Its training doublet asks for 0.26 rad.
+/// assert_eq!(Trial::new(plan).map_err(|error| error.field).err(), Some("training.excitation"));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -168,12 +175,12 @@ impl<T: Real> Plan<T> {
     /// every time is T / 0.93 s of the paper's, every rate the inverse; angles, thrusts and depths stay.
     ///
     /// ```
-    /// use seatrial_core::Plan;
+    /// use seatrial_core::{Plan, Trial};
     ///
     /// // A ship thirty times slower, sampled once a second.
     /// let plan = Plan::<f64>::for_time_constant(28.0, 1.0);
     /// assert!((plan.training.excitation.duration_s() - 120.0).abs() < 0.5);
-    /// assert_eq!(plan.check(), Ok(()));
+    /// assert!(Trial::new(plan).is_ok());
     /// ```
     pub fn for_time_constant(time_constant_s: f64, sample_interval_s: f64) -> Self {
         Self::paced(times_slower(time_constant_s), sample_interval_s)
@@ -301,15 +308,7 @@ impl<T: Real> Plan<T> {
 
     /// Names the first setting that is out of its range. The estimator's own settings are checked by
     /// [`Estimator::new`](crate::Estimator::new).
-    ///
-    /// ```
-    /// use seatrial_core::Plan;
-    ///
-    /// let plan = Plan { rudder_limit_rad: 0.2, ..Plan::<f64>::paper() };
-    /// // Its training doublet asks for 0.26 rad.
-    /// assert_eq!(plan.check().map_err(|error| error.field), Err("training.excitation"));
-    /// ```
-    pub fn check(&self) -> Result<(), InvalidSetting> {
+    pub(crate) fn check(&self) -> Result<(), InvalidSetting> {
         require(
             !self.thrusts.is_empty() && self.thrusts.iter().all(|t| *t > T::ZERO && *t <= T::ONE),
             "thrusts",

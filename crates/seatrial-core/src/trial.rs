@@ -69,7 +69,7 @@ pub struct Trial<T> {
 }
 
 impl<T: Real> Trial<T> {
-    /// A trial that waits for its first sample.
+    /// A trial that waits for its first sample; else the first setting of the plan that is out of its range.
     pub fn new(plan: Plan<T>) -> Result<Self, InvalidSetting> {
         plan.check()?;
         Ok(Self {

@@ -170,7 +170,7 @@ impl TrialState {
             seed: about.seed,
             realtime_factor: begun.realtime_factor,
             started: utc(begun.time),
-            plan: begun.plan,
+            plan: *begun.plan,
             progress: None,
             estimate: None,
             envelope: Vec::new(),

@@ -8,12 +8,12 @@ use std::sync::mpsc::{Sender, channel};
 use std::time::{Duration, Instant};
 
 use seatrial::preview::Budget;
-use seatrial_app::TrialPlan;
 use seatrial_app::trials::order::{
     self, NotAgain, NotBegun, Order, Sinks, UnderWay, VehicleError, plan_that_repeats,
     plan_to_go_on, previewed,
 };
 use seatrial_app::trials::simulator::{Scenario, Simulator};
+use seatrial_app::{CheckedPlan, TrialPlan};
 use seatrial_logbook::{CampaignEntry, CampaignId, Circumstances};
 
 use crate::api::{
@@ -29,15 +29,9 @@ const SLOWEST: f64 = 0.1;
 const LONGEST_NAME: usize = 200;
 
 /// The plan of an order; the paper's where there is none.
-fn plan_of(plan: Option<TrialPlan>) -> Result<TrialPlan, Refusal> {
-    let plan = plan.unwrap_or_default();
-    match plan.check() {
-        Ok(()) => Ok(plan),
-        Err(why) => Err(Refusal::unprocessable(
-            "plan_refused",
-            format!("the plan: {why}"),
-        )),
-    }
+fn plan_of(plan: Option<TrialPlan>) -> Result<CheckedPlan, Refusal> {
+    let checked = plan.unwrap_or_default().checked();
+    checked.map_err(|why| Refusal::unprocessable("plan_refused", format!("the plan: {why}")))
 }
 
 /// What somebody may have computed: samples, some 200 bytes each, and time.

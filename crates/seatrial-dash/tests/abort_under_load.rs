@@ -13,6 +13,7 @@ use std::time::{Duration, Instant, SystemTime};
 use rustix::process::{Resource, getrlimit, setpriority_process, setrlimit};
 use rustix::thread::gettid;
 use seatrial::{Campaign, Run, Step};
+use seatrial_app::TrialPlan;
 use seatrial_app::conduct::{Pace, Watch, conduct};
 use seatrial_app::trials::order::{Begun, View};
 use seatrial_core::{Plan, Trial};
@@ -180,7 +181,7 @@ fn sail(served: &Served, folder: &Path, is_over: &AtomicBool, begun: &AtomicBool
     shown.begun(&Begun {
         campaign: recorder.campaign(),
         about: about.clone(),
-        plan: plan.into(),
+        plan: TrialPlan::from(plan).checked().unwrap(),
         realtime_factor: None,
         time: SystemTime::now(),
     });

@@ -11,6 +11,7 @@ use rustix::thread::gettid;
 use rustix::time::{ClockId, clock_gettime};
 use seatrial::identification::Refined;
 use seatrial::{Campaign, Run, Step};
+use seatrial_app::TrialPlan;
 use seatrial_app::conduct::{Conducted, Pace, Watch, conduct};
 use seatrial_app::trials::order::{Begun, View};
 use seatrial_core::{Action, Plan, Sample, Trial, Vehicle};
@@ -228,7 +229,7 @@ fn trial(viewers: usize, measured: &mut Measured) {
     shown.begun(&Begun {
         campaign: recorder.campaign(),
         about: about.clone(),
-        plan: plan.into(),
+        plan: TrialPlan::from(plan).checked().unwrap(),
         realtime_factor: None,
         time: SystemTime::now(),
     });

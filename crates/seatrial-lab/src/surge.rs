@@ -5,7 +5,7 @@ use seatrial_app::trials::estimator_study::Subject;
 use seatrial_app::workers::Workers;
 use seatrial_cli::output::Failure;
 use seatrial_cli::table::{Table, number};
-use seatrial_core::{List, Plan};
+use seatrial_core::{List, Plan, Trial};
 use seatrial_sim::SimulatedConfig;
 use serde::Serialize;
 
@@ -126,7 +126,7 @@ impl SurgeStudy {
             thrusts,
             ..Plan::paper()
         };
-        plan.check()
+        Trial::new(plan)
             .map_err(|error| refused(format!("{} must be {}", error.field, error.requirement)))?;
         Ok(plan)
     }

@@ -27,7 +27,6 @@ fn plan(py: Python<'_>, thrusts: Option<&[f64]>) -> PyResult<Plan<f64>> {
         plan.thrusts = List::from_slice(thrusts)
             .ok_or_else(|| usage(py, "thrusts: too many for one trial"))?;
     }
-    plan.check().map_err(|invalid| usage(py, invalid))?;
     Ok(plan)
 }
 

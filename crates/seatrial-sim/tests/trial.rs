@@ -265,7 +265,7 @@ fn io_a_plan_file_changes_what_it_names() {
     );
     // 6 / 3 s.
     assert_eq!(plan.estimator_settings().lambda_rad_s, 2.0);
-    assert_eq!(plan.check(), Ok(()));
+    assert!(Trial::new(plan).is_ok());
 
     let written = toml::to_string(&plan).unwrap();
     assert_eq!(toml::from_str::<Plan<f64>>(&written).unwrap(), plan);

@@ -39,7 +39,7 @@ use seatrial::campaign::{Campaign, Run};
 use seatrial::identification::Refined;
 use seatrial::preview::Target;
 
-use crate::TrialPlan;
+use crate::{CheckedPlan, TrialPlan};
 
 /// Observes or records a trial. Only [`Watch::wants_abort`] can end it.
 pub trait Watch {
@@ -134,30 +134,34 @@ pub fn conduct<V: Vehicle<f64> + ?Sized>(
     about: Campaign,
     watch: &mut dyn Watch,
 ) -> Result<Conducted<V::Error>, InvalidSetting> {
-    conduct_judging(vehicle, plan, about, watch, Judging::Whole)
+    let plan = plan.into().checked()?;
+    Ok(conduct_judging(
+        vehicle,
+        &plan,
+        about,
+        watch,
+        Judging::Whole,
+    ))
 }
 
-/// Conducts a trial as [`conduct`] does, with its runs judged as `judging` says.
+/// Conducts a trial as [`conduct`] does, of a plan that was checked, with its runs judged as `judging` says.
 pub fn conduct_judging<V: Vehicle<f64> + ?Sized>(
     vehicle: &mut V,
-    plan: impl Into<TrialPlan>,
+    plan: &CheckedPlan,
     about: Campaign,
     watch: &mut dyn Watch,
     judging: Judging,
-) -> Result<Conducted<V::Error>, InvalidSetting> {
-    let plan = plan.into();
-    plan.check()?;
-    let trial = Trial::new(plan.plan)?;
-    Ok(std::thread::scope(|scope| {
+) -> Conducted<V::Error> {
+    std::thread::scope(|scope| {
         let runs = Runs {
             campaign: about,
             open: None,
-            judge: Judge::start(scope, plan, judging),
-            plan,
+            judge: Judge::start(scope, **plan, judging),
+            plan: **plan,
             watch,
         };
-        runs.conduct(trial, vehicle)
-    }))
+        runs.conduct(plan.trial(), vehicle)
+    })
 }
 
 /// Ends a trial whose vehicle sends no more samples, unless it was aborted before. Should only the samples be lost, the vehicle

@@ -16,7 +16,7 @@ use crate::models::Models;
 use crate::trials::expectation::Stated;
 use crate::trials::simulator;
 use crate::trials::surge_step::{SurgeStated, add_surge_step};
-use crate::{TrialPlan, load_plan};
+use crate::{CheckedPlan, TrialPlan, load_plan};
 
 /// The vehicle that is expected where nobody names one.
 pub const DEFAULT_VEHICLE: &str = "sim:starfish";
@@ -50,29 +50,29 @@ pub struct Changes {
 
 impl Changes {
     /// The plan that results, checked.
-    pub fn plan(&self) -> Result<TrialPlan, Error> {
+    pub fn plan(&self) -> Result<CheckedPlan, Error> {
         let setting = |message: String| Error::Setting(message);
         if self.file.is_some() && self.time_constant_s.is_some() {
             return Err(setting(
                 "a plan file and a time constant: give one of them".into(),
             ));
         }
-        let mut plan = load_plan(self.file.as_deref(), Some(Axis::Yaw))?;
+        let mut plan = *load_plan(self.file.as_deref(), Some(Axis::Yaw))?;
         let sample_interval_s = self.sample_interval_s.unwrap_or(plan.sample_interval_s);
         if let Some(time_constant_s) = self.time_constant_s {
             plan = TrialPlan::for_time_constant(time_constant_s, sample_interval_s);
         }
-        plan.sample_interval_s = sample_interval_s;
-        plan.rudder_limit_rad = self.rudder_limit_rad.unwrap_or(plan.rudder_limit_rad);
+        plan.plan.sample_interval_s = sample_interval_s;
+        plan.plan.rudder_limit_rad = self.rudder_limit_rad.unwrap_or(plan.rudder_limit_rad);
         if !self.thrusts.is_empty() {
-            plan.thrusts = List::from_slice(&self.thrusts)
+            plan.plan.thrusts = List::from_slice(&self.thrusts)
                 .ok_or_else(|| setting("thrusts: more speeds than a trial has".into()))?;
         }
         self.change_doublets(&mut plan.plan)?;
         plan.stop_when = self.stop_when.or(plan.stop_when);
         let [delay_s, lag_s] = self.servo_s;
         let mut plan = plan.behind_servo(delay_s, lag_s)?;
-        plan.max_repeats = self.max_repeats.unwrap_or(plan.max_repeats);
+        plan.plan.max_repeats = self.max_repeats.unwrap_or(plan.max_repeats);
         checked(plan)
     }
 
@@ -100,9 +100,8 @@ impl Changes {
     }
 }
 
-fn checked(plan: TrialPlan) -> Result<TrialPlan, Error> {
-    plan.check()
-        .map(|()| plan)
+fn checked(plan: TrialPlan) -> Result<CheckedPlan, Error> {
+    plan.checked()
         .map_err(|error| Error::Setting(format!("the plan: {error}")))
 }
 
@@ -321,11 +320,13 @@ pub fn plan_trial(
         .is_some_and(|adopt| adopt != Adopt::Recommended);
     let comparison = (wanted.comparison || wants_design).then(|| compare_designs(&plan, &prior));
     if let Some(adopt) = wanted.adopt {
-        plan.training.excitation = adopt
+        let mut adopting = *plan;
+        adopting.plan.training.excitation = adopt
             .excitation(comparison.as_ref(), recommendation.as_ref())
             .ok_or_else(|| adopt.none_fits())?;
-        plan = checked(plan)?;
+        plan = checked(adopting)?;
     }
+    let mut plan = *plan;
     let surge = wanted
         .surge
         .map(|stated| expected.with_surge(&mut plan, &mut prior, &stated, changes.time_constant_s))

@@ -68,7 +68,7 @@ pub(crate) fn add_surge_step(
     {
         prior.speeds.insert(added.place, *other);
         let thrusts: Vec<f64> = prior.speeds.iter().map(|speed| speed.thrust).collect();
-        plan.thrusts = List::from_slice(&thrusts).unwrap_or(plan.thrusts);
+        plan.plan.thrusts = List::from_slice(&thrusts).unwrap_or(plan.thrusts);
     }
     Ok(found)
 }

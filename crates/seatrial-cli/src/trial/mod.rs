@@ -16,10 +16,10 @@ use seatrial_app::trials::campaign_models::promised;
 use seatrial_app::trials::campaign_page::page;
 use seatrial_app::trials::next;
 use seatrial_app::trials::order;
-use seatrial_app::trials::order::{Ended, Order, Sinks};
+use seatrial_app::trials::order::{Ended, NotBegun, Order, Sinks};
 use seatrial_app::trials::recording::Recording;
 use seatrial_app::trials::simulator::{slow_name, time_constant_of};
-use seatrial_app::{TrialPlan, load_plan};
+use seatrial_app::{CheckedPlan, TrialPlan, load_plan};
 use seatrial_core::{Axis, Outcome};
 use seatrial_logbook::{CampaignId, Circumstances, Logbook};
 use seatrial_report::{About, render};
@@ -146,8 +146,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 
 impl Args {
     /// The plan of the file, else one for the time constant of a simulated vehicle that is named by it, changed as the options say.
-    fn plan(&self) -> Result<TrialPlan, Failure> {
-        let mut plan = load_plan(self.plan.as_deref(), self.axis)?;
+    fn plan(&self) -> Result<CheckedPlan, Failure> {
+        let mut plan = *load_plan(self.plan.as_deref(), self.axis)?;
         let named = self.vehicle.as_deref().filter(|_| self.plan.is_none());
         if let Some(time_constant_s) = named.and_then(time_constant_of)
             && plan.axis.is_yaw()
@@ -155,7 +155,8 @@ impl Args {
             plan = TrialPlan::for_time_constant(time_constant_s, plan.sample_interval_s);
         }
         plan.stop_when = self.stop_when.or(plan.stop_when);
-        Ok(plan.behind_servo(self.servo.rudder_delay, self.servo.rudder_lag)?)
+        let plan = plan.behind_servo(self.servo.rudder_delay, self.servo.rudder_lag)?;
+        Ok(plan.checked().map_err(NotBegun::Plan)?)
     }
 
     /// The vehicle that is named, else a simulated one that is as slow as the plan is for.
@@ -165,7 +166,7 @@ impl Args {
         named.unwrap_or_else(|| "sim:starfish".into())
     }
 
-    fn order(&self, plan: TrialPlan, times_faster: Option<f64>, stop: Arc<AtomicBool>) -> Order {
+    fn order(&self, plan: CheckedPlan, times_faster: Option<f64>, stop: Arc<AtomicBool>) -> Order {
         Order {
             plan,
             plan_is_given: self.plan.is_some(),
@@ -226,7 +227,7 @@ fn conduct(args: &Args, times_faster: Option<f64>, output: &Output) -> Result<Ex
     if let Some(server) = server {
         server.stop();
     }
-    finish(args, plan, ended, output)
+    finish(args, *plan, ended, output)
 }
 
 /// Writes the report, says what could not be saved, and prints the campaign.

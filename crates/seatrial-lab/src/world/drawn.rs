@@ -231,7 +231,7 @@ mod tests {
             assert!(worlds.iter().any(|world| world.faults.len() == count));
         }
         for world in &worlds {
-            world.plan.check().unwrap();
+            seatrial_core::Trial::new(world.plan).unwrap();
             world.vehicle.check().unwrap();
         }
     }

@@ -5,9 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use seatrial::Campaign;
-use seatrial_app::Error;
 use seatrial_app::conduct::{Judging, Watch, conduct_judging};
-use seatrial_core::InvalidSetting;
+use seatrial_app::{Error, TrialPlan};
 use seatrial_links::autopilot::{Autopilot, Backup, HandBack, Profile, Settings, SteeringOutputs};
 
 use seatrial_sim::sensors::Chance;
@@ -219,9 +218,9 @@ pub fn conducted(
     });
     if checks.iter().all(|check| check.passed) {
         let about = about(world);
-        let conducted = conduct_judging(autopilot, world.plan, about, watch, judging);
-        let unusable = |error: InvalidSetting| Error::Setting(error.to_string());
-        trial.campaign = Some(conducted.map_err(unusable)?.campaign);
+        let plan = TrialPlan::from(world.plan).checked();
+        let plan = plan.map_err(|error| Error::Setting(error.to_string()))?;
+        trial.campaign = Some(conduct_judging(autopilot, &plan, about, watch, judging).campaign);
         trial.ended_s = autopilot.wire().now_s;
     }
     trial.done = Some(autopilot.hand_back());

@@ -8,8 +8,8 @@ use crate::faults::{Rehearsal, Why};
 use crate::observer::{Observer, Shared};
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
-use seatrial_app::Error;
 use seatrial_app::conduct::{Conducted, Judging, Watch, conduct_judging};
+use seatrial_app::{Error, TrialPlan};
 use seatrial_core::{Outcome, Steering, Trial};
 use seatrial_sim::faults::LinkLost;
 use seatrial_sim::sensors::Chance;
@@ -87,8 +87,10 @@ fn on_vehicle(world: &World, ending: &mut Ending) -> Result<(), Error> {
         true => Judging::Whole,
         false => Judging::ByTrial,
     };
-    let conducted = conduct_judging(&mut observer, plan, about, &mut witness, judging);
-    let Conducted { campaign, fault } = conducted.map_err(|error| setting(&error))?;
+    let checked = TrialPlan::from(plan).checked();
+    let checked = checked.map_err(|error| setting(&error))?;
+    let Conducted { campaign, fault } =
+        conduct_judging(&mut observer, &checked, about, &mut witness, judging);
     ending.take(&campaign);
     (ending.samples, ending.digest) = (observer.samples, observer.digest());
     check_runs(&campaign, &witness, ending);

@@ -4,7 +4,7 @@ mod subject;
 
 use seatrial::identify::cramer_rao::Noise;
 use seatrial::study::{Cell, Estimator, Experiment, Outcome, Truth, accuracy, convergence};
-use seatrial_core::{List, Plan};
+use seatrial_core::{List, Plan, Trial};
 use seatrial_sim::plant::Disturbance;
 use serde::Serialize;
 
@@ -89,7 +89,7 @@ impl EstimatorStudy {
             max_repeats: 0,
             ..Plan::paper()
         };
-        plan.check().map_err(|_| {
+        Trial::new(plan).map_err(|_| {
             Error::Setting(format!(
                 "--thrust {}: expected a fraction of full thrust, above 0 and at most 1",
                 self.thrust

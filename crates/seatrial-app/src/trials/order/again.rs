@@ -41,7 +41,7 @@ pub fn plan_that_repeats(entry: &CampaignEntry, thrust: f64) -> Result<TrialPlan
         let campaign = entry.id.0;
         return Err(NotAgain::NoSuchThrust { campaign, thrust });
     }
-    plan.thrusts = List::from_slice(&[thrust]).unwrap_or_default();
+    plan.plan.thrusts = List::from_slice(&[thrust]).unwrap_or_default();
     Ok(plan)
 }
 
@@ -53,7 +53,7 @@ pub fn plan_to_go_on(entry: &CampaignEntry, runs: &[Run]) -> Result<TrialPlan, N
         let campaign = entry.id.0;
         return Err(NotAgain::NothingLeft { campaign });
     }
-    plan.thrusts = thrusts;
+    plan.plan.thrusts = thrusts;
     Ok(plan)
 }
 

@@ -21,13 +21,13 @@ use std::sync::atomic::AtomicBool;
 use std::time::SystemTime;
 
 use seatrial::Campaign;
-use seatrial_core::{InvalidSetting, Plan, Trial, Vehicle};
+use seatrial_core::{InvalidSetting, Plan, Vehicle};
 use seatrial_logbook::{CampaignId, Circumstances, Logbook, NewCampaign, Recorder};
 use seatrial_logs::RowWriter;
 
-use crate::TrialPlan;
-use crate::conduct::{Conducted, Pace, Unwatched, Watch, conduct};
+use crate::conduct::{Conducted, Judging, Pace, Unwatched, Watch, conduct, conduct_judging};
 use crate::trials::recording::Recording;
+use crate::{CheckedPlan, TrialPlan};
 use borrowed::Borrowed;
 use watched::Watched;
 
@@ -41,7 +41,7 @@ pub use vehicle::{
 #[derive(Clone, Debug)]
 pub struct Order {
     /// The plan.
-    pub plan: TrialPlan,
+    pub plan: CheckedPlan,
     /// Was the plan given, or is it the default?
     pub plan_is_given: bool,
     /// Seed of a simulated vehicle.
@@ -94,7 +94,7 @@ pub struct Begun {
     /// What it is of; without runs.
     pub about: Campaign,
     /// The plan.
-    pub plan: TrialPlan,
+    pub plan: CheckedPlan,
     /// How many times faster than real time it runs; `None` is as fast as it can.
     pub realtime_factor: Option<f64>,
     /// When it begins.
@@ -144,8 +144,8 @@ pub struct Ended {
 /// Takes a vehicle and enters its campaign in the logbook of `sinks`.
 ///
 /// # Errors
-/// A plan out of its range, a vehicle that cannot be taken, or a logbook that cannot be written. The vehicle was then not taken, or
-/// has been handed back.
+/// A vehicle whose rudder lag is out of its range or that cannot be taken, or a logbook that cannot be written. The vehicle was then
+/// not taken, or has been handed back.
 pub fn begin(
     vehicle: &dyn TrialVehicle,
     mut order: Order,
@@ -153,12 +153,15 @@ pub fn begin(
 ) -> Result<UnderWay, NotBegun> {
     let knows_no_lag = !order.plan_is_given && order.plan.rudder_lag_s == 0.0;
     if knows_no_lag && order.plan.axis.is_yaw() {
-        order.plan.rudder_lag_s = vehicle.rudder_lag_s();
+        let rudder_lag_s = vehicle.rudder_lag_s();
+        order.plan = TrialPlan {
+            rudder_lag_s,
+            ..*order.plan
+        }
+        .checked()?;
     }
-    order.plan.check()?;
-    Trial::new(order.plan.plan)?;
     vehicle::check_axis(vehicle, order.plan.axis)?;
-    let plan_text = toml::to_string_pretty(&order.plan)?;
+    let plan_text = toml::to_string_pretty(&*order.plan)?;
     // Nothing is written before the vehicle has answered.
     Logbook::check_writable(&sinks.logbook)?;
     let mut taken = vehicle.take(&Terms {
@@ -243,12 +246,12 @@ impl UnderWay {
         let mut vehicle = Borrowed::new(vehicle);
         let about = begun.about.clone();
         let conducted = catch_unwind(AssertUnwindSafe(|| {
-            conduct(&mut vehicle, begun.plan, about, &mut watched)
+            let judging = Judging::Whole;
+            conduct_judging(&mut vehicle, &begun.plan, about, &mut watched, judging)
         }));
         let not_put_back = vehicle.hand_back();
         let (campaign, fault) = match conducted {
-            Ok(Ok(Conducted { campaign, fault })) => (campaign, fault.map(|f| f.to_string())),
-            Ok(Err(error)) => (begun.about, Some(format!("the plan: {error}"))),
+            Ok(Conducted { campaign, fault }) => (campaign, fault.map(|f| f.to_string())),
             Err(_) => (begun.about, Some("a fault of the program".into())),
         };
         let fault = fault.map(|why| format!("the vehicle was given back: {why}"));
