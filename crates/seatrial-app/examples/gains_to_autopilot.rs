@@ -7,7 +7,7 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use seatrial::gains::export::VehicleType;
-use seatrial_app::gains::Wanted;
+use seatrial_app::gains::LoopRequirements;
 use seatrial_app::gains_export::{Format, GainsFile};
 use seatrial_app::models::Models;
 use seatrial_app::{Options, identify_log};
@@ -36,7 +36,7 @@ pub fn run(log: Option<PathBuf>) -> Result<String, Box<dyn Error>> {
     }
     let models = Models::of_log(&found, None)?.with_full_rudder(Some(FULL_RUDDER_RAD))?;
     // Gains are designed for the least damping that the record allows, and for what the loop waits for.
-    let wanted = Wanted::default();
+    let wanted = LoopRequirements::default();
     for point in wanted.gains(&models)?.points {
         println!(
             "{:?} m/s: rudder per heading error {:?}",

@@ -3,11 +3,11 @@
 //! ```no_run
 //! use std::path::Path;
 //!
-//! use seatrial_app::gains::Wanted;
+//! use seatrial_app::gains::LoopRequirements;
 //! use seatrial_app::models::of_schedule_file;
 //!
 //! let models = of_schedule_file(Path::new("schedule.toml"))?;
-//! for point in Wanted::default().gains(&models)?.points {
+//! for point in LoopRequirements::default().gains(&models)?.points {
 //!     println!("{:?} m/s: {:?}", point.surge_speed_m_s, point.proportional_gain);
 //! }
 //! # Ok::<(), seatrial_app::Error>(())
@@ -23,11 +23,11 @@ use seatrial_core::{GainSchedule, HeadingGain, HeadingLoop, SpeedSchedule, YawMo
 use serde::Serialize;
 
 use crate::Error;
-use crate::models::{Estimate, ModelPoint, Models, TrialOrigin, Tuned};
+use crate::models::{Estimate, ModelPoint, Models, TrialOrigin, TuningPoint};
 
 /// What is asked of the heading loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wanted {
+pub struct LoopRequirements {
     /// Damping ratio of the closed loop.
     pub damping_ratio: f64,
     /// Dead time of compass, computer and rudder, s; without, what the record tells.
@@ -40,7 +40,7 @@ pub struct Wanted {
     pub beyond: Beyond,
 }
 
-impl Default for Wanted {
+impl Default for LoopRequirements {
     /// What `seatrial gains` takes without options: a damping ratio of 1/sqrt(2), and what the record tells of the loop.
     fn default() -> Self {
         Self {
@@ -154,7 +154,7 @@ pub struct InterpolatedGain {
 /// Half of the last figure in which speeds are printed, m/s.
 const PRINTED_M_S: f64 = 0.005;
 
-impl Wanted {
+impl LoopRequirements {
     /// With a speed beyond the models' range that a table prints as an end of it taken as that end.
     fn as_printed(&self, models: &Models) -> Self {
         let speeds = models.points.iter().filter_map(|p| p.point.surge_speed_m_s);
@@ -252,7 +252,7 @@ impl Wanted {
                     damping_per_s: cautious.value().model.a22_per_s - model.value().model.a22_per_s,
                     timing,
                 };
-                Tuned {
+                TuningPoint {
                     at: *model.value(),
                     allowance,
                     covariance: None,
@@ -260,7 +260,7 @@ impl Wanted {
             }
             (None, [.., fastest]) => {
                 self.check_gain(models, fastest)?;
-                Tuned::from(fastest)
+                TuningPoint::from(fastest)
             }
             (None, []) => return Err(Error::Input(format!("{}: no model", models.origin))),
         };

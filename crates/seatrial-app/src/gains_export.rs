@@ -4,7 +4,7 @@
 //! use std::path::Path;
 //!
 //! use seatrial::gains::export::VehicleType;
-//! use seatrial_app::gains::Wanted;
+//! use seatrial_app::gains::LoopRequirements;
 //! use seatrial_app::gains_export::{Format, GainsFile};
 //! use seatrial_app::models::Models;
 //! use seatrial_app::{Options, identify_log};
@@ -12,7 +12,7 @@
 //! let found = identify_log(Path::new("run.csv"), &Options::default())?;
 //! // This boat's rudder is at 0.6 rad at full steering.
 //! let models = Models::of_log(&found, None)?.with_full_rudder(Some(0.6))?;
-//! let wanted = Wanted::default();
+//! let wanted = LoopRequirements::default();
 //! let file = GainsFile::new(Format::Ardupilot, &wanted, &models, VehicleType::Surface, false)?;
 //! std::fs::write("run.param", &file.text).expect("a folder to write to");
 //! for note in &file.notes {
@@ -27,7 +27,7 @@ use serde::Deserialize;
 
 use crate::Error;
 use crate::file_form::{FileForm, Row};
-use crate::gains::Wanted;
+use crate::gains::LoopRequirements;
 use crate::models::Models;
 
 /// A form that controllers read.
@@ -97,11 +97,11 @@ pub struct GainsFile {
     pub notes: Vec<String>,
 }
 
-/// Refuses gains that [`Wanted::gains`] warns of, which a file for a controller holds only where that is asked for.
+/// Refuses gains that [`LoopRequirements::gains`] warns of, which a file for a controller holds only where that is asked for.
 ///
 /// # Errors
 /// Models that their source does not accept, or a gain of which not even the sign is known.
-pub fn check_usable(wanted: &Wanted, models: &Models) -> Result<(), Error> {
+pub fn check_usable(wanted: &LoopRequirements, models: &Models) -> Result<(), Error> {
     let why = models.rejected.first().cloned();
     match why.or(wanted.gains(models)?.unsure()) {
         None => Ok(()),
@@ -121,7 +121,7 @@ impl GainsFile {
     /// Models of a rehearsal that are not asked for, models whose rudder is a share of full for a file that has angles, a model that allows no gain, or a place outside the models' range.
     pub fn new(
         format: Format,
-        wanted: &Wanted,
+        wanted: &LoopRequirements,
         models: &Models,
         vehicle: VehicleType,
         takes_rehearsals: bool,
@@ -155,7 +155,7 @@ impl GainsFile {
     /// One set of parameters, telling whose and what to know about them.
     fn of_one(
         write: fn(&OperatingPoint, VehicleType) -> String,
-        wanted: &Wanted,
+        wanted: &LoopRequirements,
         models: &Models,
         vehicle: VehicleType,
     ) -> Result<Self, Error> {

@@ -30,12 +30,12 @@ use serde::{Deserialize, Deserializer, Serialize};
 use crate::Error;
 use crate::advice;
 use crate::file_form::FileForm;
-use crate::gains::{HeadingGains, Wanted};
+use crate::gains::{HeadingGains, LoopRequirements};
 use crate::gains_export::{Format, GainsFile, check_usable};
 use crate::models::Models;
 use crate::turning::TurningLimits;
 use crate::vehicle_export::{self, Form};
-use crate::vehicle_file::Stated;
+use crate::vehicle_file::VehicleOverrides;
 
 /// What is said of a vehicle beside its models: options of `seatrial gains`, `turn` and `export`. Everything has a default.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -238,9 +238,9 @@ impl ModelRequest {
             ModelFile::Gains(format, vehicle) => return self.gains_file(&models, format, vehicle),
             ModelFile::Vehicle(form) => form,
         };
-        let stated = Stated {
+        let stated = VehicleOverrides {
             full_rudder_rad: self.full_rudder_deg.map(f64::to_radians),
-            ..Stated::default()
+            ..VehicleOverrides::default()
         };
         let vehicle = stated.vehicle(&models)?;
         if !self.accept {
@@ -277,9 +277,9 @@ impl ModelRequest {
         })
     }
 
-    fn wanted(&self) -> Wanted {
-        let usual = Wanted::default();
-        Wanted {
+    fn wanted(&self) -> LoopRequirements {
+        let usual = LoopRequirements::default();
+        LoopRequirements {
             damping_ratio: self.damping_ratio.unwrap_or(usual.damping_ratio),
             at: self.at_speed_m_s.map(|speed| (ScheduleKey::Speed, speed)),
             ..usual

@@ -222,10 +222,10 @@ fn own_plan(axis: Axis) -> Plan<f64> {
 /// The axis that a plan names, if it names one that there is.
 fn axis_of(text: &str) -> Option<Axis> {
     #[derive(Deserialize)]
-    struct Named {
+    struct AxisField {
         axis: Option<Axis>,
     }
-    toml::from_str::<Named>(text).ok()?.axis
+    toml::from_str::<AxisField>(text).ok()?.axis
 }
 
 fn read(text: &str, axis: Axis) -> Result<TrialPlan, toml::de::Error> {

@@ -17,7 +17,7 @@ use crate::models::Models;
 
 /// What is validated.
 #[derive(Clone, Debug)]
-pub enum Given {
+pub enum ModelInput {
     /// A model in numbers.
     Numbers(YawModel<f64>),
     /// Models of a source; the one of the log's speed is taken.
@@ -45,7 +45,7 @@ pub struct ValidationDocument {
 /// Simulates a model over a window of a log and judges it.
 pub fn validate_log(
     path: &Path,
-    given: &Given,
+    given: &ModelInput,
     window: Window,
     reading: &ReadSettings,
     observer: &mut dyn Observer,
@@ -73,18 +73,18 @@ pub fn validate_log(
 
 type ReferenceModel = (YawModel<f64>, Option<ValidRange>, Option<String>);
 
-fn chosen(given: &Given, log: &OpenedLog, window: Window) -> Result<ReferenceModel, Error> {
+fn chosen(given: &ModelInput, log: &OpenedLog, window: Window) -> Result<ReferenceModel, Error> {
     match given {
-        Given::Numbers(model) if model.theta().iter().all(|p| p.is_finite()) => {
+        ModelInput::Numbers(model) if model.theta().iter().all(|p| p.is_finite()) => {
             Ok((*model, None, None))
         }
-        Given::Numbers(_) => Err(Error::Setting(
+        ModelInput::Numbers(_) => Err(Error::Setting(
             "the model: a22, b2 and C0 must be finite numbers".into(),
         )),
-        Given::Models(models) if models.rudder_unit != log.rudder_unit() => {
+        ModelInput::Models(models) if models.rudder_unit != log.rudder_unit() => {
             Err(other_unit(&models.origin))
         }
-        Given::Models(models) => {
+        ModelInput::Models(models) => {
             let point = models.of_record(&log.record.usable(window))?;
             let taken = (models.points.len() > 1).then(|| point.name());
             Ok((point.point.model, point.valid_range, taken))

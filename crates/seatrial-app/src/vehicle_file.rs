@@ -15,7 +15,7 @@ const ASSUMED_SURGE_TIME: f64 = 2.0;
 
 /// What is said of a vehicle besides its models. Absent: what the source knows, or an assumption that the file names.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Stated {
+pub struct VehicleOverrides {
     /// Name of the vehicle.
     pub name: Option<String>,
     /// Rudder at full steering, rad, of models whose rudder is a fraction of full.
@@ -30,7 +30,7 @@ pub struct Stated {
     pub surge_time_constant_s: Option<f64>,
 }
 
-impl Stated {
+impl VehicleOverrides {
     /// The vehicle of these models, checked.
     pub fn vehicle(&self, models: &Models) -> Result<IdentifiedVehicle, Error> {
         let mut assumptions = Vec::new();

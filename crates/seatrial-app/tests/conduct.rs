@@ -9,7 +9,7 @@ use seatrial::campaign::{Campaign, Run, Stage};
 use seatrial::identification::{EstimateMethod, ReasonCode};
 use seatrial::preview::Target;
 use seatrial_app::TrialPlan;
-use seatrial_app::conduct::{Conducted, Unwatched, Watch, conduct};
+use seatrial_app::conduct::{NoWatch, TrialResult, Watch, conduct};
 use seatrial_core::estimator::{EstimatorSettings, Method};
 use seatrial_core::{AbortReason, Action, List, Outcome, Plan, Sample, Steering, Trial, Vehicle};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
@@ -25,7 +25,7 @@ fn starfish(seed: u64) -> FirstOrderVehicle {
 /// True parameters inside and outside the 95 % intervals of a trial, for each of a22, b2 and C0.
 fn coverage(seed: u64) -> [[u32; 2]; 3] {
     let mut vehicle = starfish(seed);
-    let conducted = conduct(&mut vehicle, Plan::paper(), about(), &mut Unwatched).unwrap();
+    let conducted = conduct(&mut vehicle, Plan::paper(), about(), &mut NoWatch).unwrap();
     let mut counts = [[0; 2]; 3];
     for run in &conducted.campaign.runs {
         let Some(refined) = run.identification.as_ref().and_then(|i| i.refined.as_ref()) else {
@@ -89,7 +89,7 @@ fn regress_a_plan_by_least_squares_says_so() {
         }),
         ..plan
     };
-    let conducted = conduct(&mut starfish(1), by_least_squares, about(), &mut Unwatched).unwrap();
+    let conducted = conduct(&mut starfish(1), by_least_squares, about(), &mut NoWatch).unwrap();
     let online = &conducted.campaign.accepted_runs()[0]
         .identification
         .as_ref()
@@ -103,7 +103,7 @@ fn regress_a_plan_by_least_squares_says_so() {
 fn exact_noise_free_trial_recovers_every_speed() {
     let config = VehicleConfig::starfish().noise_free();
     let mut vehicle = FirstOrderVehicle::new(config, 0).unwrap();
-    let conducted = conduct(&mut vehicle, Plan::paper(), about(), &mut Unwatched).unwrap();
+    let conducted = conduct(&mut vehicle, Plan::paper(), about(), &mut NoWatch).unwrap();
     let campaign = conducted.campaign;
     assert_eq!(campaign.outcome, Some(Outcome::Finished));
     assert_eq!(campaign.accepted_runs().len(), 5);
@@ -231,7 +231,10 @@ impl Faulty {
 /// In the first deflection: 12 s of settling, 2 s of lead-in, 2 s of rudder.
 const MID_DOUBLET_S: f64 = 16.0;
 
-fn with_fault(fault: Fault, watch: &mut dyn Watch) -> (Conducted<&'static str>, Vec<Action<f64>>) {
+fn with_fault(
+    fault: Fault,
+    watch: &mut dyn Watch,
+) -> (TrialResult<&'static str>, Vec<Action<f64>>) {
     let mut vehicle = Faulty::new(fault, MID_DOUBLET_S);
     let conducted = conduct(&mut vehicle, Plan::paper(), about(), watch).unwrap();
     (conducted, vehicle.actions)
@@ -244,7 +247,7 @@ fn recover_partial_run_is_kept_when_the_link_is_lost() {
         (Fault::Fails, Some("cable cut")),
         (Fault::Deaf, Some("cable cut")),
     ] {
-        let (conducted, actions) = with_fault(fault, &mut Unwatched);
+        let (conducted, actions) = with_fault(fault, &mut NoWatch);
         // A deaf vehicle cannot be handed anything.
         if fault != Fault::Deaf {
             assert_hands_back(&actions);
@@ -268,7 +271,7 @@ fn recover_partial_run_is_kept_when_the_link_is_lost() {
 
 #[test]
 fn recover_garbage_aborts_and_hands_back() {
-    let (conducted, actions) = with_fault(Fault::Garbage, &mut Unwatched);
+    let (conducted, actions) = with_fault(Fault::Garbage, &mut NoWatch);
     assert_eq!(
         conducted.campaign.outcome,
         Some(Outcome::Aborted(AbortReason::StaleSamples))
@@ -278,7 +281,7 @@ fn recover_garbage_aborts_and_hands_back() {
 
 #[test]
 fn exact_bursts_of_garbage_are_counted() {
-    let (conducted, _) = with_fault(Fault::Bursts, &mut Unwatched);
+    let (conducted, _) = with_fault(Fault::Bursts, &mut NoWatch);
     let campaign = conducted.campaign;
     assert_eq!(campaign.outcome, Some(Outcome::Finished));
     assert_eq!(campaign.accepted_runs().len(), 5);
@@ -300,7 +303,7 @@ fn exact_a_drift_that_a_gyro_sees_through_repeats_nothing() {
         ..Plan::paper()
     };
     let mut vehicle = Faulty::new(Fault::Drift, 28.5);
-    let conducted = conduct(&mut vehicle, plan, about(), &mut Unwatched).unwrap();
+    let conducted = conduct(&mut vehicle, plan, about(), &mut NoWatch).unwrap();
     let runs = &conducted.campaign.runs;
     assert!(runs.len() == 2 && runs.iter().all(|run| run.verdict.accepted));
     let codes: Vec<_> = runs[0]
@@ -350,7 +353,7 @@ fn exact_a_repeated_run_is_not_accepted() {
         };
         // After 12 s of settling and 16.5 s of training.
         let mut vehicle = Faulty::new(Fault::DriftWithoutGyro, 28.5);
-        let conducted = conduct(&mut vehicle, plan, about(), &mut Unwatched).unwrap();
+        let conducted = conduct(&mut vehicle, plan, about(), &mut NoWatch).unwrap();
         let runs = conducted.campaign.runs.iter();
         let tried: Vec<_> = runs.map(|run| (run.thrust, run.attempt)).collect();
         assert_eq!(tried, tries);
@@ -469,7 +472,7 @@ fn stopped(seed: u64, lag_s: f64, stop_when: Option<Target>) -> ([f64; 2], f64) 
         ..TrialPlan::default()
     };
     let mut vehicle = FirstOrderVehicle::new(config, seed).unwrap();
-    let conducted = conduct(&mut vehicle, plan, about(), &mut Unwatched).unwrap();
+    let conducted = conduct(&mut vehicle, plan, about(), &mut NoWatch).unwrap();
     let run = conducted.campaign.runs.last().unwrap();
     let training = run.stage(Stage::Train).unwrap();
     let refined = run

@@ -3,7 +3,7 @@
 use seatrial::campaign::Campaign;
 use seatrial::sea_trials::field::Control;
 use seatrial::sea_trials::field::{Field, FieldSettings, SteeredSteps, UTurn};
-use seatrial_app::conduct::{Unwatched, conduct};
+use seatrial_app::conduct::{NoWatch, conduct};
 use seatrial_core::{List, Outcome, Plan};
 use seatrial_sim::six_dof::{remus100, starfish};
 use seatrial_sim::{SixDofConfig, SixDofVehicle};
@@ -21,7 +21,7 @@ fn trial(config: SixDofConfig, thrusts: &[f64], seed: u64) -> (SixDofVehicle, Ca
         thrusts: List::from_slice(thrusts).unwrap(),
         ..Plan::paper()
     };
-    let campaign = conduct(&mut vehicle, plan, about, &mut Unwatched)
+    let campaign = conduct(&mut vehicle, plan, about, &mut NoWatch)
         .unwrap()
         .campaign;
     assert_eq!(campaign.outcome, Some(Outcome::Finished));

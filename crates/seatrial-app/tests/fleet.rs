@@ -7,7 +7,7 @@ use std::path::Path;
 use seatrial_app::fleet::{
     Entry, Estimate, Job, Journal, Options, Row, Source, Summary, find, work_on,
 };
-use seatrial_app::logs::{ReadSettings, Unobserved, open};
+use seatrial_app::logs::{NoObserver, ReadSettings, open};
 use seatrial_core::{List, Plan, Sample, Trial, Vehicle};
 use seatrial_logs::write_csv;
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
@@ -112,7 +112,7 @@ fn exact_rows_say_how_their_log_was_read() {
     fs::write(&pulses, text).unwrap();
     for (path, unit) in [(angles, "rad"), (pulses, "full_rudder")] {
         let settings = ReadSettings::default();
-        let opened = open(&path, &settings, None, &mut Unobserved).unwrap();
+        let opened = open(&path, &settings, None, &mut NoObserver).unwrap();
         let source = &Source::of(&path);
         let entries = work_on(source, &job(folder.path(), 1).options);
         assert!(!entries[0].rows.is_empty());

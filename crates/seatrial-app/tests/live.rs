@@ -5,7 +5,7 @@ use std::convert::Infallible;
 
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
-use seatrial_app::conduct::{Unwatched, Watch, conduct};
+use seatrial_app::conduct::{NoWatch, Watch, conduct};
 use seatrial_app::trials::replay::Replay;
 use seatrial_core::{AbortReason, Action, List, Outcome, Plan, Sample, Trial, Vehicle};
 use seatrial_logbook::{Keeper, Logbook, NewCampaign, Recorder};
@@ -103,7 +103,7 @@ fn recover_a_verdict_that_is_still_waited_for_when_the_link_is_lost() {
         &mut Live::until(f64::INFINITY),
         plan(),
         about(),
-        &mut Unwatched,
+        &mut NoWatch,
     );
     let first = whole.unwrap().campaign.runs.swap_remove(0);
     // Three samples into the second run.
@@ -175,7 +175,7 @@ fn io_a_late_verdict_is_kept_with_its_run() {
     assert_eq!(logbook.verify().unwrap().damage, []);
     logbook.fill(number, &mut campaign).unwrap();
     let mut vehicle = Live::until(f64::INFINITY);
-    let whole = conduct(&mut vehicle, plan(), about(), &mut Unwatched).unwrap();
+    let whole = conduct(&mut vehicle, plan(), about(), &mut NoWatch).unwrap();
     assert_eq!(campaign, whole.campaign);
     let replay = Replay::of(plan(), &logbook.recording(number).unwrap()).unwrap();
     assert_eq!((replay.results, replay.first_difference), (2, None));

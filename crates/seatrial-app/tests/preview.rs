@@ -7,7 +7,7 @@ use seatrial::identify::cramer_rao::Noise;
 use seatrial::preview::{
     Budget, Design, Prior, PriorSpeed, Target, compare_designs, parse_target, preview, recommend,
 };
-use seatrial_app::conduct::{Unwatched, conduct};
+use seatrial_app::conduct::{NoWatch, conduct};
 use seatrial_app::trials::simulator;
 use seatrial_core::{AbortReason, Excitation, List, Outcome, Plan, Sample};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
@@ -53,7 +53,7 @@ fn trial(config: &VehicleConfig, plan: Plan<f64>, seed: u64) -> Campaign {
         ..Campaign::of(&config.name, &plan)
     };
     let mut vehicle = FirstOrderVehicle::new(config.clone(), seed).unwrap();
-    conduct(&mut vehicle, plan, about, &mut Unwatched)
+    conduct(&mut vehicle, plan, about, &mut NoWatch)
         .unwrap()
         .campaign
 }

@@ -1,7 +1,7 @@
 //! Pull-outs, spirals and stops read from records of simulated ships, against the ships' own parameters.
 
 use seatrial::sea_trials::ship_manoeuvres::{Kind, ShipManoeuvres};
-use seatrial_app::ship_trials::{OwnError, Wanted, of_record, predicted};
+use seatrial_app::ship_trials::{ManoeuvreRequest, OwnError, of_record, predicted};
 use seatrial_core::Sample;
 use seatrial_sim::IdentifiedVehicle;
 
@@ -356,7 +356,7 @@ fn exact_a_zig_zag_has_two_angles() {
     let own = OwnError::of(&vehicle, None, "ship", &record).unwrap();
     // The rudder of the record is ordered over up to 0.2 s late.
     assert!(own.mean.abs() < 0.02 && own.half_width < 0.1, "{own:?}");
-    let wanted = Wanted {
+    let wanted = ManoeuvreRequest {
         thrust: None,
         length_m: None,
         draws: 0,
@@ -386,7 +386,7 @@ fn exact_a_zig_zag_has_two_angles() {
             .iter()
             .any(|note| note.contains("its own record"))
     );
-    let too_far = Wanted {
+    let too_far = ManoeuvreRequest {
         zig_zag_rad: Some([0.7, 0.2]),
         ..wanted
     };
@@ -396,6 +396,6 @@ fn exact_a_zig_zag_has_two_angles() {
     assert!(refused.to_string().contains("no zig-zag"), "{refused}");
 }
 
-fn ship_trials_refusal(vehicle: &IdentifiedVehicle, wanted: &Wanted) -> String {
+fn ship_trials_refusal(vehicle: &IdentifiedVehicle, wanted: &ManoeuvreRequest) -> String {
     predicted(vehicle, wanted).unwrap_err().to_string()
 }

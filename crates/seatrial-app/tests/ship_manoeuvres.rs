@@ -2,13 +2,13 @@
 
 use seatrial::sea_trials::ship_manoeuvres::Index;
 use seatrial_app::file_form::{FileForm, Row};
-use seatrial_app::ship_trials::{Wanted, predicted};
+use seatrial_app::ship_trials::{ManoeuvreRequest, predicted};
 use seatrial_app::vehicle_export::{Form, file};
 use seatrial_sim::IdentifiedVehicle;
 use seatrial_sim::identified::{IdentifiedSpeed, Provenance, Rudder, SCHEMA, SurgeLaw};
 
 fn figures(vehicle: &IdentifiedVehicle) -> Vec<Index> {
-    let wanted = Wanted {
+    let wanted = ManoeuvreRequest {
         thrust: None,
         length_m: None,
         draws: 0,
@@ -118,7 +118,7 @@ fn exact_an_inertia_stop_of_linear_drag() {
 /// A vehicle that is not stable on its course, or hardly, neither panics nor hangs.
 #[test]
 fn exact_a_vehicle_without_figures_is_refused() {
-    let wanted = Wanted {
+    let wanted = ManoeuvreRequest {
         thrust: None,
         length_m: Some(100.0),
         draws: 0,

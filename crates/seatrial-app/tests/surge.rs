@@ -2,7 +2,7 @@
 
 use seatrial::Campaign;
 use seatrial::motions::surge::SurgeModel;
-use seatrial_app::conduct::{Unwatched, conduct};
+use seatrial_app::conduct::{NoWatch, conduct};
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 use seatrial_core::{Plan, SchedulePoint, SpeedSchedule};
 use seatrial_sim::six_dof::{equivalent, remus100, starfish};
@@ -14,7 +14,7 @@ fn campaign(config: SixDofConfig, seed: u64) -> Campaign {
         seed: Some(seed),
         ..Campaign::of("sim", &Plan::paper())
     };
-    conduct(&mut vehicle, Plan::paper(), about, &mut Unwatched)
+    conduct(&mut vehicle, Plan::paper(), about, &mut NoWatch)
         .unwrap()
         .campaign
 }

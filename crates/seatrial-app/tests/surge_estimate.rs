@@ -2,7 +2,7 @@
 
 use seatrial::Campaign;
 use seatrial::motions::surge::SurgeEstimate;
-use seatrial_app::conduct::{Unwatched, conduct};
+use seatrial_app::conduct::{NoWatch, conduct};
 use seatrial_core::{List, Plan};
 use seatrial_sim::{IdentifiedVehicle, SimulatedConfig};
 
@@ -45,7 +45,7 @@ fn estimate(config: &SimulatedConfig, thrusts: &[f64]) -> SurgeEstimate {
         ..Campaign::of("sim", &plan)
     };
     let mut vehicle = config.vehicle(1).unwrap();
-    let conducted = conduct(&mut vehicle, plan, about, &mut Unwatched).unwrap();
+    let conducted = conduct(&mut vehicle, plan, about, &mut NoWatch).unwrap();
     SurgeEstimate::of(&conducted.campaign).unwrap()
 }
 

@@ -2,7 +2,7 @@
 
 use seatrial::campaign::Campaign;
 use seatrial::identify::{IdentifySettings, ValidationData, identify};
-use seatrial_app::conduct::{Unwatched, conduct};
+use seatrial_app::conduct::{NoWatch, conduct};
 use seatrial_core::{Plan, Stage};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
@@ -43,7 +43,7 @@ fn recover_any_time_scale() {
         let (mut inside, mut intervals, mut accepted) = (0, 0, 0);
         for seed in 1..=2 {
             let mut vehicle = FirstOrderVehicle::new(slower(pace, interval_s), seed).unwrap();
-            let conducted = conduct(&mut vehicle, plan, about(), &mut Unwatched).unwrap();
+            let conducted = conduct(&mut vehicle, plan, about(), &mut NoWatch).unwrap();
             for run in &conducted.campaign.runs {
                 let truth = vehicle.truth(run.thrust).model.theta();
                 let of_trial = run.identification.as_ref().unwrap();

@@ -10,7 +10,8 @@ use seatrial_app::load_plan;
 use seatrial_app::models::{Models, of_document};
 use seatrial_app::trials::campaign_models::{Purpose, chosen_campaign, of_campaign, undamaged};
 use seatrial_app::trials::commission::{
-    Commissioned, Ending, GainsVehicle, Order, Proposal, Request, check_step, conduct, models_for,
+    CommissionResult, Ending, GainsVehicle, Order, Proposal, Request, check_step, conduct,
+    models_for,
 };
 use seatrial_app::trials::order::{Change, Preflight, plan_of_campaign};
 use seatrial_app::trials::vehicles::Attendant;
@@ -88,7 +89,7 @@ struct Document {
     surge_speed_m_s: Option<f64>,
     changes: Vec<Change>,
     #[serde(flatten)]
-    found: Commissioned,
+    found: CommissionResult,
     line: String,
 }
 
@@ -259,7 +260,7 @@ fn range_text(range: &Range, scale: f64, decimals: usize) -> String {
     }
 }
 
-fn exit(found: &Commissioned) -> Exit {
+fn exit(found: &CommissionResult) -> Exit {
     match found.ending {
         _ if found.not_put_back.is_some() => Exit::NotSaved,
         Ending::Kept { .. } => Exit::Done,

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use seatrial_app::file_form::FileForm;
 use seatrial_app::vehicle_export::{self, Form};
-use seatrial_app::vehicle_file::Stated;
+use seatrial_app::vehicle_file::VehicleOverrides;
 use seatrial_sim::IdentifiedVehicle;
 use serde::Serialize;
 
@@ -182,8 +182,8 @@ impl VehicleArgs {
         Ok((vehicle, exit))
     }
 
-    fn stated(&self) -> Stated {
-        Stated {
+    fn stated(&self) -> VehicleOverrides {
+        VehicleOverrides {
             name: self.name.clone(),
             full_rudder_rad: self.full_steering_deg.map(f64::to_radians),
             lag_s: self.lag,

@@ -7,7 +7,7 @@ use std::path::Path;
 use seatrial::gains::DAMPING_RATIO;
 use seatrial::gains::export::VehicleType;
 use seatrial::verdict::three_figures;
-use seatrial_app::gains::{HeadingGains, InterpolatedGain, LoopFigures, Wanted};
+use seatrial_app::gains::{HeadingGains, InterpolatedGain, LoopFigures, LoopRequirements};
 use seatrial_app::gains_export::{Format, check_usable};
 use seatrial_app::models::{Estimate, SCHEDULE_FILE_HELP};
 use seatrial_core::RudderUnit;
@@ -112,9 +112,9 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 }
 
 impl Args {
-    fn wanted(&self) -> Wanted {
+    fn wanted(&self) -> LoopRequirements {
         let thrust = self.at_thrust.map(|thrust| (ScheduleKey::Thrust, thrust));
-        Wanted {
+        LoopRequirements {
             damping_ratio: self.zeta,
             delay_s: self.delay,
             interval_s: self.interval,

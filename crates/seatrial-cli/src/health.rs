@@ -7,7 +7,7 @@ use seatrial::health::{Change, Effect, Effects, Finding, HealthSettings, WatchRe
 use seatrial::words::sentence;
 use seatrial_app::trials::campaign_models::{ComparedModels, compared_models, open_named};
 use seatrial_app::trials::health;
-use seatrial_app::trials::health::{Comparison, Criteria, Missions, Watched};
+use seatrial_app::trials::health::{Comparison, Criteria, Missions, WatchDocument};
 use seatrial_app::trials::next;
 
 use crate::choice::one_of;
@@ -145,7 +145,7 @@ impl Args {
             missions.read(name, &log, window)?;
         }
         let report = missions.report();
-        let document = Watched::of(source, missions.logs(), &report);
+        let document = WatchDocument::of(source, missions.logs(), &report);
         output.print(&document, || watch_page(source, &self.watch, &report))?;
         Ok(Exit::done_if(report.finding == Finding::Unchanged))
     }

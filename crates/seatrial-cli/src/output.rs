@@ -14,8 +14,8 @@ use clap::{ArgMatches, Command};
 use seatrial::health::HealthError;
 use seatrial::identification::Verdict;
 use seatrial::words::{plain, shortened};
-use seatrial_app::outputs::{OutputError, Outputs, Planned};
-use seatrial_app::trials::order::{NotBegun, VehicleError};
+use seatrial_app::outputs::{OutputError, OutputKind, Outputs};
+use seatrial_app::trials::order::{OrderError, VehicleError};
 use serde::Serialize;
 
 use crate::interrupt;
@@ -146,13 +146,13 @@ impl From<VehicleError> for Failure {
     }
 }
 
-impl From<NotBegun> for Failure {
-    fn from(error: NotBegun) -> Self {
+impl From<OrderError> for Failure {
+    fn from(error: OrderError) -> Self {
         match error {
-            NotBegun::Plan(_) => Self::input(error),
-            NotBegun::PlanText(_) => Self::internal(error),
-            NotBegun::Vehicle(error) => error.into(),
-            NotBegun::Logbook(error) => error.into(),
+            OrderError::Plan(_) => Self::input(error),
+            OrderError::PlanText(_) => Self::internal(error),
+            OrderError::Vehicle(error) => error.into(),
+            OrderError::Logbook(error) => error.into(),
         }
     }
 }
@@ -275,7 +275,7 @@ pub fn checked(command: &Command, matches: &ArgMatches) -> Result<Outputs, Failu
         outputs.check(path)?;
     }
     for path in reports.iter() {
-        outputs.check_for(path, Planned::Page)?;
+        outputs.check_for(path, OutputKind::Page)?;
     }
     read.iter().try_for_each(|path| check_readable(path))?;
     Ok(outputs)

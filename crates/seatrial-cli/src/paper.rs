@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use seatrial_app::trials::paper::recreated;
-use seatrial_app::trials::paper::recreated::RecreatedTable;
+use seatrial_app::trials::paper::recreation;
+use seatrial_app::trials::paper::recreation::RecreatedTable;
 use seatrial_app::trials::paper::{Agreement, Claim, ERRATA, Erratum, claims};
 use serde::Serialize;
 
@@ -56,15 +56,15 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         },
         claims,
         errata: &ERRATA,
-        recreated: recreated::tables().map_err(Failure::internal)?,
+        recreated: recreation::tables().map_err(Failure::internal)?,
     };
     let json = serde_json::to_string_pretty(&document).map_err(Failure::internal)?;
     let files = [
         (
             "paper.md",
-            markdown(&document) + &recreated::markdown(&document.recreated),
+            markdown(&document) + &recreation::markdown(&document.recreated),
         ),
-        ("recreated.csv", recreated::csv(&document.recreated)),
+        ("recreated.csv", recreation::csv(&document.recreated)),
         ("paper.csv", csv(&document.claims)),
         ("paper.json", json + "\n"),
     ];
@@ -115,7 +115,7 @@ fn text(document: &Document, out: &Path) -> String {
             erratum.place, erratum.printed, erratum.instead
         );
     }
-    let (inside, all) = recreated::covered(&document.recreated);
+    let (inside, all) = recreation::covered(&document.recreated);
     let _ = writeln!(
         text,
         "\nTables II, III and V re-created by simulated trials: {inside} of {all} true parameters inside their 95 % intervals."

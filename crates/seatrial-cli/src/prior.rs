@@ -1,7 +1,7 @@
 //! What `plan` believes of the vehicle: a simulated one, or models with noise from the command line.
 
-use seatrial_app::trials::expectation::Stated;
-use seatrial_app::trials::plan::Expected;
+use seatrial_app::trials::expectation::PriorOverrides;
+use seatrial_app::trials::plan::ExpectedVehicle;
 
 use crate::model_source::{SourceArgs, warn};
 use crate::output::Failure;
@@ -55,14 +55,14 @@ fn disturbance(text: &str) -> Result<[f64; 2], String> {
 
 impl PriorArgs {
     /// The vehicle that is expected, as the options say.
-    pub fn expected(&self) -> Result<Expected, Failure> {
+    pub fn expected(&self) -> Result<ExpectedVehicle, Failure> {
         let is_given = self.source.is_given();
         let models = is_given.then(|| self.source.read()).transpose()?;
         models.iter().for_each(warn);
-        Ok(Expected {
+        Ok(ExpectedVehicle {
             vehicle: self.vehicle.clone(),
             models,
-            stated: Stated {
+            stated: PriorOverrides {
                 noise_rad: self.noise_deg.map(f64::to_radians),
                 disturbance: self.disturbance,
                 hold_gain: self.hold_gain,

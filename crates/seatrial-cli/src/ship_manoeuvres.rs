@@ -6,7 +6,7 @@ use clap::{Args as ClapArgs, Subcommand};
 use seatrial::Window;
 use seatrial::sea_trials::ship_manoeuvres::{Kind, ShipManoeuvres};
 use seatrial::words::within;
-use seatrial_app::ship_trials::{DRAWS, OwnError, Wanted, of_record, predicted};
+use seatrial_app::ship_trials::{DRAWS, ManoeuvreRequest, OwnError, of_record, predicted};
 use seatrial_report::render_ship_manoeuvres;
 
 use crate::choice::one_of;
@@ -128,7 +128,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         let name = path.display().to_string();
         Ok::<_, Failure>(OwnError::of(&vehicle, args.thrust, &name, all)?)
     };
-    let wanted = Wanted {
+    let wanted = ManoeuvreRequest {
         zig_zag_rad: args.zig_zag.map(|angles| angles.map(f64::to_radians)),
         own_error: args.own_log.as_ref().map(own).transpose()?,
         thrust: args.thrust,

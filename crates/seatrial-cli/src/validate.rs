@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use seatrial::Window;
 use seatrial_app::models::of_document;
-use seatrial_app::validate_log::{Given, validate_log};
+use seatrial_app::validate_log::{ModelInput, validate_log};
 
 use crate::identify::cause_text;
 use crate::log::{LogArgs, Reporter};
@@ -71,15 +71,15 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 
 impl Args {
     /// The models of the file, or the one given in numbers.
-    fn read_models(&self) -> Result<Given, Failure> {
+    fn read_models(&self) -> Result<ModelInput, Failure> {
         if let Some(path) = &self.model {
             let source = of_document(path, None)?;
             warn(&source);
-            return Ok(Given::Models(Box::new(source)));
+            return Ok(ModelInput::Models(Box::new(source)));
         }
         let given = self.numbers.model();
         let finite = given.filter(|model| model.theta().iter().all(|x| x.is_finite()));
-        finite.map(Given::Numbers).ok_or_else(|| {
+        finite.map(ModelInput::Numbers).ok_or_else(|| {
             Failure::usage("no model: give --model FILE, or --a22 and --b2 as finite numbers")
         })
     }

@@ -10,8 +10,8 @@ use seatrial::identification::Reader;
 use seatrial_app::advice::addressed;
 use seatrial_app::trials::campaign_models::of_entry;
 use seatrial_app::trials::commission::{
-    Commissioned, Ending, GainedVehicle, GainsVehicle, Kept, Lost, Order, Proposal, PutBack,
-    Reached, Request, conduct, models_for,
+    AutopilotContact, CommissionResult, ControlLoss, Ending, GainsLease, GainsVehicle, Order,
+    Proposal, PutBack, Request, RestoreFile, conduct, models_for,
 };
 use seatrial_app::trials::order::{Change, plan_of_campaign};
 use seatrial_core::{CascadeSettings, Sample, SchedulePoint};
@@ -61,12 +61,15 @@ impl<'a> CommissionJob<'a> {
         Ok(Self { vehicle, request })
     }
 
-    fn reach(&self, stop: &Arc<AtomicBool>) -> Result<Box<dyn Reached>, Refusal> {
+    fn reach(&self, stop: &Arc<AtomicBool>) -> Result<Box<dyn AutopilotContact>, Refusal> {
         let reached = self.vehicle.reach(&self.request.plan, stop);
         reached.map_err(|error| Refusal::unprocessable("vehicle_refused", error))
     }
 
-    fn proposal(&self, reached: &dyn Reached) -> Result<(Proposal, ProposedGains), Refusal> {
+    fn proposal(
+        &self,
+        reached: &dyn AutopilotContact,
+    ) -> Result<(Proposal, ProposedGains), Refusal> {
         let proposal = self.request.proposal(reached);
         let proposal = proposal.map_err(|error| Refusal::unprocessable("no_gains", error))?;
         let shown = proposed_gains(&proposal, reached.changes(&proposal.settings));
@@ -252,12 +255,16 @@ pub fn undo(shared: &Shared, order: &UndoOrder) -> Result<Undone, Refusal> {
     })
 }
 
-fn kept(shared: &Shared, order: &UndoOrder, stop: &Arc<AtomicBool>) -> Result<Kept, Refusal> {
+fn kept(
+    shared: &Shared,
+    order: &UndoOrder,
+    stop: &Arc<AtomicBool>,
+) -> Result<RestoreFile, Refusal> {
     let kept = shared.autopilot(&order.vehicle)?.kept(stop);
     kept.map_err(|error| Refusal::unprocessable("nothing_to_undo", error))
 }
 
-fn name_of_undo(kept: &Kept) -> String {
+fn name_of_undo(kept: &RestoreFile) -> String {
     let mut hasher = DefaultHasher::new();
     (&kept.file, kept.mode).hash(&mut hasher);
     for value in &kept.parameters {
@@ -279,7 +286,7 @@ fn parameter_back(value: PutBack) -> ParameterBack {
     }
 }
 
-fn ended(state: &mut CommissionState, found: &Commissioned) {
+fn ended(state: &mut CommissionState, found: &CommissionResult) {
     state.running = false;
     state.line = Some(addressed(&found.line(), Reader::Dashboard));
     state.needs_restoring = found.not_put_back.is_some();
@@ -333,13 +340,13 @@ fn measured(response: &Response) -> MeasuredSteps {
 
 /// A vehicle whose samples are shown.
 struct WatchedVehicle {
-    inner: Box<dyn GainedVehicle>,
+    inner: Box<dyn GainsLease>,
     board: Board,
     wanted_rad: Option<f64>,
 }
 
-impl GainedVehicle for WatchedVehicle {
-    fn next_sample(&mut self) -> Result<Sample<f64>, Lost> {
+impl GainsLease for WatchedVehicle {
+    fn next_sample(&mut self) -> Result<Sample<f64>, ControlLoss> {
         let sample = self.inner.next_sample()?;
         let finite = |value: f64| Some(value).filter(|value| value.is_finite());
         self.board.sample(CommissionSample {
@@ -356,11 +363,11 @@ impl GainedVehicle for WatchedVehicle {
         self.wanted_rad = Some(heading_rad);
     }
 
-    fn write(&mut self, settings: &CascadeSettings<f64>) -> Result<(), Lost> {
+    fn write(&mut self, settings: &CascadeSettings<f64>) -> Result<(), ControlLoss> {
         self.inner.write(settings)
     }
 
-    fn keep(&mut self) -> Result<String, Lost> {
+    fn keep(&mut self) -> Result<String, ControlLoss> {
         self.inner.keep()
     }
 

@@ -7,7 +7,7 @@ use seatrial::identification::Reader;
 use seatrial::{Campaign, Run};
 use seatrial_app::Error;
 use seatrial_app::advice::addressed;
-use seatrial_app::gains::{LoopFigures, Wanted};
+use seatrial_app::gains::{LoopFigures, LoopRequirements};
 use seatrial_app::models::{ModelPoint, Models};
 use seatrial_app::trials::{campaign_models::check_undamaged, campaign_page::campaign_page};
 use seatrial_app::turning::TurningLimits;
@@ -225,9 +225,9 @@ fn models_of(campaign: &Campaign) -> Option<Models> {
 
 /// Gains, margins and turning limits of each model.
 fn points(models: &Models, damping_ratio: f64) -> Result<Vec<OperatingPoint>, Error> {
-    let wanted = Wanted {
+    let wanted = LoopRequirements {
         damping_ratio,
-        ..Wanted::default()
+        ..LoopRequirements::default()
     };
     let limits = TurningLimits::of(models, HEADING_CHANGE_RAD, None, None)?;
     let with_gain = wanted
@@ -338,11 +338,11 @@ fn at_speed(models: &Models, speed_m_s: f64, damping_ratio: f64) -> Result<Opera
     let mut here = models.clone();
     here.points = vec![ModelPoint::exact(*found.value())];
     let limits = TurningLimits::of(&here, HEADING_CHANGE_RAD, None, None)?;
-    let wanted = Wanted {
+    let wanted = LoopRequirements {
         damping_ratio,
         at: Some((ScheduleKey::Speed, speed_m_s)),
         beyond: Beyond::Extrapolate,
-        ..Wanted::default()
+        ..LoopRequirements::default()
     };
     let gain = wanted.gains(models).map(|gains| gains.at);
     let no_gain = gain.as_ref().err().map(Error::to_string);

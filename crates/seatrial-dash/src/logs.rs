@@ -10,7 +10,7 @@ use seatrial_app::documents::IdentificationDocument;
 use seatrial_app::identify_log::{IdentifiedLog as Found, identify_opened};
 use seatrial_app::log_page::page;
 use seatrial_app::log_reading::LogReading;
-use seatrial_app::logs::{OpenedLog, Unobserved, open};
+use seatrial_app::logs::{NoObserver, OpenedLog, open};
 use seatrial_app::series::series_of;
 use seatrial_logs::{Quantity, TrackFormat};
 use tempfile::NamedTempFile;
@@ -25,10 +25,10 @@ fn found(log: &Path, reading: LogReading, trace: bool) -> Result<Found, Refusal>
     options.settings.trace = trace;
     let opened = options
         .windows
-        .open(log, &options.reading, &mut Unobserved)
+        .open(log, &options.reading, &mut NoObserver)
         .and_then(|mut logs| {
             logs.log.path = name.clone().into();
-            identify_opened(logs, &options, &mut Unobserved)
+            identify_opened(logs, &options, &mut NoObserver)
         });
     opened.map_err(|error| refused(log, &name, &error))
 }
@@ -63,7 +63,7 @@ fn opened(log: &Path, reading: LogReading) -> Result<OpenedLog, Refusal> {
     let name = reading.name().to_owned();
     let settings = reading.settings().map_err(unreadable)?;
     let opened =
-        open(log, &settings, None, &mut Unobserved).map_err(|error| refused(log, &name, &error))?;
+        open(log, &settings, None, &mut NoObserver).map_err(|error| refused(log, &name, &error))?;
     Ok(OpenedLog {
         path: name.into(),
         ..opened

@@ -8,7 +8,7 @@ use seatrial::identification::{Reader, Refined};
 use seatrial::{Campaign, Step};
 use seatrial_app::advice;
 use seatrial_app::conduct::Watch;
-use seatrial_app::trials::order::{Begun, View};
+use seatrial_app::trials::order::{CampaignStart, View};
 use seatrial_core::Trial;
 
 use crate::api::TrialState;
@@ -119,7 +119,7 @@ impl Drop for TrialPlace {
 }
 
 impl View for TrialPlace {
-    fn begun(&mut self, begun: &Begun) {
+    fn begun(&mut self, begun: &CampaignStart) {
         if let Some(running) = self.slot.running().as_mut() {
             running.campaign = Some(begun.campaign.0);
         }
@@ -160,7 +160,7 @@ impl Watch for TrialPlace {
 
 impl TrialState {
     /// A trial that has just begun.
-    pub(crate) fn of(begun: &Begun) -> Self {
+    pub(crate) fn of(begun: &CampaignStart) -> Self {
         let about = &begun.about;
         Self {
             campaign: begun.campaign.0,

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use seatrial::preview::Budget;
 use seatrial_app::trials::order::{
-    self, NotAgain, NotBegun, Order, Sinks, UnderWay, VehicleError, plan_that_repeats,
+    self, Order, OrderError, RepeatError, Sinks, TrialUnderWay, VehicleError, plan_that_repeats,
     plan_to_go_on, previewed,
 };
 use seatrial_app::trials::simulator::{Scenario, Simulator};
@@ -224,7 +224,7 @@ fn begin(
     faulty: Option<&Simulator>,
     order: Order,
     shown: TrialPlace,
-) -> Result<UnderWay, Refusal> {
+) -> Result<TrialUnderWay, Refusal> {
     let vehicle = match faulty {
         Some(simulator) => simulator,
         None => shared.vehicle(vehicle)?,
@@ -273,25 +273,25 @@ fn check(wanted: &TrialOrder, is_simulated: bool) -> Result<(), Refusal> {
     Ok(())
 }
 
-impl From<NotAgain> for Refusal {
-    fn from(error: NotAgain) -> Self {
+impl From<RepeatError> for Refusal {
+    fn from(error: RepeatError) -> Self {
         let code = match error {
-            NotAgain::Plan(_) => "plan_refused",
-            NotAgain::NoSuchThrust { .. } => "no_such_thrust",
-            NotAgain::NothingLeft { .. } => "nothing_left",
+            RepeatError::Plan(_) => "plan_refused",
+            RepeatError::NoSuchThrust { .. } => "no_such_thrust",
+            RepeatError::NothingLeft { .. } => "nothing_left",
         };
         Self::unprocessable(code, error)
     }
 }
 
-impl From<NotBegun> for Refusal {
-    fn from(error: NotBegun) -> Self {
+impl From<OrderError> for Refusal {
+    fn from(error: OrderError) -> Self {
         match error {
-            NotBegun::Plan(_) => Self::unprocessable("plan_refused", error),
-            NotBegun::PlanText(_) => Self::internal(error),
-            NotBegun::Vehicle(VehicleError::Internal(_)) => Self::internal(error),
-            NotBegun::Vehicle(_) => Self::unprocessable("vehicle_refused", error),
-            NotBegun::Logbook(error) => error.into(),
+            OrderError::Plan(_) => Self::unprocessable("plan_refused", error),
+            OrderError::PlanText(_) => Self::internal(error),
+            OrderError::Vehicle(VehicleError::Internal(_)) => Self::internal(error),
+            OrderError::Vehicle(_) => Self::unprocessable("vehicle_refused", error),
+            OrderError::Logbook(error) => error.into(),
         }
     }
 }

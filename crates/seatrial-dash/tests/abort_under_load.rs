@@ -15,7 +15,7 @@ use rustix::thread::gettid;
 use seatrial::{Campaign, Run, Step};
 use seatrial_app::TrialPlan;
 use seatrial_app::conduct::{Pace, Watch, conduct};
-use seatrial_app::trials::order::{Begun, View};
+use seatrial_app::trials::order::{CampaignStart, View};
 use seatrial_core::{Plan, Trial};
 use seatrial_dash::{Server, Settings, TrialPlace};
 use seatrial_logbook::{Keeper, Logbook, NewCampaign, Recorder};
@@ -178,7 +178,7 @@ fn sail(served: &Served, folder: &Path, is_over: &AtomicBool, begun: &AtomicBool
     let recorder = Recorder::begin(logbook, &new).unwrap();
     let stop = Arc::new(AtomicBool::new(false));
     let mut shown = served.server.attach(&stop).unwrap();
-    shown.begun(&Begun {
+    shown.begun(&CampaignStart {
         campaign: recorder.campaign(),
         about: about.clone(),
         plan: TrialPlan::from(plan).checked().unwrap(),

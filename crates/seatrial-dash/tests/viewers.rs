@@ -12,8 +12,8 @@ use rustix::time::{ClockId, clock_gettime};
 use seatrial::identification::Refined;
 use seatrial::{Campaign, Run, Step};
 use seatrial_app::TrialPlan;
-use seatrial_app::conduct::{Conducted, Pace, Watch, conduct};
-use seatrial_app::trials::order::{Begun, View};
+use seatrial_app::conduct::{Pace, TrialResult, Watch, conduct};
+use seatrial_app::trials::order::{CampaignStart, View};
 use seatrial_core::{Action, Plan, Sample, Trial, Vehicle};
 use seatrial_dash::{Server, Settings, TrialPlace};
 use seatrial_logbook::{Keeper, Logbook, NewCampaign, Recorder};
@@ -226,7 +226,7 @@ fn trial(viewers: usize, measured: &mut Measured) {
     let recorder = Recorder::begin(Logbook::open(&logbook).unwrap(), &new).unwrap();
     let stop = Arc::new(AtomicBool::new(false));
     let mut shown = server.attach(&stop).unwrap();
-    shown.begun(&Begun {
+    shown.begun(&CampaignStart {
         campaign: recorder.campaign(),
         about: about.clone(),
         plan: TrialPlan::from(plan).checked().unwrap(),
@@ -249,7 +249,7 @@ fn trial(viewers: usize, measured: &mut Measured) {
         pace: Pace::new(FASTER),
         after_command: Times::default(),
     };
-    let Conducted { campaign, .. } = conduct(&mut vehicle, plan, about, &mut watched).unwrap();
+    let TrialResult { campaign, .. } = conduct(&mut vehicle, plan, about, &mut watched).unwrap();
     assert!(campaign.runs.len() >= 5 && !stop.load(Ordering::Relaxed));
     watched.shown.ended(&campaign, &[]);
     for messages in reading.join().unwrap() {

@@ -3,9 +3,9 @@
 use seatrial::Campaign;
 use seatrial::sea_trials::ship_manoeuvres::Index;
 use seatrial_app::models::Models;
-use seatrial_app::ship_trials::{DRAWS, Wanted, figures, predicted};
+use seatrial_app::ship_trials::{DRAWS, ManoeuvreRequest, figures, predicted};
 use seatrial_app::trials::estimator_study::Subject;
-use seatrial_app::vehicle_file::Stated;
+use seatrial_app::vehicle_file::VehicleOverrides;
 use seatrial_app::workers::Workers;
 use seatrial_cli::output::Failure;
 use seatrial_cli::table::Table;
@@ -123,8 +123,8 @@ impl ManoeuvreStudy {
             ..campaign(subject, &subject.config, plan, seed)?
         };
         let models = Models::of_trial(subject.vehicle.clone(), &campaign).ok()?;
-        let identified = Stated::default().vehicle(&models).ok()?;
-        let wanted = Wanted {
+        let identified = VehicleOverrides::default().vehicle(&models).ok()?;
+        let wanted = ManoeuvreRequest {
             thrust: Some(self.thrust),
             length_m: None,
             draws: DRAWS,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use seatrial::campaign::Campaign;
-use seatrial_app::conduct::{Unwatched, conduct};
+use seatrial_app::conduct::{NoWatch, conduct};
 use seatrial_core::{AbortReason, List, Outcome, Plan, YawModel};
 use seatrial_links::ros2_vehicle::{
     Actuator, CommandType, Demand, Description, Diagnosis, Enable, Feedback, FeedbackType, Frame,
@@ -294,7 +294,7 @@ fn taken(mishap: Mishap, at_s: f64) -> RosVehicle<Sea> {
 #[test]
 fn recover_the_model_of_a_vehicle_on_ros_2() {
     let mut vehicle = taken(Mishap::None, 1e9);
-    let conducted = conduct(&mut vehicle, plan(), about(), &mut Unwatched).unwrap();
+    let conducted = conduct(&mut vehicle, plan(), about(), &mut NoWatch).unwrap();
     assert_eq!(conducted.fault, None);
     let campaign = conducted.campaign;
     assert_eq!(campaign.outcome, Some(Outcome::Finished));
@@ -324,7 +324,7 @@ fn io_every_mishap_ends_in_a_hand_back() {
             let mut vehicle = taken(mishap, 1e9);
             let begin_s = vehicle.graph().now_s;
             vehicle.graph().at_s = begin_s + after_s;
-            let conducted = conduct(&mut vehicle, plan(), about(), &mut Unwatched).unwrap();
+            let conducted = conduct(&mut vehicle, plan(), about(), &mut NoWatch).unwrap();
             let outcome = conducted.campaign.outcome;
             let kept: usize = conducted
                 .campaign

@@ -7,8 +7,10 @@ use seatrial::identification::Reader;
 use seatrial_app::compare_log::compare_log;
 use seatrial_app::logs::open;
 use seatrial_app::trials::campaign_models::{ComparedModels, compared_models, open_named};
-use seatrial_app::trials::health::{Comparison, Criteria, Missions, Watched, change, reference};
-use seatrial_app::validate_log::{Given, validate_log};
+use seatrial_app::trials::health::{
+    Comparison, Criteria, Missions, WatchDocument, change, reference,
+};
+use seatrial_app::validate_log::{ModelInput, validate_log};
 use seatrial_app::{Error, Inspection, advice};
 use serde_json::Value;
 
@@ -57,11 +59,11 @@ pub fn validate(
 ) -> PyResult<Document> {
     let settings = reading.settings(py)?;
     let given = match source.theta() {
-        Some(model) => Given::Numbers(model),
-        None => Given::Models(Box::new(source.models(py)?)),
+        Some(model) => ModelInput::Numbers(model),
+        None => ModelInput::Models(Box::new(source.models(py)?)),
     };
     let mut warned = Warned::default();
-    if let Given::Models(models) = &given {
+    if let ModelInput::Models(models) = &given {
         warned
             .0
             .extend(models.cautions.iter().chain(&models.rejected).cloned());
@@ -108,7 +110,11 @@ pub fn health(
                 let (log, window) = open_named(name, &settings, &mut warned)?;
                 watched.read(name, &log, window)?;
             }
-            document(&Watched::of(&source, watched.logs(), &watched.report()))
+            document(&WatchDocument::of(
+                &source,
+                watched.logs(),
+                &watched.report(),
+            ))
         }),
     };
     let found = found.map_err(|error| failed(py, &error))?;

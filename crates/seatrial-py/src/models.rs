@@ -8,14 +8,14 @@ use seatrial::gains::export::VehicleType;
 use seatrial::identification::Reader;
 use seatrial_app::advice;
 use seatrial_app::file_form::FileForm;
-use seatrial_app::gains::Wanted;
+use seatrial_app::gains::LoopRequirements;
 use seatrial_app::gains_export::{Format, GainsFile, check_usable};
 use seatrial_app::models::{Models, of_document, of_document_text, of_schedule_file};
 use seatrial_app::outputs::{OutputError, Outputs};
 use seatrial_app::trials::campaign_models::of_campaign;
 use seatrial_app::turning::{MeasuredUTurn, TurningLimits};
 use seatrial_app::vehicle_export::{self, Form};
-use seatrial_app::vehicle_file::Stated;
+use seatrial_app::vehicle_file::VehicleOverrides;
 use seatrial_core::YawModel;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 
@@ -84,13 +84,13 @@ pub struct ModelArguments {
 }
 
 impl ModelArguments {
-    fn wanted(&self, py: Python<'_>) -> PyResult<Wanted> {
+    fn wanted(&self, py: Python<'_>) -> PyResult<LoopRequirements> {
         if self.at_speed_m_s.is_some() && self.at_thrust.is_some() {
             return Err(usage(py, "at_speed_m_s and at_thrust: give one of them"));
         }
         let thrust = self.at_thrust.map(|thrust| (ScheduleKey::Thrust, thrust));
         let speed = self.at_speed_m_s.map(|speed| (ScheduleKey::Speed, speed));
-        Ok(Wanted {
+        Ok(LoopRequirements {
             damping_ratio: self.damping_ratio,
             delay_s: self.delay_s,
             interval_s: self.interval_s,
@@ -103,7 +103,7 @@ impl ModelArguments {
     }
 
     /// The models with what is asked of their loop.
-    fn models(&self, py: Python<'_>, source: &Source) -> PyResult<(Wanted, Models)> {
+    fn models(&self, py: Python<'_>, source: &Source) -> PyResult<(LoopRequirements, Models)> {
         let wanted = self.wanted(py)?;
         let models = source
             .models(py)?
@@ -220,7 +220,7 @@ pub fn export_vehicle(
     let no_form = || usage(py, format!("to={to:?}: no such form"));
     let form = Form::named(to).ok_or_else(no_form)?;
     let models = source.models(py)?;
-    let stated = Stated {
+    let stated = VehicleOverrides {
         name: said.name,
         full_rudder_rad: said.full_rudder_rad,
         lag_s: said.lag_s,

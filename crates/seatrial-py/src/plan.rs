@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use seatrial::preview::parse_target;
-use seatrial_app::trials::expectation::Stated;
-use seatrial_app::trials::plan::{Changes, Expected, Wanted, plan_trial};
+use seatrial_app::trials::expectation::PriorOverrides;
+use seatrial_app::trials::plan::{Changes, ExpectedVehicle, PreviewRequest, plan_trial};
 
 use crate::models::Source;
 use crate::{Document, answer, error, failed, json, usage};
@@ -62,7 +62,7 @@ pub fn plan(
             return Err(usage(py, format!("{name}: expected a number above 0")));
         }
     }
-    let wanted = Wanted {
+    let wanted = PreviewRequest {
         target: target(asked.target.as_ref())?,
         comparison: asked.compare,
         adopt: None,
@@ -81,13 +81,13 @@ pub fn plan(
         servo_s: [asked.rudder_delay_s, asked.rudder_lag_s],
         max_repeats: asked.repeats,
     };
-    let expected = Expected {
+    let expected = ExpectedVehicle {
         vehicle: believed.vehicle,
         models: believed
             .models
             .map(|source| source.models(py))
             .transpose()?,
-        stated: Stated {
+        stated: PriorOverrides {
             noise_rad: believed.noise_rad,
             disturbance: believed.disturbance,
             hold_gain: believed.hold_gain,

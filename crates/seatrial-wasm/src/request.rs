@@ -9,7 +9,7 @@ use seatrial::words::shortened;
 use seatrial_app::advice::{self, addressed};
 use seatrial_app::identify_log::{IdentifiedLog, identify_log};
 use seatrial_app::log_reading::LogReading;
-use seatrial_app::logs::{OpenedLog, Unobserved, open};
+use seatrial_app::logs::{NoObserver, OpenedLog, open};
 use seatrial_app::model_request::{ModelFile, ModelRequest};
 use seatrial_app::models::{Models, of_document_text};
 use seatrial_app::series::series_of;
@@ -212,7 +212,7 @@ fn identified(log: &str, reading: LogReading, files: &FileMap) -> Result<Value, 
 fn opened(log: &str, reading: LogReading, files: &FileMap) -> Result<OpenedLog, Error> {
     let mut settings = reading.settings()?;
     settings.held = files.clone();
-    open(Path::new(log), &settings, None, &mut Unobserved)
+    open(Path::new(log), &settings, None, &mut NoObserver)
 }
 
 fn inspected(log: &str, reading: LogReading, files: &FileMap) -> Result<Value, Error> {

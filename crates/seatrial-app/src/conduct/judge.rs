@@ -17,7 +17,7 @@ use crate::TrialPlan;
 pub(super) enum Judge {
     /// On a thread of its own.
     Beside {
-        finished: Sender<Finished>,
+        finished: Sender<FinishedRun>,
         judged: Receiver<thread::Result<Run>>,
         waiting: usize,
     },
@@ -25,7 +25,7 @@ pub(super) enum Judge {
     AtOnce(VecDeque<Run>),
 }
 
-pub(super) struct Finished {
+pub(super) struct FinishedRun {
     run: OpenRun,
     time_s: f64,
     result: RunResult<f64>,
@@ -41,10 +41,10 @@ impl Judge {
         if judging == Judging::ByTrial {
             return Self::AtOnce(VecDeque::new());
         }
-        let (finished, to_judge) = channel::<Finished>();
+        let (finished, to_judge) = channel::<FinishedRun>();
         let (tell, judged) = channel();
         scope.spawn(move || {
-            for Finished {
+            for FinishedRun {
                 run,
                 time_s,
                 result,
@@ -70,7 +70,7 @@ impl Judge {
             Self::Beside {
                 finished, waiting, ..
             } => {
-                let run = Finished {
+                let run = FinishedRun {
                     run,
                     time_s,
                     result,

@@ -2,7 +2,7 @@
 //!
 //! ```
 //! use seatrial::Campaign;
-//! use seatrial_app::conduct::{Unwatched, conduct};
+//! use seatrial_app::conduct::{NoWatch, conduct};
 //! use seatrial_core::{List, Plan};
 //! use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 //!
@@ -13,7 +13,7 @@
 //!     ..Plan::paper()
 //! };
 //! let about = Campaign::of("my boat", &plan);
-//! let campaign = conduct(&mut vehicle, plan, about, &mut Unwatched)?.campaign;
+//! let campaign = conduct(&mut vehicle, plan, about, &mut NoWatch)?.campaign;
 //! for run in campaign.accepted_runs() {
 //!     println!("{}: {:?}", run.thrust, run.identification.as_ref().map(|found| found.model()));
 //! }
@@ -91,13 +91,13 @@ impl Pace {
 
 /// An observer that ignores everything.
 #[derive(Clone, Copy, Debug)]
-pub struct Unwatched;
+pub struct NoWatch;
 
-impl Watch for Unwatched {}
+impl Watch for NoWatch {}
 
 /// What came of a trial.
 #[derive(Debug)]
-pub struct Conducted<E> {
+pub struct TrialResult<E> {
     /// Every run.
     pub campaign: Campaign,
     /// What the vehicle's link reported when it was lost.
@@ -127,13 +127,13 @@ pub enum Judging {
 ///
 /// # Errors
 /// The first setting of the plan that is out of its range. Whatever happens to the vehicle is a value:
-/// [`Campaign::outcome`] and [`Conducted::fault`].
+/// [`Campaign::outcome`] and [`TrialResult::fault`].
 pub fn conduct<V: Vehicle<f64> + ?Sized>(
     vehicle: &mut V,
     plan: impl Into<TrialPlan>,
     about: Campaign,
     watch: &mut dyn Watch,
-) -> Result<Conducted<V::Error>, InvalidSetting> {
+) -> Result<TrialResult<V::Error>, InvalidSetting> {
     let plan = plan.into().checked()?;
     Ok(conduct_judging(
         vehicle,
@@ -151,7 +151,7 @@ pub fn conduct_judging<V: Vehicle<f64> + ?Sized>(
     about: Campaign,
     watch: &mut dyn Watch,
     judging: Judging,
-) -> Conducted<V::Error> {
+) -> TrialResult<V::Error> {
     std::thread::scope(|scope| {
         let runs = Runs {
             campaign: about,
@@ -188,7 +188,7 @@ impl Runs<'_> {
         mut self,
         mut trial: Trial<f64>,
         vehicle: &mut V,
-    ) -> Conducted<V::Error> {
+    ) -> TrialResult<V::Error> {
         let mut fault = None;
         let mut is_handed_back = false;
         loop {
@@ -236,7 +236,7 @@ impl Runs<'_> {
             self.end(run.stopped(last_s, outcome));
         }
         self.campaign.outcome = trial.outcome();
-        Conducted {
+        TrialResult {
             campaign: self.campaign,
             fault,
         }

@@ -151,7 +151,7 @@ impl<'a> Queue<'a> {
 /// The error row of what failed or panicked.
 fn failure<T>(
     source: &Source,
-    result: Result<Result<T, seatrial_logs::ReadError>, Panicked>,
+    result: Result<Result<T, seatrial_logs::ReadError>, Panic>,
 ) -> Result<T, Box<Row>> {
     match result {
         Ok(Ok(value)) => Ok(value),
@@ -161,9 +161,9 @@ fn failure<T>(
 }
 
 /// A panic, by its message.
-struct Panicked(String);
+struct Panic(String);
 
-fn panicked(source: &Source, Panicked(message): &Panicked) -> Row {
+fn panicked(source: &Source, Panic(message): &Panic) -> Row {
     let mut row = log::blank(source);
     let path = source.path.display();
     row.failed(
@@ -174,11 +174,11 @@ fn panicked(source: &Source, Panicked(message): &Panicked) -> Row {
 }
 
 /// What `work` gives, or its panic.
-fn caught<T>(work: impl FnOnce() -> T) -> Result<T, Panicked> {
+fn caught<T>(work: impl FnOnce() -> T) -> Result<T, Panic> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|panic: Box<dyn Any + Send>| {
         let text = panic.downcast_ref::<String>().map(String::as_str);
         let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
-        Panicked(text.unwrap_or("no message").to_owned())
+        Panic(text.unwrap_or("no message").to_owned())
     })
 }
 
@@ -206,7 +206,7 @@ pub fn work_on(source: &Source, options: &Options) -> Vec<Entry> {
 }
 
 /// What the workers share besides the queue.
-struct Kept {
+struct JobState {
     journal: Journal,
     progress: Progress,
     failure: Option<JournalError>,
@@ -221,7 +221,7 @@ impl Job {
         watch: impl Fn(&Progress) -> ControlFlow<()> + Sync,
     ) -> Result<Option<Summary>, JournalError> {
         let journal = Journal::open(&self.out, &self.sources, &self.options, self.resume)?;
-        let kept = Mutex::new(Kept {
+        let kept = Mutex::new(JobState {
             journal,
             progress: Progress {
                 bytes: self.sources.iter().map(|source| source.bytes).sum(),
@@ -247,7 +247,7 @@ impl Job {
     fn worker(
         &self,
         queue: &Mutex<Queue>,
-        kept: &Mutex<Kept>,
+        kept: &Mutex<JobState>,
         watch: &impl Fn(&Progress) -> ControlFlow<()>,
     ) {
         loop {

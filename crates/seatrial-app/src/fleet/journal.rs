@@ -16,7 +16,7 @@ use super::log::Options;
 use super::objects::{self, ObjectError, is_object};
 use super::table::TableWriter;
 use super::{Row, Source, earlier};
-use crate::outputs::{OutputError, Outputs, Planned};
+use crate::outputs::{OutputError, OutputKind, Outputs};
 
 /// After so long what was written goes to the disk, so that a power failure costs no more than that.
 const SYNC_EVERY: Duration = Duration::from_secs(5);
@@ -210,7 +210,7 @@ impl Journal {
         let outputs = Outputs::of(named);
         let stored = objects::earlier(out)?;
         let earlier = stored.as_ref().map_or(out, |copy| copy.path());
-        let checked = outputs.check_for(earlier, Planned::Results);
+        let checked = outputs.check_for(earlier, OutputKind::Results);
         checked.map_err(|error| error.of(out))?;
         outputs.check(&path)?;
         let file = locked(&path, resume)?;

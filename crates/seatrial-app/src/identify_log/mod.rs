@@ -17,7 +17,7 @@ use seatrial_core::Axis;
 use seatrial_logs::Quantity;
 
 use crate::Error;
-use crate::logs::{Observer, OpenedLog, ReadSettings, Unobserved};
+use crate::logs::{NoObserver, Observer, OpenedLog, ReadSettings};
 
 pub use speeds::{SpeedModel, foremost, identify_speeds};
 use speeds::{identify_proposals, share_over_speed, whole_verdict};
@@ -65,7 +65,7 @@ pub struct IdentifiedLog {
 /// A log that cannot be read, a column or unit that it does not have, or a window without samples; each error says where, what was
 /// found and what to do.
 pub fn identify_log(path: &Path, options: &Options) -> Result<IdentifiedLog, Error> {
-    identify_log_observed(path, options, &mut Unobserved)
+    identify_log_observed(path, options, &mut NoObserver)
 }
 
 /// [`identify_log`], telling an observer what is found on the way.
@@ -155,7 +155,7 @@ fn naming_another_rudder(mut verdict: Verdict, log: &OpenedLog) -> Verdict {
 
 /// May a model of this log be used, as `identify` without windows says it of the manoeuvres that were found?
 pub fn verdict_of(log: &OpenedLog, proposals: Vec<Proposal>) -> Result<Verdict, Error> {
-    let found = models_of(log, &Options::default(), Some(proposals), &mut Unobserved)?;
+    let found = models_of(log, &Options::default(), Some(proposals), &mut NoObserver)?;
     Ok(found.verdict)
 }
 

@@ -78,9 +78,9 @@ pub trait Observer {
 
 /// Takes no reports.
 #[derive(Clone, Copy, Debug)]
-pub struct Unobserved;
+pub struct NoObserver;
 
-impl Observer for Unobserved {}
+impl Observer for NoObserver {}
 
 /// A log in memory, and where it came from.
 #[derive(Clone, Debug)]

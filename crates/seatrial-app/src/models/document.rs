@@ -12,7 +12,7 @@ use seatrial_core::{Nomoto, RudderUnit, SchedulePoint, YawModel};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-use super::stated::{Stated, StatedVerdict};
+use super::statement::{ModelStatement, StatedVerdict};
 use super::{ModelPoint, Models, TrialOrigin, given, limit_or_default, place, read_text};
 use crate::{Error, IdentifiedLog};
 
@@ -372,14 +372,18 @@ impl StoredIdentification {
     }
 
     /// Holds what is stated of the model against itself; `is_accepted` by a verdict and by no operator.
-    fn check(&self, surge_speed_m_s: Option<f64>, is_accepted: bool) -> Result<Stated, NoModel> {
+    fn check(
+        &self,
+        surge_speed_m_s: Option<f64>,
+        is_accepted: bool,
+    ) -> Result<ModelStatement, NoModel> {
         let refined = self.refined.as_ref();
         let online = self.online.as_ref();
         let timing = self.loop_timing;
         let [of_heading, of_sea] =
             refined.map_or([None; 2], |r| [r.heading_noise_rad, r.disturbance_rad_s2]);
         let of_turn = self.steady_turn().map(|turn| turn.log_gain[1]);
-        let stated = Stated {
+        let stated = ModelStatement {
             theta: self.model()?.theta(),
             intervals: refined.map_or_else(Default::default, StoredRefined::intervals),
             gain_a22_per_s: (self.higher_order.as_ref())
@@ -419,7 +423,7 @@ impl StoredIdentification {
         &self,
         thrust: Option<f64>,
         surge_speed_m_s: Option<f64>,
-        stated: &Stated,
+        stated: &ModelStatement,
     ) -> Result<ModelPoint, NoModel> {
         let refined = self.refined.as_ref();
         let model = self.model()?;

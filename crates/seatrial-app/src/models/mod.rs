@@ -1,10 +1,10 @@
 //! Where a model or a schedule of models comes from: numbers, a schedule file, a document, a campaign.
 
 mod document;
-mod exported;
 mod of_record;
 mod schedule_file;
-mod stated;
+mod statement;
+mod tuning;
 
 use std::path::Path;
 
@@ -18,8 +18,8 @@ use serde::{Deserialize, Serialize};
 use crate::Error;
 
 pub use document::{of_document, of_document_alone, of_document_text};
-pub use exported::Tuned;
 pub use schedule_file::{SCHEDULE_FILE_HELP, of_schedule_file, write_schedule_file};
+pub use tuning::TuningPoint;
 
 /// The rudder limit where nobody gives one: the paper's, rad.
 const DEFAULT_RUDDER_LIMIT_RAD: f64 = 0.26;

@@ -9,7 +9,7 @@ use seatrial_core::schedule::CAPACITY;
 use seatrial_core::{RudderUnit, SchedulePoint, YawModel};
 use serde::{Deserialize, Serialize};
 
-use super::stated::Stated;
+use super::statement::ModelStatement;
 use super::{ModelPoint, Models, given, limit_or_default, read_text};
 use crate::Error;
 use crate::documents::Source;
@@ -97,8 +97,8 @@ impl ScheduleFilePoint {
         })
     }
 
-    fn stated(&self) -> Stated {
-        Stated {
+    fn stated(&self) -> ModelStatement {
+        ModelStatement {
             theta: self.model().theta(),
             intervals: [self.a22_interval_95_per_s, None, None],
             covariance: self.covariance,
@@ -107,7 +107,7 @@ impl ScheduleFilePoint {
                 ("delay_s", self.delay_s),
                 ("sample_interval_s", self.sample_interval_s),
             ],
-            ..Stated::default()
+            ..ModelStatement::default()
         }
     }
 

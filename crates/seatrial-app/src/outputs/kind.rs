@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 
-use super::Planned;
+use super::OutputKind;
 
 /// Bytes at the beginning of a file that say what it is.
 const HEAD: u64 = 4096;
@@ -52,12 +52,12 @@ pub(super) fn is_replaced(there: &Path, new: &Path) -> bool {
 }
 
 /// Is nothing there, or an output of this kind?
-pub(super) fn is_planned(there: &Path, planned: Planned) -> bool {
+pub(super) fn is_planned(there: &Path, planned: OutputKind) -> bool {
     let head = head_of(there);
     head.is_empty()
         || match planned {
-            Planned::Page => marked(&head).as_deref() == Some(PAGE),
-            Planned::Results => is_results(there),
+            OutputKind::Page => marked(&head).as_deref() == Some(PAGE),
+            OutputKind::Results => is_results(there),
         }
 }
 

@@ -41,7 +41,7 @@ pub struct Outputs {
 
 /// The kind of an output that hours of work may come before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Planned {
+pub enum OutputKind {
     /// A page.
     Page,
     /// A table of the results of many logs.
@@ -81,7 +81,7 @@ impl OutputError {
 
 /// What a file holds that is not written over.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kept {
+enum ProtectedFile {
     Logbook,
     Log,
     Backup,
@@ -110,11 +110,11 @@ impl Outputs {
     ///
     /// # Errors
     /// As [`check`](Self::check), and where the earlier output is of another kind.
-    pub fn check_for(&self, path: &Path, planned: Planned) -> Result<(), OutputError> {
+    pub fn check_for(&self, path: &Path, planned: OutputKind) -> Result<(), OutputError> {
         self.check(path)?;
         match kind::is_planned(path, planned) {
             true => Ok(()),
-            false => Err(Kept::Foreign.refused(path)),
+            false => Err(ProtectedFile::Foreign.refused(path)),
         }
     }
 
@@ -133,9 +133,11 @@ impl Outputs {
         path: &Path,
         write: impl FnOnce(&mut File) -> io::Result<()>,
     ) -> Result<(), OutputError> {
-        let kept = self.kept(path)?.filter(|kept| *kept != Kept::Foreign);
-        if let Some(Kept::Logbook) = kept {
-            return Err(Kept::Logbook.refused(path));
+        let kept = self
+            .kept(path)?
+            .filter(|kept| *kept != ProtectedFile::Foreign);
+        if let Some(ProtectedFile::Logbook) = kept {
+            return Err(ProtectedFile::Logbook.refused(path));
         }
         let not_saved = |error| not_saved(path, error);
         if let Some(mut device) = device(path).map_err(not_saved)? {
@@ -145,7 +147,7 @@ impl Outputs {
         let mut beside = beside(&place).map_err(not_saved)?;
         write(beside.as_file_mut()).map_err(not_saved)?;
         let is_replaced = kind::is_replaced(&place, beside.path());
-        let kept = kept.or_else(|| (!is_replaced).then_some(Kept::Foreign));
+        let kept = kept.or_else(|| (!is_replaced).then_some(ProtectedFile::Foreign));
         match kept {
             Some(_) if has_same_bytes(beside.path(), &place).map_err(not_saved)? => Ok(()),
             Some(kept) => Err(kept.refused(path)),
@@ -160,7 +162,7 @@ impl Outputs {
     pub fn grow(&self, path: &Path) -> Result<File, OutputError> {
         self.check(path)?;
         if !kind::head_of(path).is_empty() {
-            return Err(Kept::Foreign.refused(path));
+            return Err(ProtectedFile::Foreign.refused(path));
         }
         let begin = || match device(path)? {
             Some(device) => Ok(device),
@@ -172,7 +174,7 @@ impl Outputs {
         begin().map_err(|error| not_saved(path, error))
     }
 
-    fn kept(&self, path: &Path) -> Result<Option<Kept>, OutputError> {
+    fn kept(&self, path: &Path) -> Result<Option<ProtectedFile>, OutputError> {
         let here = self.named.iter().filter(|named| is_same(named, path));
         if here.count() > 1 {
             return Err(OutputError::Refused {
@@ -225,7 +227,7 @@ fn not_saved(path: &Path, error: io::Error) -> OutputError {
     }
 }
 
-impl Kept {
+impl ProtectedFile {
     fn refused(self, path: &Path) -> OutputError {
         OutputError::Refused {
             path: path.into(),
@@ -245,21 +247,21 @@ impl Kept {
     }
 }
 
-fn kept_at(path: &Path) -> Option<Kept> {
+fn kept_at(path: &Path) -> Option<ProtectedFile> {
     let name = path.to_str().unwrap_or_default();
     let logbook = BESIDE_A_LOGBOOK
         .iter()
         .find_map(|ending| name.strip_suffix(ending));
     if logbook.is_some_and(|logbook| is_database(Path::new(logbook))) || is_database(path) {
-        return Some(Kept::Logbook);
+        return Some(ProtectedFile::Logbook);
     }
     let is_file = fs::metadata(path).is_ok_and(|about| about.is_file());
     if is_file && place_of(path).to_string_lossy().ends_with(BACKUP) {
-        return Some(Kept::Backup);
+        return Some(ProtectedFile::Backup);
     }
     match is_file && !kind::head_of(path).is_empty() {
-        true if seatrial_logs::is_log(path) => Some(Kept::Log),
-        true if !kind::is_output(path) => Some(Kept::Foreign),
+        true if seatrial_logs::is_log(path) => Some(ProtectedFile::Log),
+        true if !kind::is_output(path) => Some(ProtectedFile::Foreign),
         _ => None,
     }
 }

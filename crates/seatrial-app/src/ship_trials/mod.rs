@@ -1,6 +1,6 @@
 //! The standard manoeuvres of ships, predicted from a vehicle with intervals, and read from a log.
 
-mod conducted;
+mod manoeuvres;
 mod own_error;
 mod read;
 
@@ -13,7 +13,7 @@ use seatrial_core::{Sample, Side};
 use seatrial_sim::IdentifiedVehicle;
 
 use crate::Error;
-use conducted::Conducted;
+use manoeuvres::SimulatedManoeuvres;
 pub use own_error::OwnError;
 
 /// Draws of the vehicle for the intervals where nobody says how many.
@@ -23,7 +23,7 @@ const SHARE_OF_DRAWS: f64 = 0.95;
 
 /// What is wanted of the manoeuvres.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wanted {
+pub struct ManoeuvreRequest {
     /// Thrust as a fraction of full; the fastest of the vehicle without.
     pub thrust: Option<f64>,
     /// Length between perpendiculars, m, for the criteria of the IMO.
@@ -40,10 +40,10 @@ pub struct Wanted {
 
 /// Every figure of a vehicle at a thrust, by its equations, without intervals.
 pub fn figures(vehicle: &IdentifiedVehicle, thrust: f64) -> Vec<Index> {
-    Conducted::of(vehicle, thrust, None).indices()
+    SimulatedManoeuvres::of(vehicle, thrust, None).indices()
 }
 
-impl Wanted {
+impl ManoeuvreRequest {
     fn check(&self) -> Result<(), Error> {
         let refused = |what: String| Err(Error::Setting(what));
         match (self.thrust, self.length_m) {
@@ -66,7 +66,10 @@ impl Wanted {
 
 /// Predicts the manoeuvres of a vehicle. Each interval holds 95 % of the figures of vehicles that are drawn from the covariance of its
 /// model; lag, speed and what a turn costs are taken as exact.
-pub fn predicted(vehicle: &IdentifiedVehicle, wanted: &Wanted) -> Result<ShipManoeuvres, Error> {
+pub fn predicted(
+    vehicle: &IdentifiedVehicle,
+    wanted: &ManoeuvreRequest,
+) -> Result<ShipManoeuvres, Error> {
     wanted.check()?;
     let thrust = wanted.thrust.unwrap_or(vehicle.fastest_thrust());
     let a22_per_s = vehicle.plant(thrust).truth(thrust).model.a22_per_s;
@@ -78,7 +81,7 @@ pub fn predicted(vehicle: &IdentifiedVehicle, wanted: &Wanted) -> Result<ShipMan
             100.0 * thrust
         )));
     }
-    let conducted = Conducted::of(vehicle, thrust, wanted.zig_zag_rad);
+    let conducted = SimulatedManoeuvres::of(vehicle, thrust, wanted.zig_zag_rad);
     if wanted.zig_zag_rad.is_some() && conducted.modified.is_none() {
         return Err(Error::Rejected(format!(
             "{}: it cannot make the zig-zag that is wanted: the rudder's limit is {} deg",
@@ -112,7 +115,12 @@ pub fn predicted(vehicle: &IdentifiedVehicle, wanted: &Wanted) -> Result<ShipMan
 }
 
 /// The 2.5 and 97.5 % points of the figures of drawn vehicles.
-fn add_intervals(indices: &mut [Index], vehicle: &IdentifiedVehicle, thrust: f64, wanted: &Wanted) {
+fn add_intervals(
+    indices: &mut [Index],
+    vehicle: &IdentifiedVehicle,
+    thrust: f64,
+    wanted: &ManoeuvreRequest,
+) {
     if vehicle
         .speeds
         .iter()
@@ -123,7 +131,7 @@ fn add_intervals(indices: &mut [Index], vehicle: &IdentifiedVehicle, thrust: f64
     let drawn: Vec<Vec<Index>> = (0..wanted.draws)
         .map(|k| {
             let drawn = vehicle.drawn(wanted.seed.wrapping_add(k));
-            Conducted::of(&drawn, thrust, wanted.zig_zag_rad).indices()
+            SimulatedManoeuvres::of(&drawn, thrust, wanted.zig_zag_rad).indices()
         })
         .collect();
     for index in indices {
@@ -200,7 +208,7 @@ pub fn of_record(
     length_m: Option<f64>,
     kind: Option<Kind>,
 ) -> Result<ShipManoeuvres, Error> {
-    let wanted = Wanted {
+    let wanted = ManoeuvreRequest {
         thrust: None,
         length_m,
         draws: 0,

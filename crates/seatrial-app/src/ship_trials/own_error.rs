@@ -19,7 +19,7 @@ use seatrial::sea_trials::ship_manoeuvres::{Index, Kind, Recorded, recorded};
 use seatrial_core::Sample;
 use seatrial_sim::IdentifiedVehicle;
 
-use super::conducted::same_zig_zag;
+use super::manoeuvres::same_zig_zag;
 use crate::Error;
 
 /// 97.5 % points of Student's distribution, of 1 degree of freedom on.

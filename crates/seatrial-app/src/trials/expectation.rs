@@ -20,7 +20,7 @@ const LEAST_NOISE_RAD: f64 = 1e-6;
 
 /// What is said of a vehicle besides its models. Absent: what the source knows, or a default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Stated {
+pub struct PriorOverrides {
     /// Standard deviation of the compass, rad.
     pub noise_rad: Option<f64>,
     /// Yaw acceleration that is not the rudder's: standard deviation, rad/s^2, and time constant, s.
@@ -31,7 +31,7 @@ pub struct Stated {
     pub heading_rad: Option<f64>,
 }
 
-impl Stated {
+impl PriorOverrides {
     /// Puts what is said in place of what is believed.
     pub fn apply(&self, prior: &mut Prior) -> Result<(), Error> {
         prior.heading_rad = self.heading_rad.unwrap_or(prior.heading_rad);

@@ -226,7 +226,7 @@ impl<'a> Comparison<'a> {
 
 /// `health --watch --json`.
 #[derive(Debug, Serialize)]
-pub struct Watched<'a> {
+pub struct WatchDocument<'a> {
     schema: &'static str,
     kind: &'static str,
     reference: Origin<'a>,
@@ -235,7 +235,7 @@ pub struct Watched<'a> {
     report: &'a WatchReport,
 }
 
-impl<'a> Watched<'a> {
+impl<'a> WatchDocument<'a> {
     /// The document of what was found in missions.
     pub fn of(reference: &'a ComparedModels, logs: &'a [Source], report: &'a WatchReport) -> Self {
         Self {

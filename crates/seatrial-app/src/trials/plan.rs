@@ -13,9 +13,9 @@ use serde::Serialize;
 
 use crate::Error;
 use crate::models::Models;
-use crate::trials::expectation::Stated;
+use crate::trials::expectation::PriorOverrides;
 use crate::trials::simulator;
-use crate::trials::surge_step::{SurgeStated, add_surge_step};
+use crate::trials::surge_step::{SurgeOverrides, add_surge_step};
 use crate::{CheckedPlan, TrialPlan, load_plan};
 
 /// The vehicle that is expected where nobody names one.
@@ -107,13 +107,13 @@ fn checked(plan: TrialPlan) -> Result<CheckedPlan, Error> {
 
 /// What vehicle is expected: models, else a simulated vehicle by name, else [`DEFAULT_VEHICLE`].
 #[derive(Clone, Debug, Default)]
-pub struct Expected {
+pub struct ExpectedVehicle {
     /// A simulated vehicle.
     pub vehicle: Option<String>,
     /// Models that are known of it.
     pub models: Option<Models>,
     /// What is said of it besides.
-    pub stated: Stated,
+    pub stated: PriorOverrides,
 }
 
 /// What is believed of a vehicle, where that comes from, and what to know about it.
@@ -133,7 +133,7 @@ impl Belief {
     }
 }
 
-impl Expected {
+impl ExpectedVehicle {
     /// The default vehicle has the time constant that the plan was made for, s.
     fn belief(&self, plan: &Plan<f64>, time_constant_s: Option<f64>) -> Result<Belief, Error> {
         let name = self.vehicle.as_deref().unwrap_or(DEFAULT_VEHICLE);
@@ -159,13 +159,13 @@ impl Expected {
     }
 }
 
-impl Expected {
+impl ExpectedVehicle {
     /// Adds the run to the plan that makes the surge identifiable, where it takes one.
     fn with_surge(
         &self,
         plan: &mut TrialPlan,
         prior: &mut Prior,
-        stated: &SurgeStated,
+        stated: &SurgeOverrides,
         time_constant_s: Option<f64>,
     ) -> Result<SurgeStep, Error> {
         let name = self.vehicle.as_deref().unwrap_or(DEFAULT_VEHICLE);
@@ -225,7 +225,7 @@ pub struct Recommendations {
 
 /// What to see of a plan besides its preview.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Wanted {
+pub struct PreviewRequest {
     /// Recommend doublets whose 95 % intervals are this narrow.
     pub target: Option<Target>,
     /// Compare manoeuvres of the training's amplitude and duration.
@@ -233,7 +233,7 @@ pub struct Wanted {
     /// Train with this manoeuvre instead of the plan's.
     pub adopt: Option<Adopt>,
     /// Add the cheapest run that makes the surge identifiable, where the plan does not.
-    pub surge: Option<SurgeStated>,
+    pub surge: Option<SurgeOverrides>,
 }
 
 /// A manoeuvre that a plan may take over.
@@ -294,8 +294,8 @@ impl Recommendations {
 /// that there is not.
 pub fn plan_trial(
     changes: &Changes,
-    expected: &Expected,
-    wanted: Wanted,
+    expected: &ExpectedVehicle,
+    wanted: PreviewRequest,
 ) -> Result<PlannedTrial, Error> {
     if wanted.adopt == Some(Adopt::Recommended) && wanted.target.is_none() {
         return Err(Error::Setting(

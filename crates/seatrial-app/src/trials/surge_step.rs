@@ -17,7 +17,7 @@ const LEAST_NOISE_M_S: f64 = 1e-6;
 
 /// What is said of a vehicle's surge. Absent: what the simulated vehicle has, or a default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SurgeStated {
+pub struct SurgeOverrides {
     /// Time constant of the speed after a change of thrust, s.
     pub time_constant_s: Option<f64>,
     /// Noise of the speed, m/s.
@@ -29,7 +29,7 @@ pub struct SurgeStated {
 pub(crate) fn add_surge_step(
     plan: &mut TrialPlan,
     prior: &mut Prior,
-    stated: &SurgeStated,
+    stated: &SurgeOverrides,
     simulator: Option<&str>,
     speed_at: &dyn Fn(f64) -> Option<PriorSpeed>,
 ) -> Result<SurgeStep, Error> {

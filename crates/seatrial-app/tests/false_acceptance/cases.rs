@@ -11,7 +11,7 @@ use seatrial::identify::{
 };
 use seatrial::verdict::judge_validation;
 use seatrial::{Record, Window};
-use seatrial_app::conduct::{Unwatched, conduct};
+use seatrial_app::conduct::{NoWatch, conduct};
 use seatrial_core::{Action, List, Plan, Sample, Stage, Steering, Vehicle, YawModel};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
@@ -117,7 +117,7 @@ fn trial(config: VehicleConfig, plan: Plan<f64>, limit_rad: f64, seed: u64) -> C
         seed: Some(seed),
         ..Campaign::of("sim", &plan)
     };
-    conduct(&mut vehicle, plan, about, &mut Unwatched)
+    conduct(&mut vehicle, plan, about, &mut NoWatch)
         .unwrap()
         .campaign
 }

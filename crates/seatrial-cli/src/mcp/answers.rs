@@ -6,12 +6,12 @@ use seatrial::identification::Outcome;
 use seatrial_app::assist::{ReportedLog, ReportedReason, ReportedTrial, ReportedVerdict};
 use seatrial_app::compare_log::compare_log;
 use seatrial_app::identify_log::{Options, Windows, identify_log};
-use seatrial_app::logs::{ReadSettings, Unobserved, open, servo_of};
+use seatrial_app::logs::{NoObserver, ReadSettings, open, servo_of};
 use seatrial_app::models::of_document;
 use seatrial_app::trials::campaign_models::compared_models;
 use seatrial_app::trials::health::{Comparison, Criteria, change, reference};
 use seatrial_app::trials::order::rehearse;
-use seatrial_app::trials::plan::{Changes, Expected, Wanted, plan_trial};
+use seatrial_app::trials::plan::{Changes, ExpectedVehicle, PreviewRequest, plan_trial};
 use seatrial_app::trials::simulator;
 use seatrial_app::{Error, Inspection};
 use seatrial_core::{List, Plan};
@@ -101,7 +101,7 @@ impl LogQuestion {
 
 /// What is in a log.
 pub fn inspect(asked: &LogQuestion) -> Answer {
-    let opened = open(&asked.log, &asked.reading()?, None, &mut Unobserved).map_err(words)?;
+    let opened = open(&asked.log, &asked.reading()?, None, &mut NoObserver).map_err(words)?;
     let found = Inspection::of(&opened);
     let outcome = found.verdict.outcome();
     let cause = found.verdict.cause().map_or("", |cause| &cause.text);
@@ -130,7 +130,7 @@ pub fn compare(asked: &LogQuestion) -> Answer {
         &options.windows,
         &options.reading,
         None,
-        &mut Unobserved,
+        &mut NoObserver,
     );
     let compared = compared.map_err(words)?;
     let identified = identify_log(&asked.log, &options).map_err(words)?;
@@ -159,7 +159,7 @@ pub fn health(asked: &HealthQuestion) -> Answer {
     let logbook = asked.logbook.clone();
     let logbook = logbook.unwrap_or_else(|| "seatrial.db".into());
     let reading = ReadSettings::default();
-    let models = |name: &str| compared_models(name, &logbook, &reading, &mut Unobserved);
+    let models = |name: &str| compared_models(name, &logbook, &reading, &mut NoObserver);
     let was = models(&asked.reference).map_err(words)?;
     let now = models(&asked.now).map_err(words)?;
     let criteria = Criteria {
@@ -198,10 +198,10 @@ pub fn plan(asked: &PlanQuestion) -> Answer {
     let target = asked.target.as_deref().map(seatrial::preview::parse_target);
     let target = target.transpose().map_err(|error| error.to_string())?;
     let models = asked.model.as_ref().map(|path| of_document(path, None));
-    let expected = Expected {
+    let expected = ExpectedVehicle {
         vehicle: asked.vehicle.clone(),
         models: models.transpose().map_err(words)?,
-        ..Expected::default()
+        ..ExpectedVehicle::default()
     };
     let changes = Changes {
         file: asked.file.clone(),
@@ -211,9 +211,9 @@ pub fn plan(asked: &PlanQuestion) -> Answer {
         time_constant_s: asked.time_constant_s,
         ..Changes::default()
     };
-    let wanted = Wanted {
+    let wanted = PreviewRequest {
         target,
-        ..Wanted::default()
+        ..PreviewRequest::default()
     };
     let found = plan_trial(&changes, &expected, wanted).map_err(words)?;
     let toml = toml::to_string_pretty(&found.plan).map_err(|error| error.to_string())?;

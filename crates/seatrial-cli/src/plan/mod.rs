@@ -5,8 +5,8 @@ mod text;
 use std::path::PathBuf;
 
 use seatrial::preview::{Preview, Target, parse_target};
-use seatrial_app::trials::plan::{Adopt, Changes, Wanted, plan_trial};
-use seatrial_app::trials::surge_step::SurgeStated;
+use seatrial_app::trials::plan::{Adopt, Changes, PreviewRequest, plan_trial};
+use seatrial_app::trials::surge_step::SurgeOverrides;
 
 use crate::choice::one_of;
 use crate::output::{Exit, Failure, Output, OutputPath, say};
@@ -125,11 +125,11 @@ Examples:
 
 /// Prints or writes the plan.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
-    let wanted = Wanted {
+    let wanted = PreviewRequest {
         target: args.target,
         comparison: args.compare,
         adopt: args.adopt,
-        surge: args.surge.then_some(SurgeStated {
+        surge: args.surge.then_some(SurgeOverrides {
             time_constant_s: args.surge_time_constant,
             noise_m_s: args.speed_noise,
         }),

@@ -16,7 +16,7 @@ use seatrial_app::trials::campaign_models::promised;
 use seatrial_app::trials::campaign_page::page;
 use seatrial_app::trials::next;
 use seatrial_app::trials::order;
-use seatrial_app::trials::order::{Ended, NotBegun, Order, Sinks};
+use seatrial_app::trials::order::{Order, OrderError, OrderResult, Sinks};
 use seatrial_app::trials::recording::Recording;
 use seatrial_app::trials::simulator::{slow_name, time_constant_of};
 use seatrial_app::{CheckedPlan, TrialPlan, load_plan};
@@ -156,7 +156,7 @@ impl Args {
         }
         plan.stop_when = self.stop_when.or(plan.stop_when);
         let plan = plan.behind_servo(self.servo.rudder_delay, self.servo.rudder_lag)?;
-        Ok(plan.checked().map_err(NotBegun::Plan)?)
+        Ok(plan.checked().map_err(OrderError::Plan)?)
     }
 
     /// The vehicle that is named, else a simulated one that is as slow as the plan is for.
@@ -231,8 +231,13 @@ fn conduct(args: &Args, times_faster: Option<f64>, output: &Output) -> Result<Ex
 }
 
 /// Writes the report, says what could not be saved, and prints the campaign.
-fn finish(args: &Args, plan: TrialPlan, ended: Ended, output: &Output) -> Result<Exit, Failure> {
-    let Ended {
+fn finish(
+    args: &Args,
+    plan: TrialPlan,
+    ended: OrderResult,
+    output: &Output,
+) -> Result<Exit, Failure> {
+    let OrderResult {
         number,
         mut campaign,
         is_kept,

@@ -6,7 +6,7 @@ use seatrial::campaign::{Run, Stage};
 use seatrial::identification::Refined;
 use seatrial::{Campaign, Step};
 use seatrial_app::conduct::Watch;
-use seatrial_app::trials::order::{Begun, View};
+use seatrial_app::trials::order::{CampaignStart, View};
 use seatrial_core::{AbortReason, Sample, Trial};
 
 use super::text::run_line;
@@ -152,7 +152,7 @@ fn short(limit: AbortReason) -> &'static str {
 
 impl View for Terminal {
     /// Not before: until then the operator may be asked to agree.
-    fn begun(&mut self, _: &Begun) {
+    fn begun(&mut self, _: &CampaignStart) {
         self.live = Live::start();
     }
 

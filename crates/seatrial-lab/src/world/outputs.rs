@@ -10,7 +10,7 @@ use seatrial_sim::{FirstOrderVehicle, SimulatedConfig};
 use crate::faults::Rehearsal;
 use crate::observer::Instant;
 use seatrial_app::Error;
-use seatrial_app::conduct::{Judging, Unwatched};
+use seatrial_app::conduct::{Judging, NoWatch};
 
 use super::drawn::World;
 use super::ending::Ending;
@@ -61,7 +61,7 @@ pub fn play(world: &World, ending: &mut Ending) -> Result<(), Error> {
     let mut sea = Sea::new(vehicle, profile, weather, None, world.chance.clone())?;
     sea.boat = boat(vehicle, profile, world.seed)?;
     let mut autopilot = Autopilot::new(sea, settings(), None);
-    let trial = conducted(&mut autopilot, world, Judging::Whole, &mut Unwatched)?;
+    let trial = conducted(&mut autopilot, world, Judging::Whole, &mut NoWatch)?;
     ending.outcome = "not_taken".into();
     ending.samples = autopilot.wire().sent;
     let Some(campaign) = trial.campaign else {

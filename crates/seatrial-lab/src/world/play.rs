@@ -8,7 +8,7 @@ use crate::faults::{Rehearsal, Why};
 use crate::observer::{Observer, Shared};
 use seatrial::Step;
 use seatrial::campaign::{Campaign, Run};
-use seatrial_app::conduct::{Conducted, Judging, Watch, conduct_judging};
+use seatrial_app::conduct::{Judging, TrialResult, Watch, conduct_judging};
 use seatrial_app::{Error, TrialPlan};
 use seatrial_core::{Outcome, Steering, Trial};
 use seatrial_sim::faults::LinkLost;
@@ -89,7 +89,7 @@ fn on_vehicle(world: &World, ending: &mut Ending) -> Result<(), Error> {
     };
     let checked = TrialPlan::from(plan).checked();
     let checked = checked.map_err(|error| setting(&error))?;
-    let Conducted { campaign, fault } =
+    let TrialResult { campaign, fault } =
         conduct_judging(&mut observer, &checked, about, &mut witness, judging);
     ending.take(&campaign);
     (ending.samples, ending.digest) = (observer.samples, observer.digest());

@@ -3,7 +3,7 @@
 use seatrial::campaign::{Campaign, FullRudder};
 use seatrial::gains::export::{Parameter, VehicleType, ardupilot, px4};
 use seatrial_app::conduct::conduct;
-use seatrial_app::models::{Models, Tuned};
+use seatrial_app::models::{Models, TuningPoint};
 use seatrial_core::{Excitation, Plan};
 use seatrial_links::autopilot::Settings;
 
@@ -49,7 +49,7 @@ fn parameters(
     export: fn(&seatrial::gains::export::OperatingPoint, VehicleType) -> Vec<Parameter>,
     vehicle: VehicleType,
 ) -> Vec<Parameter> {
-    let tuned = Tuned::from(models.points.last().unwrap());
+    let tuned = TuningPoint::from(models.points.last().unwrap());
     let point = models.operating_point(&tuned, std::f64::consts::FRAC_1_SQRT_2);
     export(&point.unwrap(), vehicle)
 }
@@ -103,7 +103,7 @@ fn exact_limits_beyond_the_trial_say_so() {
             limit.value
         );
     }
-    let tuned = Tuned::from(found.points.last().unwrap());
+    let tuned = TuningPoint::from(found.points.last().unwrap());
     let point = found.operating_point(&tuned, 0.7).unwrap();
     let file = ardupilot::param_file(&point, VehicleType::Surface);
     assert!(

@@ -1,7 +1,7 @@
 //! Forged messages, by a second autopilot and under the vehicle's own name; garbage by the kilobyte; every kind of autopilot.
 
 use seatrial::campaign::Run;
-use seatrial_app::conduct::{Conducted, conduct};
+use seatrial_app::conduct::{TrialResult, conduct};
 use seatrial_core::{AbortReason, Outcome};
 use seatrial_links::autopilot::{Autopilot, Profile, Settings, Speaker, SteeringOutputs, Stop};
 use seatrial_links::link::message::{Heartbeat, ServoOutputRaw};
@@ -114,7 +114,7 @@ fn trial(
     profile: Profile,
     is_signed: bool,
     forge: impl FnMut(f64) -> Vec<u8> + 'static,
-) -> (Conducted<Stop>, Autopilot<Tapped>) {
+) -> (TrialResult<Stop>, Autopilot<Tapped>) {
     let key = || is_signed.then(|| Signing::new(Key::new([7; 32]), 0, 1.8e9));
     let mut sea = Sea::new(calm(), Weather::default(), 1);
     let vehicle = FirstOrderVehicle::new(calm(), 1).unwrap();
@@ -154,7 +154,7 @@ fn forged_outputs() -> Vec<u8> {
 }
 
 /// Accepted runs whose a22 or b2 is beyond two half widths of its interval from the truth.
-fn wrong_models(conducted: &Conducted<Stop>) -> usize {
+fn wrong_models(conducted: &TrialResult<Stop>) -> usize {
     let [a22_per_s, b2_per_s2] = truth(&calm());
     let is_wrong = |run: &&Run| {
         let found = run.identification.as_ref();

@@ -12,7 +12,7 @@ mod stations;
 
 use seatrial::Step;
 use seatrial::campaign::Campaign;
-use seatrial_app::conduct::{Conducted, Watch, conduct};
+use seatrial_app::conduct::{TrialResult, Watch, conduct};
 use seatrial_core::{List, Plan, Trial};
 use seatrial_links::autopilot::{Autopilot, Backup, Settings, Stop};
 use seatrial_links::handover::Check;
@@ -95,7 +95,7 @@ fn taken_with(sea: Sea, settings: Settings) -> (Autopilot<Sea>, Backup) {
     (autopilot, kept.unwrap())
 }
 
-fn run(autopilot: &mut Autopilot<Sea>, witness: &mut Witness) -> Conducted<Stop> {
+fn run(autopilot: &mut Autopilot<Sea>, witness: &mut Witness) -> TrialResult<Stop> {
     conduct(autopilot, plan(), about(), witness).unwrap()
 }
 

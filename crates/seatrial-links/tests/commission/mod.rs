@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex};
 use seatrial::gains::commission::NoProposal;
 use seatrial_app::models::{ModelPoint, Models};
 use seatrial_app::trials::commission::{
-    Commissioned, Control, Ending, GainedVehicle, Lost, Order, Proposal, conduct, propose,
+    CommissionResult, Control, ControlLoss, Ending, GainsLease, Order, Proposal, conduct, propose,
 };
 use seatrial_core::{CascadeSettings, Envelope, Sample, SchedulePoint, Vehicle, YawModel};
 use seatrial_links::autopilot::{
@@ -161,12 +161,12 @@ impl OnSea {
         propose(point, FULL_RUDDER_RAD, &control, 30_f64.to_radians())
     }
 
-    fn commission(&mut self, point: &ModelPoint) -> Commissioned {
+    fn commission(&mut self, point: &ModelPoint) -> CommissionResult {
         let proposal = self.proposal(point);
         self.carry_out(&proposal)
     }
 
-    fn carry_out(&mut self, proposal: &Proposal) -> Commissioned {
+    fn carry_out(&mut self, proposal: &Proposal) -> CommissionResult {
         let abort = Arc::clone(&self.abort);
         let stage = Arc::clone(&self.stage);
         let order = Order {
@@ -194,8 +194,8 @@ impl OnSea {
         assert!(is_alive, "the process is gone");
     }
 
-    fn lost(&self, why: String) -> Lost {
-        Lost {
+    fn lost(&self, why: String) -> ControlLoss {
+        ControlLoss {
             reason: self.autopilot.ended_for(),
             why,
         }
@@ -210,8 +210,8 @@ impl OnSea {
     }
 }
 
-impl GainedVehicle for OnSea {
-    fn next_sample(&mut self) -> Result<Sample<f64>, Lost> {
+impl GainsLease for OnSea {
+    fn next_sample(&mut self) -> Result<Sample<f64>, ControlLoss> {
         self.pass(None);
         match self.autopilot.next_sample() {
             Ok(Some(sample)) => Ok(Sample {
@@ -228,7 +228,7 @@ impl GainedVehicle for OnSea {
         self.autopilot.steer_to(heading_rad, drive);
     }
 
-    fn write(&mut self, settings: &CascadeSettings<f64>) -> Result<(), Lost> {
+    fn write(&mut self, settings: &CascadeSettings<f64>) -> Result<(), ControlLoss> {
         for (name, value) in cascade::writes(&self.now, settings) {
             self.pass(None);
             let is_written = self.autopilot.write_parameter(name, value);
@@ -243,7 +243,7 @@ impl GainedVehicle for OnSea {
         Ok(())
     }
 
-    fn keep(&mut self) -> Result<String, Lost> {
+    fn keep(&mut self) -> Result<String, ControlLoss> {
         self.undo = Some(self.autopilot.gains_before());
         self.restore = self.autopilot.keep_gains();
         Ok("restore".into())
@@ -262,7 +262,7 @@ impl GainedVehicle for OnSea {
 }
 
 /// The new gains are kept, and do what was foreseen.
-fn assert_kept_as_foreseen(found: &Commissioned) {
+fn assert_kept_as_foreseen(found: &CommissionResult) {
     assert!(
         matches!(found.ending, Ending::Kept { .. }),
         "{}",

@@ -1,6 +1,6 @@
 //! How commissions end under ArduSub.
 
-use seatrial_app::trials::commission::{Ending, GainedVehicle};
+use seatrial_app::trials::commission::{Ending, GainsLease};
 use seatrial_core::YawModel;
 
 use super::{OnSea, assert_kept_as_foreseen, assert_undone, changed, truth, under_water};

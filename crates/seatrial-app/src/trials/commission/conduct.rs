@@ -9,7 +9,9 @@ use seatrial::gains::commission::{
 use seatrial_core::{AbortReason, Envelope};
 
 use super::step_run::{Patience, StepRecord, StepRun};
-use super::{Commissioned, Ending, GainedVehicle, Lost, Proposal, check_text, response_text};
+use super::{
+    CommissionResult, ControlLoss, Ending, GainsLease, Proposal, check_text, response_text,
+};
 
 /// The first step with new gains, rad.
 const SMALL_STEP_RAD: f64 = 0.14;
@@ -29,8 +31,12 @@ pub type Progress<'a> = &'a mut dyn FnMut(&str);
 
 /// Tries the old settings, writes the new ones, tries them, keeps them or puts the old ones back; then hands the vehicle back,
 /// whatever happened.
-pub fn conduct(vehicle: &mut dyn GainedVehicle, order: &Order, progress: Progress) -> Commissioned {
-    let mut found = Commissioned {
+pub fn conduct(
+    vehicle: &mut dyn GainsLease,
+    order: &Order,
+    progress: Progress,
+) -> CommissionResult {
+    let mut found = CommissionResult {
         ending: Ending::Refused,
         not_put_back: None,
         model_check: None,
@@ -57,7 +63,7 @@ pub fn conduct(vehicle: &mut dyn GainedVehicle, order: &Order, progress: Progres
 }
 
 struct Commission<'a> {
-    vehicle: &'a mut dyn GainedVehicle,
+    vehicle: &'a mut dyn GainsLease,
     order: &'a Order<'a>,
     progress: Progress<'a>,
     /// The heading from which the steps go, rad.
@@ -65,7 +71,7 @@ struct Commission<'a> {
 }
 
 impl Commission<'_> {
-    fn run(&mut self, found: &mut Commissioned) -> Result<Ending, Lost> {
+    fn run(&mut self, found: &mut CommissionResult) -> Result<Ending, ControlLoss> {
         let proposal = self.order.proposal;
         let old = self.steps(&proposal.test, proposal.old_patience(), "old gains")?;
         let (step_rad, smoothing_s) = (proposal.test.step_rad, proposal.smoothing_s);
@@ -109,12 +115,12 @@ impl Commission<'_> {
     /// Steps with the new gains, repeated where a wave may have spoilt them, beside those with the old ones.
     fn judged(
         &mut self,
-        found: &mut Commissioned,
+        found: &mut CommissionResult,
         (stage, test): (Stage, &StepTest),
         old: &StepRecord,
         foreseen: &Foreseen,
         repeats: &mut usize,
-    ) -> Result<Judgement, Lost> {
+    ) -> Result<Judgement, ControlLoss> {
         let proposal = self.order.proposal;
         let name = match stage {
             Stage::Small => "new gains, small step",
@@ -160,7 +166,7 @@ impl Commission<'_> {
         test: &StepTest,
         patience: Patience,
         name: &str,
-    ) -> Result<StepRecord, Lost> {
+    ) -> Result<StepRecord, ControlLoss> {
         let proposal = self.order.proposal;
         (self.progress)(&format!(
             "{name}: steps of {:.0} degrees, {:.0} s each",
@@ -197,7 +203,7 @@ impl Commission<'_> {
     }
 
     /// Refuses steps at another speed than the model's.
-    fn at_speed(&self, record: StepRecord) -> Result<StepRecord, Lost> {
+    fn at_speed(&self, record: StepRecord) -> Result<StepRecord, ControlLoss> {
         let proposal = self.order.proposal;
         let wanted = proposal.model.surge_speed_m_s;
         let Some((wanted, kept)) = wanted.zip(record.surge_speed_m_s) else {
@@ -214,7 +220,7 @@ impl Commission<'_> {
                 "the same thrust goes at another speed now; run a trial on the vehicle as it is"
             }
         };
-        Err(Lost {
+        Err(ControlLoss {
             reason: Some(AbortReason::SpeedDrift),
             why: format!(
                 "the vehicle went at {kept:.2} m/s where the model is of {wanted:.2} m/s: {advice}"
@@ -229,8 +235,8 @@ impl Commission<'_> {
     }
 }
 
-fn ended_for(reason: AbortReason) -> Lost {
-    Lost {
+fn ended_for(reason: AbortReason) -> ControlLoss {
+    ControlLoss {
         reason: Some(reason),
         why: reason.to_string(),
     }

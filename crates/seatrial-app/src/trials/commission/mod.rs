@@ -9,9 +9,9 @@
 //! The vehicle is always handed back with the gains that it was found with, unless the new ones were proven.
 
 mod conduct;
+mod contact;
 mod own_loop;
 mod proposal;
-mod reached;
 mod step_run;
 
 use seatrial::gains::commission::{Against, Foreseen, ModelCheck, Response};
@@ -19,25 +19,27 @@ use seatrial_core::{AbortReason, CascadeSettings, Sample, SchedulePoint};
 use serde::Serialize;
 
 pub use conduct::{Order, Progress, conduct};
+pub use contact::{
+    AutopilotContact, GainsVehicle, Request, RestoreFile, RestoreResult, check_step, models_for,
+};
 pub use own_loop::{OwnLoop, OwnProposal, OwnSpeed, propose_own};
 pub use proposal::{Control, Proposal, model_at, propose};
-pub use reached::{GainsVehicle, Kept, PutBackDone, Reached, Request, check_step, models_for};
 pub use seatrial_links::autopilot::PutBack;
-pub use step_run::{Patience, StepRecord, StepRun, Wanted};
+pub use step_run::{Patience, StepDemand, StepRecord, StepRun};
 
 /// A vehicle whose autopilot steers to headings by itself, taken for a commission.
-pub trait GainedVehicle {
+pub trait GainsLease {
     /// The next sample; its rudder is the steering output in fractions of full.
-    fn next_sample(&mut self) -> Result<Sample<f64>, Lost>;
+    fn next_sample(&mut self) -> Result<Sample<f64>, ControlLoss>;
 
     /// Asks for a heading at the speed or the thrust of a model.
     fn steer_to(&mut self, heading_rad: f64, model: &SchedulePoint<f64>);
 
     /// Writes settings and reads them back.
-    fn write(&mut self, settings: &CascadeSettings<f64>) -> Result<(), Lost>;
+    fn write(&mut self, settings: &CascadeSettings<f64>) -> Result<(), ControlLoss>;
 
     /// The settings that are in stay when the vehicle is handed back. How to undo that.
-    fn keep(&mut self) -> Result<String, Lost>;
+    fn keep(&mut self) -> Result<String, ControlLoss>;
 
     /// Hands the vehicle back; what could not be put back, and what to do.
     fn hand_back(&mut self) -> Option<String>;
@@ -46,7 +48,7 @@ pub trait GainedVehicle {
 /// Why a vehicle is ours no longer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{why}")]
-pub struct Lost {
+pub struct ControlLoss {
     /// As a trial knows it, where it does.
     pub reason: Option<AbortReason>,
     /// In words.
@@ -82,7 +84,7 @@ pub enum Ending {
 
 /// Everything that a commission found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Commissioned {
+pub struct CommissionResult {
     /// What became of the gains.
     pub ending: Ending,
     /// What could not be put back, and what to do.
@@ -101,7 +103,7 @@ pub struct Commissioned {
     pub new_foreseen: Option<Foreseen>,
 }
 
-impl Commissioned {
+impl CommissionResult {
     /// Which gains are in, why, and how to undo it, in one line.
     pub fn line(&self) -> String {
         match self.undo() {

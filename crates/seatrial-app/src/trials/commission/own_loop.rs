@@ -20,7 +20,7 @@ use serde::Serialize;
 
 use super::conduct::{Order, Progress, conduct};
 use super::proposal::{evidence, held_steps};
-use super::{Commissioned, Control, GainedVehicle, Lost, Proposal};
+use super::{CommissionResult, Control, ControlLoss, GainsLease, Proposal};
 use crate::Error;
 use crate::models::{ModelPoint, Models};
 use crate::trials::order::VehicleLease;
@@ -61,7 +61,7 @@ pub struct OwnSpeed {
     pub scheduled: HeadingGain<f64>,
     /// The steps: `old` is the constant gain, `new` the scheduled one.
     #[serde(flatten)]
-    pub found: Commissioned,
+    pub found: CommissionResult,
 }
 
 /// The gains of every speed, slowest first.
@@ -198,8 +198,8 @@ struct Helm<'a> {
 }
 
 impl Helm<'_> {
-    fn lost(&self, why: String) -> Lost {
-        Lost {
+    fn lost(&self, why: String) -> ControlLoss {
+        ControlLoss {
             reason: self.vehicle.ended_for().or(Some(AbortReason::LinkLost)),
             why,
         }
@@ -215,10 +215,10 @@ impl Helm<'_> {
     }
 }
 
-impl GainedVehicle for Helm<'_> {
-    fn next_sample(&mut self) -> Result<Sample<f64>, Lost> {
+impl GainsLease for Helm<'_> {
+    fn next_sample(&mut self) -> Result<Sample<f64>, ControlLoss> {
         if self.vehicle.is_taken_over() {
-            return Err(Lost {
+            return Err(ControlLoss {
                 reason: Some(AbortReason::Operator),
                 why: "the operator has taken the vehicle".into(),
             });
@@ -250,7 +250,7 @@ impl GainedVehicle for Helm<'_> {
         }
     }
 
-    fn write(&mut self, settings: &CascadeSettings<f64>) -> Result<(), Lost> {
+    fn write(&mut self, settings: &CascadeSettings<f64>) -> Result<(), ControlLoss> {
         let (new, scheduled) = self.scheduled;
         self.gain = match *settings == new {
             true => scheduled,
@@ -259,7 +259,7 @@ impl GainedVehicle for Helm<'_> {
         Ok(())
     }
 
-    fn keep(&mut self) -> Result<String, Lost> {
+    fn keep(&mut self) -> Result<String, ControlLoss> {
         Ok("steer with the constant gain again".into())
     }
 

@@ -51,7 +51,7 @@ impl Patience {
 
 /// What is wanted of the vehicle until the next sample.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Wanted {
+pub struct StepDemand {
     /// The heading, rad.
     pub heading_rad: f64,
     /// The end, where this was the last sample.
@@ -123,7 +123,7 @@ impl StepRun {
     }
 
     /// Takes a sample, its rudder in fractions of full.
-    pub fn step(&mut self, sample: &Sample<f64>) -> Wanted {
+    pub fn step(&mut self, sample: &Sample<f64>) -> StepDemand {
         let is_sound = sample.time_s > self.last_s && sample.heading_rad.is_finite();
         let silence_s = (sample.time_s - self.last_s).max(0.0);
         if self.last_s.is_finite() {
@@ -172,12 +172,12 @@ impl StepRun {
         self.wanted(ended)
     }
 
-    fn wanted(&self, ended: Option<Result<StepRecord, AbortReason>>) -> Wanted {
+    fn wanted(&self, ended: Option<Result<StepRecord, AbortReason>>) -> StepDemand {
         let away_rad = match self.phase {
             Some(Phase::Leg { leg: 0, .. }) => self.test.step_rad,
             _ => 0.0,
         };
-        Wanted {
+        StepDemand {
             heading_rad: (self.base_rad + away_rad).wrapped(),
             ended,
         }

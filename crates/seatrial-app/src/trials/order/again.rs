@@ -9,7 +9,7 @@ use crate::TrialPlan;
 
 /// Why a campaign gives no plan for another trial.
 #[derive(Debug, thiserror::Error)]
-pub enum NotAgain {
+pub enum RepeatError {
     /// Its plan cannot be read.
     #[error("the campaign's plan: {0}")]
     Plan(#[from] toml::de::Error),
@@ -30,28 +30,28 @@ pub enum NotAgain {
 }
 
 /// The plan of a campaign.
-pub fn plan_of_campaign(entry: &CampaignEntry) -> Result<TrialPlan, NotAgain> {
+pub fn plan_of_campaign(entry: &CampaignEntry) -> Result<TrialPlan, RepeatError> {
     Ok(TrialPlan::parse(&entry.plan)?)
 }
 
 /// The plan that runs one speed of a campaign again.
-pub fn plan_that_repeats(entry: &CampaignEntry, thrust: f64) -> Result<TrialPlan, NotAgain> {
+pub fn plan_that_repeats(entry: &CampaignEntry, thrust: f64) -> Result<TrialPlan, RepeatError> {
     let mut plan = plan_of_campaign(entry)?;
     if !plan.thrusts.contains(&thrust) {
         let campaign = entry.id.0;
-        return Err(NotAgain::NoSuchThrust { campaign, thrust });
+        return Err(RepeatError::NoSuchThrust { campaign, thrust });
     }
     plan.plan.thrusts = List::from_slice(&[thrust]).unwrap_or_default();
     Ok(plan)
 }
 
 /// The plan that goes on with a campaign that ended early, at the first speed that is not done.
-pub fn plan_to_go_on(entry: &CampaignEntry, runs: &[Run]) -> Result<TrialPlan, NotAgain> {
+pub fn plan_to_go_on(entry: &CampaignEntry, runs: &[Run]) -> Result<TrialPlan, RepeatError> {
     let mut plan = plan_of_campaign(entry)?;
     let thrusts = List::from_slice(speeds_left(&plan, runs)).unwrap_or_default();
     if thrusts.is_empty() {
         let campaign = entry.id.0;
-        return Err(NotAgain::NothingLeft { campaign });
+        return Err(RepeatError::NothingLeft { campaign });
     }
     plan.plan.thrusts = thrusts;
     Ok(plan)

@@ -9,10 +9,10 @@
 //! fails.
 
 mod again;
-mod borrowed;
-mod recorded;
+mod recording_thread;
+mod sink_watch;
 mod vehicle;
-mod watched;
+mod vehicle_loan;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -25,13 +25,13 @@ use seatrial_core::{InvalidSetting, Plan, Vehicle};
 use seatrial_logbook::{CampaignId, Circumstances, Logbook, NewCampaign, Recorder};
 use seatrial_logs::RowWriter;
 
-use crate::conduct::{Conducted, Judging, Pace, Unwatched, Watch, conduct, conduct_judging};
+use crate::conduct::{Judging, NoWatch, Pace, TrialResult, Watch, conduct, conduct_judging};
 use crate::trials::recording::Recording;
 use crate::{CheckedPlan, TrialPlan};
-use borrowed::Borrowed;
-use watched::Watched;
+use sink_watch::SinkWatch;
+use vehicle_loan::VehicleLoan;
 
-pub use again::{NotAgain, plan_of_campaign, plan_that_repeats, plan_to_go_on};
+pub use again::{RepeatError, plan_of_campaign, plan_that_repeats, plan_to_go_on};
 pub use seatrial_links::handover::{Change, Check, Preflight};
 pub use vehicle::{
     Terms, TrialVehicle, VehicleError, VehicleFault, VehicleLease, preflight, previewed, taken,
@@ -76,7 +76,7 @@ pub struct Sinks {
 /// A view of a trial from its entry in the logbook to its end. It cannot delay the trial.
 pub trait View: Watch {
     /// The campaign is in the logbook, and its first sample comes next.
-    fn begun(&mut self, _begun: &Begun) {}
+    fn begun(&mut self, _begun: &CampaignStart) {}
 
     /// The vehicle's link was lost, or the program failed: why the vehicle is given back.
     fn faulted(&mut self, _why: &str) {}
@@ -88,7 +88,7 @@ pub trait View: Watch {
 
 /// A campaign that begins.
 #[derive(Clone, Debug)]
-pub struct Begun {
+pub struct CampaignStart {
     /// Its number in the logbook.
     pub campaign: CampaignId,
     /// What it is of; without runs.
@@ -103,7 +103,7 @@ pub struct Begun {
 
 /// Why no trial was begun. The vehicle was not taken, or has been handed back.
 #[derive(Debug, thiserror::Error)]
-pub enum NotBegun {
+pub enum OrderError {
     /// The plan has a field that is out of range.
     #[error("the plan: {0}")]
     Plan(#[from] InvalidSetting),
@@ -119,15 +119,15 @@ pub enum NotBegun {
 }
 
 /// A trial whose vehicle was taken and whose campaign was entered.
-pub struct UnderWay {
+pub struct TrialUnderWay {
     vehicle: Box<dyn VehicleLease>,
-    begun: Begun,
-    watched: Watched,
+    begun: CampaignStart,
+    watched: SinkWatch,
 }
 
 /// What came of a trial.
 #[derive(Debug)]
-pub struct Ended {
+pub struct OrderResult {
     /// Number of its campaign in the logbook.
     pub number: CampaignId,
     /// Every run; without an outcome where a fault of the program ended it. Records and traces of runs that the
@@ -150,7 +150,7 @@ pub fn begin(
     vehicle: &dyn TrialVehicle,
     mut order: Order,
     sinks: Sinks,
-) -> Result<UnderWay, NotBegun> {
+) -> Result<TrialUnderWay, OrderError> {
     let knows_no_lag = !order.plan_is_given && order.plan.rudder_lag_s == 0.0;
     if knows_no_lag && order.plan.axis.is_yaw() {
         let rudder_lag_s = vehicle.rudder_lag_s();
@@ -191,7 +191,7 @@ pub fn begin(
     let recorder = recorder.inspect_err(|_| {
         taken.hand_back();
     })?;
-    let begun = Begun {
+    let begun = CampaignStart {
         campaign: recorder.campaign(),
         about,
         plan: order.plan,
@@ -207,10 +207,10 @@ pub fn begin(
     rows.extend(taken.rows());
     views.iter_mut().for_each(|view| view.begun(&begun));
     let pace = order.realtime_factor.map(Pace::new);
-    let watched = Watched::new(recorder, taken.is_live(), recording, rows, views)
+    let watched = SinkWatch::new(recorder, taken.is_live(), recording, rows, views)
         .paced(pace)
         .stopped_by(order.stop);
-    Ok(UnderWay {
+    Ok(TrialUnderWay {
         vehicle: taken,
         begun,
         watched,
@@ -230,20 +230,20 @@ fn entered(
     Ok(recorder)
 }
 
-impl UnderWay {
+impl TrialUnderWay {
     /// The campaign.
-    pub fn begun(&self) -> &Begun {
+    pub fn begun(&self) -> &CampaignStart {
         &self.begun
     }
 
     /// Conducts the trial to its end, whatever that is, and hands the vehicle back.
-    pub fn conduct(self) -> Ended {
+    pub fn conduct(self) -> OrderResult {
         let Self {
             vehicle,
             begun,
             mut watched,
         } = self;
-        let mut vehicle = Borrowed::new(vehicle);
+        let mut vehicle = VehicleLoan::new(vehicle);
         let about = begun.about.clone();
         let conducted = catch_unwind(AssertUnwindSafe(|| {
             let judging = Judging::Whole;
@@ -251,7 +251,7 @@ impl UnderWay {
         }));
         let not_put_back = vehicle.hand_back();
         let (campaign, fault) = match conducted {
-            Ok(Conducted { campaign, fault }) => (campaign, fault.map(|f| f.to_string())),
+            Ok(TrialResult { campaign, fault }) => (campaign, fault.map(|f| f.to_string())),
             Err(_) => (begun.about, Some("a fault of the program".into())),
         };
         let fault = fault.map(|why| format!("the vehicle was given back: {why}"));
@@ -268,12 +268,12 @@ pub fn rehearse<V: Vehicle<f64>>(
     name: &str,
     seed: u64,
     plan: Plan<f64>,
-) -> Result<Conducted<V::Error>, InvalidSetting> {
+) -> Result<TrialResult<V::Error>, InvalidSetting> {
     let about = Campaign {
         seed: Some(seed),
         ..Campaign::of(name, &plan)
     };
-    conduct(vehicle, plan, about, &mut Unwatched)
+    conduct(vehicle, plan, about, &mut NoWatch)
 }
 
 fn campaign_on(vehicle: &dyn TrialVehicle, order: &Order) -> Campaign {

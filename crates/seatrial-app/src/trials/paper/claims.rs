@@ -6,7 +6,7 @@ use super::tables::{
     RUDDER_LIMIT_RAD, Row, TABLE_II, TABLE_III, TABLE_III_ITERATIONS, TABLE_V, TABLE_V_GAINS,
     exact, printed,
 };
-use super::{Claim, Printed};
+use super::{Claim, PrintedNumber};
 
 const ZETA_OF_57: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
@@ -141,7 +141,7 @@ fn table_ii() -> Vec<Claim> {
 
 /// (51), fitted to Table II.
 fn equation_51() -> Vec<Claim> {
-    let speeds_and_b2: Vec<Printed> = TABLE_II
+    let speeds_and_b2: Vec<PrintedNumber> = TABLE_II
         .iter()
         .flat_map(|row| [row.speed(), row.b2()])
         .collect();
@@ -456,7 +456,7 @@ mod tests {
 
     #[test]
     fn exact_agreement_by_rounding() {
-        let claim = |printed_value, input: Printed| {
+        let claim = |printed_value, input: PrintedNumber| {
             Claim::new("", "", "", printed(printed_value, 1), &[input], |x| {
                 2.0 * x[0]
             })

@@ -2,7 +2,7 @@
 
 mod claims;
 mod errata;
-pub mod recreated;
+pub mod recreation;
 pub mod tables;
 
 use serde::Serialize;
@@ -12,14 +12,14 @@ pub use errata::{ERRATA, Erratum};
 
 /// A number as printed: its value and the digits after the point (negative: rounded before it).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Printed {
+pub struct PrintedNumber {
     /// The value.
     pub value: f64,
     /// Digits after the point.
     pub decimals: i32,
 }
 
-impl Printed {
+impl PrintedNumber {
     /// Half a unit of the last digit printed.
     pub fn half_unit(self) -> f64 {
         0.5 * 10_f64.powi(-self.decimals)
@@ -81,8 +81,8 @@ impl Claim {
         place: &'static str,
         quantity: impl Into<String>,
         unit: &'static str,
-        printed: Printed,
-        inputs: &[Printed],
+        printed: PrintedNumber,
+        inputs: &[PrintedNumber],
         formula: impl Fn(&[f64]) -> f64,
     ) -> Self {
         let nominal: Vec<f64> = inputs.iter().map(|input| input.value).collect();

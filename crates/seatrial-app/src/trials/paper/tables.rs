@@ -2,7 +2,7 @@
 
 use seatrial_core::YawModel;
 
-use super::Printed;
+use super::PrintedNumber;
 
 /// One row of Table II, III or V.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,38 +84,38 @@ impl Row {
         YawModel::from_theta([self.a22_per_s, self.b2_per_s2, self.c0_rad_per_s2])
     }
 
-    pub(super) fn speed(&self) -> Printed {
+    pub(super) fn speed(&self) -> PrintedNumber {
         printed(self.surge_speed_m_s, 2)
     }
 
-    pub(super) fn a22(&self) -> Printed {
+    pub(super) fn a22(&self) -> PrintedNumber {
         printed(self.a22_per_s, 2)
     }
 
-    pub(super) fn b2(&self) -> Printed {
+    pub(super) fn b2(&self) -> PrintedNumber {
         printed(self.b2_per_s2, 2)
     }
 
-    pub(super) fn c0(&self) -> Printed {
+    pub(super) fn c0(&self) -> PrintedNumber {
         printed(self.c0_rad_per_s2, 4)
     }
 
-    pub(super) fn delta0(&self) -> Printed {
+    pub(super) fn delta0(&self) -> PrintedNumber {
         printed(self.delta0_rad, 3)
     }
 
-    pub(super) fn r2(&self) -> Printed {
+    pub(super) fn r2(&self) -> PrintedNumber {
         printed(self.r2, 3)
     }
 }
 
-pub(super) const fn printed(value: f64, decimals: i32) -> Printed {
-    Printed { value, decimals }
+pub(super) const fn printed(value: f64, decimals: i32) -> PrintedNumber {
+    PrintedNumber { value, decimals }
 }
 
 /// A number that is exact: a setting, or a coefficient of a printed equation.
-pub(super) const fn exact(value: f64) -> Printed {
-    Printed {
+pub(super) const fn exact(value: f64) -> PrintedNumber {
+    PrintedNumber {
         value,
         decimals: i32::MAX,
     }

@@ -2,7 +2,7 @@
 
 pub mod ardupilot_json;
 mod attendant;
-mod gained;
+mod gains_lease;
 mod mavlink;
 mod put_back;
 mod ros2;

@@ -9,7 +9,7 @@ use seatrial_links::link::Transport;
 
 use super::mavlink::OnMavlink;
 use crate::Error;
-use crate::trials::commission::{Kept, PutBackDone};
+use crate::trials::commission::{RestoreFile, RestoreResult};
 use crate::trials::order::VehicleError;
 use crate::trials::vehicles::hand_back_text;
 
@@ -95,12 +95,12 @@ impl OnMavlink {
     }
 
     /// What could be put back: each parameter as it is and as it would be. Nothing is written.
-    pub(super) fn look_at_kept(&self, stop: &Arc<AtomicBool>) -> Result<Kept, VehicleError> {
+    pub(super) fn look_at_kept(&self, stop: &Arc<AtomicBool>) -> Result<RestoreFile, VehicleError> {
         let file = self.kept_file()?;
         let backup = read_backup(&file).map_err(VehicleError::refused)?;
         let parameters = compared(&mut self.reached(stop)?, &backup, &self.name)
             .map_err(VehicleError::refused)?;
-        Ok(Kept {
+        Ok(RestoreFile {
             file,
             parameters,
             mode: backup.mode,
@@ -112,11 +112,11 @@ impl OnMavlink {
         &self,
         file: &Path,
         stop: &Arc<AtomicBool>,
-    ) -> Result<PutBackDone, VehicleError> {
+    ) -> Result<RestoreResult, VehicleError> {
         let backup = read_backup(file).map_err(VehicleError::refused)?;
         let done = restored(&mut self.reached(stop)?, &backup, file);
         let done = done.map_err(VehicleError::refused)?;
-        Ok(PutBackDone {
+        Ok(RestoreResult {
             is_complete: done.is_complete(),
             line: hand_back_text(&done),
             parameters: done.values,

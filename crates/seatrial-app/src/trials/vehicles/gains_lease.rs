@@ -11,7 +11,7 @@ use seatrial_links::link::Transport;
 use super::mavlink::{OnMavlink, keep, left_over};
 use super::{Attendant, hand_back_text, refuse};
 use crate::trials::commission::{
-    Control, GainedVehicle, GainsVehicle, Kept, Lost, PutBackDone, Reached,
+    AutopilotContact, Control, ControlLoss, GainsLease, GainsVehicle, RestoreFile, RestoreResult,
 };
 use crate::trials::order::{Change, Preflight, VehicleError};
 
@@ -20,7 +20,7 @@ impl GainsVehicle for OnMavlink {
         &self,
         plan: &Plan<f64>,
         stop: &Arc<AtomicBool>,
-    ) -> Result<Box<dyn Reached>, VehicleError> {
+    ) -> Result<Box<dyn AutopilotContact>, VehicleError> {
         let files = Files::beside(&self.logbook);
         files.refuse_left_over(&self.name)?;
         let opened = self.options.open(&self.address, Some(plan), true, stop)?;
@@ -28,7 +28,7 @@ impl GainsVehicle for OnMavlink {
         // The link stays alive while somebody thinks and agrees.
         let autopilot = AutopilotThread::new(opened);
         let (found, control) = autopilot.autopilot().inspect_heading();
-        Ok(Box::new(ReachedAutopilot {
+        Ok(Box::new(MavlinkContact {
             autopilot,
             changes: found.changes.clone(),
             preflight: found,
@@ -41,17 +41,17 @@ impl GainsVehicle for OnMavlink {
         }))
     }
 
-    fn kept(&self, stop: &Arc<AtomicBool>) -> Result<Kept, VehicleError> {
+    fn kept(&self, stop: &Arc<AtomicBool>) -> Result<RestoreFile, VehicleError> {
         self.look_at_kept(stop)
     }
 
-    fn put_back(&self, file: &Path, stop: &Arc<AtomicBool>) -> Result<PutBackDone, VehicleError> {
+    fn put_back(&self, file: &Path, stop: &Arc<AtomicBool>) -> Result<RestoreResult, VehicleError> {
         self.put_kept_back(file, stop)
     }
 }
 
 /// An autopilot that was looked at.
-struct ReachedAutopilot {
+struct MavlinkContact {
     autopilot: AutopilotThread<Transport>,
     preflight: Preflight,
     /// Until the hand-back.
@@ -64,7 +64,7 @@ struct ReachedAutopilot {
     attendant: Arc<dyn Attendant>,
 }
 
-impl Reached for ReachedAutopilot {
+impl AutopilotContact for MavlinkContact {
     fn preflight(&self) -> &Preflight {
         &self.preflight
     }
@@ -92,11 +92,11 @@ impl Reached for ReachedAutopilot {
         changes.into_iter().flatten().collect()
     }
 
-    fn take(self: Box<Self>) -> Result<Box<dyn GainedVehicle>, VehicleError> {
+    fn take(self: Box<Self>) -> Result<Box<dyn GainsLease>, VehicleError> {
         let Some(control) = self.control else {
             return Err(VehicleError::refused("its steering gains were not read"));
         };
-        Ok(Box::new(OnHeading::take(*self, control)?))
+        Ok(Box::new(MavlinkGainsLease::take(*self, control)?))
     }
 }
 
@@ -137,7 +137,7 @@ impl Files {
 }
 
 /// A vehicle that was taken in its heading mode.
-struct OnHeading {
+struct MavlinkGainsLease {
     autopilot: AutopilotThread<Transport>,
     control: HeadingControl,
     /// What the autopilot has now.
@@ -148,9 +148,9 @@ struct OnHeading {
     attendant: Arc<dyn Attendant>,
 }
 
-impl OnHeading {
+impl MavlinkGainsLease {
     /// Takes it. Where that fails, it has been handed back.
-    fn take(reached: ReachedAutopilot, control: HeadingControl) -> Result<Self, VehicleError> {
+    fn take(reached: MavlinkContact, control: HeadingControl) -> Result<Self, VehicleError> {
         let restore = reached.files.restore.clone();
         let checks = reached
             .autopilot
@@ -175,14 +175,14 @@ impl OnHeading {
         Ok(vehicle)
     }
 
-    fn lost(&self, why: String) -> Lost {
-        Lost {
+    fn lost(&self, why: String) -> ControlLoss {
+        ControlLoss {
             reason: self.autopilot.ended_for(),
             why,
         }
     }
 
-    fn stopped(&self) -> Option<Lost> {
+    fn stopped(&self) -> Option<ControlLoss> {
         let stopped = self
             .autopilot
             .autopilot()
@@ -192,8 +192,8 @@ impl OnHeading {
     }
 }
 
-impl GainedVehicle for OnHeading {
-    fn next_sample(&mut self) -> Result<Sample<f64>, Lost> {
+impl GainsLease for MavlinkGainsLease {
+    fn next_sample(&mut self) -> Result<Sample<f64>, ControlLoss> {
         let next = self.autopilot.next_sample();
         match next {
             Ok(Some(sample)) => Ok(Sample {
@@ -210,7 +210,7 @@ impl GainedVehicle for OnHeading {
         self.autopilot.autopilot().steer_to(heading_rad, drive);
     }
 
-    fn write(&mut self, settings: &CascadeSettings<f64>) -> Result<(), Lost> {
+    fn write(&mut self, settings: &CascadeSettings<f64>) -> Result<(), ControlLoss> {
         for (name, value) in cascade::writes(&self.settings, settings) {
             let is_written = self.autopilot.autopilot().write_parameter(name, value);
             if let Some(stopped) = self.stopped() {
@@ -224,7 +224,7 @@ impl GainedVehicle for OnHeading {
         Ok(())
     }
 
-    fn keep(&mut self) -> Result<String, Lost> {
+    fn keep(&mut self) -> Result<String, ControlLoss> {
         if let Some(stopped) = self.stopped() {
             return Err(stopped);
         }

@@ -23,7 +23,7 @@ const STOPPED: f64 = 0.2;
 const SPIRAL_DEG: [f64; 3] = [5.0, 10.0, 15.0];
 
 /// What a vehicle does at a thrust.
-pub(super) struct Conducted {
+pub(super) struct SimulatedManoeuvres {
     pub surge_speed_m_s: f64,
     /// The 10/10 and the 20/20, where it can make them.
     pub zig_zags: [Option<ZigZag>; 2],
@@ -34,7 +34,7 @@ pub(super) struct Conducted {
     others: Vec<Index>,
 }
 
-impl Conducted {
+impl SimulatedManoeuvres {
     /// `modified_rad`: rudder angle and heading change of one more zig-zag, rad.
     pub fn of(vehicle: &IdentifiedVehicle, thrust: f64, modified_rad: Option<[f64; 2]>) -> Self {
         let plant = vehicle.plant(thrust);

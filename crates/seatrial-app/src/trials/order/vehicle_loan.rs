@@ -7,13 +7,13 @@ use seatrial_core::{AbortReason, Action, Sample, Vehicle};
 use super::{VehicleFault, VehicleLease};
 
 /// Hands its vehicle back with the last action of a trial, before the trial judges, keeps or shows anything of its end.
-pub(super) struct Borrowed {
+pub(super) struct VehicleLoan {
     vehicle: Box<dyn VehicleLease>,
     /// What could not be put back, once the vehicle was handed back.
     returned: Option<Option<String>>,
 }
 
-impl Borrowed {
+impl VehicleLoan {
     pub(super) fn new(vehicle: Box<dyn VehicleLease>) -> Self {
         Self {
             vehicle,
@@ -32,7 +32,7 @@ impl Borrowed {
     }
 }
 
-impl Vehicle<f64> for Borrowed {
+impl Vehicle<f64> for VehicleLoan {
     type Error = VehicleFault;
 
     fn next_sample(&mut self) -> Result<Option<Sample<f64>>, VehicleFault> {

@@ -8,7 +8,7 @@ use seatrial::FullRudder;
 use seatrial_core::{CascadeSettings, Plan, RudderUnit, SchedulePoint};
 use seatrial_links::autopilot::PutBack;
 
-use super::{Control, GainedVehicle, Proposal, model_at, propose};
+use super::{Control, GainsLease, Proposal, model_at, propose};
 use crate::Error;
 use crate::models::Models;
 use crate::trials::order::{Change, Preflight, TrialVehicle, VehicleError};
@@ -20,18 +20,18 @@ pub trait GainsVehicle: TrialVehicle {
         &self,
         plan: &Plan<f64>,
         stop: &Arc<AtomicBool>,
-    ) -> Result<Box<dyn Reached>, VehicleError>;
+    ) -> Result<Box<dyn AutopilotContact>, VehicleError>;
 
     /// What a trial or a commission has changed on it and kept: each parameter as it is and as it was. Nothing is written.
-    fn kept(&self, stop: &Arc<AtomicBool>) -> Result<Kept, VehicleError>;
+    fn kept(&self, stop: &Arc<AtomicBool>) -> Result<RestoreFile, VehicleError>;
 
     /// Puts back what this file keeps, as `seatrial vehicle restore` does.
-    fn put_back(&self, file: &Path, stop: &Arc<AtomicBool>) -> Result<PutBackDone, VehicleError>;
+    fn put_back(&self, file: &Path, stop: &Arc<AtomicBool>) -> Result<RestoreResult, VehicleError>;
 }
 
 /// What a file keeps of an autopilot.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Kept {
+pub struct RestoreFile {
     /// The file.
     pub file: PathBuf,
     /// What would be written.
@@ -42,7 +42,7 @@ pub struct Kept {
 
 /// What putting back has reached.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PutBackDone {
+pub struct RestoreResult {
     /// Is everything as it was, read back?
     pub is_complete: bool,
     /// In words.
@@ -52,7 +52,7 @@ pub struct PutBackDone {
 }
 
 /// An autopilot that was looked at and not touched.
-pub trait Reached {
+pub trait AutopilotContact {
     /// What must be so, and what is changed until the hand-back.
     fn preflight(&self) -> &Preflight;
 
@@ -66,7 +66,7 @@ pub trait Reached {
     fn changes(&self, to: &CascadeSettings<f64>) -> Vec<Change>;
 
     /// Takes it. Where this fails, it has been handed back.
-    fn take(self: Box<Self>) -> Result<Box<dyn GainedVehicle>, VehicleError>;
+    fn take(self: Box<Self>) -> Result<Box<dyn GainsLease>, VehicleError>;
 }
 
 /// What gains are wanted from and for.
@@ -113,7 +113,7 @@ impl Request {
     }
 
     /// The settings that the model gives for an autopilot.
-    pub fn proposal(&self, reached: &dyn Reached) -> Result<Proposal, Error> {
+    pub fn proposal(&self, reached: &dyn AutopilotContact) -> Result<Proposal, Error> {
         let models = &self.models;
         let point = model_at(models, self.at_speed_m_s, reached.default_speed_m_s())?;
         let control = reached.control(&point.point).ok_or_else(|| {

@@ -9,7 +9,7 @@ use crate::Error;
 
 /// The model that an autopilot without a gain schedule is tuned for.
 #[derive(Clone, Copy, Debug)]
-pub struct Tuned {
+pub struct TuningPoint {
     /// Thrust, speed and model.
     pub at: SchedulePoint<f64>,
     /// What its gain allows for.
@@ -18,7 +18,7 @@ pub struct Tuned {
     pub covariance: Option<[[f64; 3]; 3]>,
 }
 
-impl From<&ModelPoint> for Tuned {
+impl From<&ModelPoint> for TuningPoint {
     fn from(point: &ModelPoint) -> Self {
         Self {
             at: point.point,
@@ -32,7 +32,7 @@ impl Models {
     /// What the file of an autopilot without a gain schedule is made of, in the autopilot's own unit: steering from -1 to 1.
     pub fn operating_point(
         &self,
-        tuned: &Tuned,
+        tuned: &TuningPoint,
         damping_ratio: f64,
     ) -> Result<OperatingPoint, Error> {
         let (full_rudder_rad, note) = self.full_steering()?;

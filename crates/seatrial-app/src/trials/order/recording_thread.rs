@@ -23,14 +23,14 @@ enum Entry {
 
 /// Writes a recording on a thread of its own: a disk takes longer than a rudder may wait. A simulator waits for the disk; a
 /// vehicle does not, and rows that find no room are left out.
-pub(super) struct Recorded {
+pub(super) struct RecordingThread {
     entries: SyncSender<Entry>,
     thread: JoinHandle<Vec<String>>,
     is_live: bool,
     is_left_out: bool,
 }
 
-impl Recorded {
+impl RecordingThread {
     pub(super) fn start(recording: Recording, is_live: bool) -> Self {
         let (entries, to_write) = sync_channel(if is_live { WAITING } else { 0 });
         Self {

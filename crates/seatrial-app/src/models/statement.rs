@@ -14,7 +14,7 @@ const WIDEST: f64 = 1.0;
 
 /// A model with its uncertainty as a document or a schedule file states it.
 #[derive(Default)]
-pub(super) struct Stated {
+pub(super) struct ModelStatement {
     /// [a22, b2, C0].
     pub theta: [f64; 3],
     /// 95 % intervals of a22, b2 and C0.
@@ -39,7 +39,7 @@ pub(super) struct Stated {
     pub is_accepted: bool,
 }
 
-impl Stated {
+impl ModelStatement {
     /// What is wrong with it, where something is: an interval that does not hold its value would make a gain that allows for
     /// nothing, and a covariance that is none an interval without width.
     pub fn wrong(&self) -> Option<String> {
@@ -258,11 +258,11 @@ mod tests {
 
     #[test]
     fn exact_an_interval_holds_its_value_and_a_covariance_is_one() {
-        let of = |a22: [f64; 2], variance: f64| Stated {
+        let of = |a22: [f64; 2], variance: f64| ModelStatement {
             theta: [-1.0, 1.0, 0.0],
             intervals: [Some(a22), None, None],
             covariance: Some([[variance, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]]),
-            ..Stated::default()
+            ..ModelStatement::default()
         };
         for (a22, variance) in [
             ([-1.25, -0.75], 0.1),

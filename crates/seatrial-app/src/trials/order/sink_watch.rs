@@ -10,8 +10,8 @@ use seatrial_core::Trial;
 use seatrial_logbook::{CampaignId, Keeper, Recorder};
 use seatrial_logs::{Estimate, Row, RowWriter};
 
-use super::recorded::Recorded;
-use super::{Ended, View};
+use super::recording_thread::RecordingThread;
+use super::{OrderResult, View};
 use crate::conduct::{Pace, Watch};
 use crate::trials::recording::Recording;
 
@@ -30,9 +30,9 @@ impl Watch for Keeper {
 }
 
 /// Every sink of a trial.
-pub(super) struct Watched {
+pub(super) struct SinkWatch {
     keeper: Keeper,
-    recording: Option<Recorded>,
+    recording: Option<RecordingThread>,
     rows: Vec<Box<dyn RowWriter>>,
     views: Vec<Box<dyn View>>,
     half_widths: Option<[f64; 3]>,
@@ -40,7 +40,7 @@ pub(super) struct Watched {
     stop: Arc<AtomicBool>,
 }
 
-impl Watched {
+impl SinkWatch {
     pub(super) fn new(
         recorder: Recorder,
         is_live: bool,
@@ -50,7 +50,7 @@ impl Watched {
     ) -> Self {
         Self {
             keeper: Keeper::new(recorder, is_live),
-            recording: recording.map(|recording| Recorded::start(recording, is_live)),
+            recording: recording.map(|recording| RecordingThread::start(recording, is_live)),
             rows,
             views,
             half_widths: None,
@@ -78,7 +78,7 @@ impl Watched {
         mut campaign: Campaign,
         fault: Option<String>,
         not_put_back: Option<String>,
-    ) -> Ended {
+    ) -> OrderResult {
         let is_asked_to_end = || self.stop.load(Ordering::Relaxed);
         let recorded = self.recording.take();
         let not_recorded = recorded.map(|recorded| recorded.finish(is_asked_to_end));
@@ -91,7 +91,7 @@ impl Watched {
         for view in &mut self.views {
             view.ended(&campaign, &warnings);
         }
-        Ended {
+        OrderResult {
             number,
             campaign,
             fault,
@@ -101,7 +101,7 @@ impl Watched {
     }
 }
 
-impl Watch for Watched {
+impl Watch for SinkWatch {
     fn run_started(&mut self, number: u32, thrust: f64, attempt: u32) {
         self.keeper.run_started(number, thrust, attempt);
         for view in &mut self.views {

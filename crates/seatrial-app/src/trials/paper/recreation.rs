@@ -58,7 +58,7 @@ pub struct RecreatedRow {
 /// Tables of the paper that no vehicle or no plan can be made of.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum NotRecreated {
+pub enum RecreationError {
     /// The vehicle.
     #[error(transparent)]
     Vehicle(#[from] seatrial_sim::ConfigError),
@@ -68,7 +68,7 @@ pub enum NotRecreated {
 }
 
 /// Runs the trials.
-pub fn tables() -> Result<Vec<RecreatedTable>, NotRecreated> {
+pub fn tables() -> Result<Vec<RecreatedTable>, RecreationError> {
     let first = trial(&TABLE_II, SEEDS[0])?;
     let (repeat, others): (Vec<_>, Vec<_>) = TABLE_V
         .iter()
@@ -99,7 +99,7 @@ pub fn tables() -> Result<Vec<RecreatedTable>, NotRecreated> {
 }
 
 /// A trial of a vehicle with these rows for truth, at their thrusts.
-fn trial(truth: &[Row], seed: u64) -> Result<Campaign, NotRecreated> {
+fn trial(truth: &[Row], seed: u64) -> Result<Campaign, RecreationError> {
     let speeds = truth
         .iter()
         .map(|row| SpeedPoint {
