@@ -1,7 +1,7 @@
 //! Rudder authority over speed: the least-squares fit of b2 over the square of speed.
 
 use crate::Real;
-use crate::schedule::{ScheduleError, SchedulePoint, Scheduled};
+use crate::schedule::{ScheduleError, SchedulePoint, ScheduleValue};
 
 /// Which law b2 follows over speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -125,9 +125,9 @@ impl<T: Real> AuthorityFit<T> {
     /// assert!((at_3_m_s.value() - 2.9_f64).abs() < 1e-12 && at_3_m_s.is_extrapolated());
     /// assert!(!fit.b2_per_s2(1.5).is_extrapolated());
     /// ```
-    pub fn b2_per_s2(&self, surge_speed_m_s: T) -> Scheduled<T> {
+    pub fn b2_per_s2(&self, surge_speed_m_s: T) -> ScheduleValue<T> {
         let [slowest, fastest] = self.speed_range_m_s;
-        Scheduled::marked(
+        ScheduleValue::marked(
             self.per_speed_squared_per_m2 * surge_speed_m_s * surge_speed_m_s
                 + self.constant_per_s2,
             slowest <= surge_speed_m_s && surge_speed_m_s <= fastest,

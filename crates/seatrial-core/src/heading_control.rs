@@ -4,7 +4,7 @@ use core::fmt;
 
 use crate::heading_loop::{HeadingLoop, LoopTiming};
 use crate::no_gain::NoGain;
-use crate::schedule::{Beyond, ScheduleError, Scheduled, SpeedSchedule};
+use crate::schedule::{Beyond, ScheduleError, ScheduleValue, SpeedSchedule};
 use crate::{Real, YawModel};
 
 /// A proportional gain and the rudder that holds a constant heading.
@@ -295,12 +295,12 @@ impl<T: Real> GainSchedule<T> {
         &self,
         at: T,
         beyond: Beyond,
-    ) -> Result<Scheduled<HeadingGain<T>>, ScheduleError> {
+    ) -> Result<ScheduleValue<HeadingGain<T>>, ScheduleError> {
         let point = self.schedule.lookup(at, beyond)?;
         let gain =
             HeadingGain::design_delayed(&point.value().model, self.damping_ratio, self.timing)
                 .map_err(|_| ScheduleError::TooFar { at: at.to_f64() })?;
-        Ok(Scheduled::marked(gain, !point.is_extrapolated()))
+        Ok(ScheduleValue::marked(gain, !point.is_extrapolated()))
     }
 }
 
@@ -449,7 +449,7 @@ mod tests {
         let model = schedule.lookup(0.8, Beyond::Refuse).unwrap().value().model;
         let designed = HeadingGain::design_delayed(&model, ZETA_OF_57, timing).unwrap();
         let found = gains.lookup(0.8, Beyond::Refuse).unwrap();
-        assert_eq!(found, Scheduled::Interpolated(designed));
+        assert_eq!(found, ScheduleValue::Interpolated(designed));
         assert!(matches!(
             gains.lookup(0.5, Beyond::Refuse),
             Err(ScheduleError::Outside { .. })

@@ -16,7 +16,7 @@
 //! | psi_t, r_t | `heading_rad`, `rate_rad_s` of `HeadingTarget` | rad, rad/s | as the compass counts |
 //! | r_d | the result | rad/s | heading increasing |
 //! | T_i, r_b | `time_constant_s`, `rate_limit_rad_s` of [`TargetShaping`] | s, rad/s | r_b = 0: no limit |
-//! | A, P, r_max, a_max | those of `Leading` | | |
+//! | A, P, r_max, a_max | those of `TargetSettings` | | |
 //!
 //! Source: what ArduPilot 4.7 does in AC_AttitudeControl.cpp (`input_euler_angle_roll_pitch_yaw_rad`, `input_shaping_angle`,
 //! `thrust_heading_rotation_angles`, `update_ang_vel_target_from_att_error`) and control.cpp (`sqrt_controller`, `inv_sqrt_controller`), level
@@ -36,7 +36,7 @@ pub struct TargetShaping<T> {
 
 /// What of an autopilot's settings the target goes by.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Leading<T> {
+pub(crate) struct TargetSettings<T> {
     /// A, 1/s.
     pub angle_gain_per_s: T,
     /// P, s/rad.
@@ -68,7 +68,7 @@ impl<T: Real> HeadingTarget<T> {
     /// r_d, rad/s.
     pub(crate) fn wanted_rate(
         &mut self,
-        settings: &Leading<T>,
+        settings: &TargetSettings<T>,
         [wanted_rad, heading_rad]: [T; 2],
         interval_s: T,
     ) -> T {
@@ -99,7 +99,7 @@ impl<T: Real> HeadingTarget<T> {
     }
 }
 
-impl<T: Real> Leading<T> {
+impl<T: Real> TargetSettings<T> {
     /// e_max, rad.
     fn largest_error_rad(&self, stopping: T) -> T {
         let most = T::PI / T::of(4.0);
@@ -151,8 +151,8 @@ mod tests {
 
     const H: f64 = 0.0025;
 
-    fn settings() -> Leading<f64> {
-        Leading {
+    fn settings() -> TargetSettings<f64> {
+        TargetSettings {
             angle_gain_per_s: 2.0,
             rate_gain_s: 1.0,
             rate_limit_rad_s: 0.5,
@@ -205,7 +205,7 @@ mod tests {
         }
         // 1/P = 1 rad/s, a_c = 0.5 rad/s^2: 0.5/4/2 + 1/(2 0.5) rad, more than 45 degrees.
         assert!((target.heading_rad - core::f64::consts::FRAC_PI_4).abs() < 1e-12);
-        let quick = Leading {
+        let quick = TargetSettings {
             rate_gain_s: 5.0,
             ..settings()
         };

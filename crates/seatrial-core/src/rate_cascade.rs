@@ -30,7 +30,7 @@
 //! rate (`SMAX`), its notch filters and its limit of the lateral acceleration. A number that is not finite gives no steering.
 
 use crate::Real;
-use crate::heading_target::{HeadingTarget, Leading, TargetShaping};
+use crate::heading_target::{HeadingTarget, TargetSettings, TargetShaping};
 
 /// Gains, filters and limits of the cascade.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -207,8 +207,8 @@ impl<T: Real> CascadeSettings<T> {
         (self.rate_integral_gain > T::ZERO).then_some(time_s)
     }
 
-    fn leading(&self) -> Option<Leading<T>> {
-        Some(Leading {
+    fn leading(&self) -> Option<TargetSettings<T>> {
+        Some(TargetSettings {
             angle_gain_per_s: self.angle_gain_per_s,
             rate_gain_s: self.rate_gain_s,
             rate_limit_rad_s: self.rate_limit_rad_s,

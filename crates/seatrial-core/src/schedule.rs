@@ -45,20 +45,20 @@ pub enum Beyond {
 
 /// A value from a schedule, marked by whether the trial covered it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Scheduled<V> {
+pub enum ScheduleValue<V> {
     /// Inside the identified range.
     Interpolated(V),
     /// Outside it: an assumption, not a measurement.
     Extrapolated(V),
 }
 
-impl<V> Scheduled<V> {
+impl<V> ScheduleValue<V> {
     /// The value, however it was found.
     ///
     /// ```
-    /// use seatrial_core::schedule::Scheduled;
+    /// use seatrial_core::schedule::ScheduleValue;
     ///
-    /// assert_eq!(Scheduled::Extrapolated(0.4).value(), Scheduled::Interpolated(0.4).value());
+    /// assert_eq!(ScheduleValue::Extrapolated(0.4).value(), ScheduleValue::Interpolated(0.4).value());
     /// ```
     pub fn value(&self) -> &V {
         match self {
@@ -69,9 +69,9 @@ impl<V> Scheduled<V> {
     /// Outside the identified range?
     ///
     /// ```
-    /// use seatrial_core::schedule::Scheduled;
+    /// use seatrial_core::schedule::ScheduleValue;
     ///
-    /// assert!(Scheduled::Extrapolated(0.4).is_extrapolated());
+    /// assert!(ScheduleValue::Extrapolated(0.4).is_extrapolated());
     /// ```
     pub fn is_extrapolated(&self) -> bool {
         matches!(self, Self::Extrapolated(_))
@@ -361,7 +361,7 @@ impl<T: Real> SpeedSchedule<T> {
         &self,
         at: T,
         beyond: Beyond,
-    ) -> Result<Scheduled<SchedulePoint<T>>, ScheduleError> {
+    ) -> Result<ScheduleValue<SchedulePoint<T>>, ScheduleError> {
         let segment = self.segment(at, beyond)?;
         let (lower, upper) = (segment.lower.model, segment.upper.model);
         let authority_fraction = segment.speed_squared_fraction().unwrap_or(segment.fraction);
@@ -381,7 +381,7 @@ impl<T: Real> SpeedSchedule<T> {
         if !segment.inside && (turned || backwards) {
             return Err(ScheduleError::TooFar { at: at.to_f64() });
         }
-        Ok(Scheduled::marked(point, segment.inside))
+        Ok(ScheduleValue::marked(point, segment.inside))
     }
 
     fn segment(&self, at: T, beyond: Beyond) -> Result<Segment<T>, ScheduleError> {

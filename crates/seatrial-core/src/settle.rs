@@ -113,13 +113,13 @@ pub struct SettleGate<T> {
 
 /// Has the vehicle settled?
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Settled {
+pub enum SettleState {
     /// Not judged yet.
-    NotYet,
-    /// Steady.
-    Yes,
-    /// Not within the time allowed.
-    No,
+    Waiting,
+    /// It is steady.
+    Steady,
+    /// It is not, and the time allowed is over.
+    TimedOut,
 }
 
 impl<T: Real> SettleGate<T> {
@@ -137,7 +137,7 @@ impl<T: Real> SettleGate<T> {
     /// The judgement at a time since the start of the stage, from the samples before it.
     ///
     /// ```
-    /// use seatrial_core::settle::{SettleGate, Settled};
+    /// use seatrial_core::settle::{SettleGate, SettleState};
     /// use seatrial_core::{Sample, Settle};
     ///
     /// let judged = |yaw_rate_rad_s: f64| {
@@ -149,19 +149,19 @@ impl<T: Real> SettleGate<T> {
     ///     gate.judge(12.0)
     /// };
     /// // Steady after 12 s, and a turn of 0.1 rad/s, of which the gate takes 0.02.
-    /// assert_eq!([judged(0.0), judged(0.1)], [Settled::Yes, Settled::NotYet]);
+    /// assert_eq!([judged(0.0), judged(0.1)], [SettleState::Steady, SettleState::Waiting]);
     /// ```
-    pub fn judge(&self, elapsed_s: f64) -> Settled {
+    pub fn judge(&self, elapsed_s: f64) -> SettleState {
         let elapsed_s = elapsed_s + CLOCK_RESOLUTION_S;
         if elapsed_s >= self.settings.at_least_s
             && elapsed_s - self.piece_start_s >= self.settings.steady_for_s
             && self.is_steady()
         {
-            Settled::Yes
+            SettleState::Steady
         } else if elapsed_s >= self.settings.at_most_s {
-            Settled::No
+            SettleState::TimedOut
         } else {
-            Settled::NotYet
+            SettleState::Waiting
         }
     }
 
@@ -233,12 +233,12 @@ impl<T: Real> Line<T> {
 mod tests {
     use super::*;
 
-    fn settle(heading: impl Fn(f64) -> f64, speed: impl Fn(f64) -> f64) -> (Settled, f64) {
+    fn settle(heading: impl Fn(f64) -> f64, speed: impl Fn(f64) -> f64) -> (SettleState, f64) {
         let mut gate = SettleGate::new(Settle::default());
         for k in 0..1000 {
             let t = f64::from(k) * 0.05;
             let judged = gate.judge(t);
-            if judged != Settled::NotYet {
+            if judged != SettleState::Waiting {
                 return (judged, t);
             }
             let sample = Sample {
@@ -247,19 +247,22 @@ mod tests {
             };
             gate.add(t, heading(t), &sample);
         }
-        (Settled::NotYet, f64::NAN)
+        (SettleState::Waiting, f64::NAN)
     }
 
     #[test]
     fn exact_steady_vehicle_passes_at_the_end_of_a_piece() {
         // Pieces of 3 s: the first that ends after 10 s ends at 12 s.
-        assert_eq!(settle(|_| 0.05, |_| 1.5), (Settled::Yes, 12.0));
+        assert_eq!(settle(|_| 0.05, |_| 1.5), (SettleState::Steady, 12.0));
     }
 
     #[test]
     fn exact_turning_or_accelerating_vehicle_does_not() {
-        assert_eq!(settle(|t| 0.03 * t - 0.4, |_| 1.5), (Settled::No, 40.0));
-        assert_eq!(settle(|_| 0.2, |_| 1.5), (Settled::No, 40.0));
-        assert_eq!(settle(|_| 0.0, |t| 0.02 * t), (Settled::No, 40.0));
+        assert_eq!(
+            settle(|t| 0.03 * t - 0.4, |_| 1.5),
+            (SettleState::TimedOut, 40.0)
+        );
+        assert_eq!(settle(|_| 0.2, |_| 1.5), (SettleState::TimedOut, 40.0));
+        assert_eq!(settle(|_| 0.0, |t| 0.02 * t), (SettleState::TimedOut, 40.0));
     }
 }

@@ -12,7 +12,7 @@ use crate::plan::{Manoeuvre, Plan};
 use crate::progress::{Event, RunResult, Stage, Status};
 use crate::rudder_sense::RudderSenseWatch;
 use crate::setting::InvalidSetting;
-use crate::settle::{NotSettled, SettleGate, Settled};
+use crate::settle::{NotSettled, SettleGate, SettleState};
 use crate::validation::{GoodnessOfFit, Validation};
 use crate::{AbortReason, Action, List, Outcome, Real, Sample, Steering};
 use phase::{Due, Phase};
@@ -211,9 +211,9 @@ impl<T: Real> Trial<T> {
         match &self.phase {
             Phase::Waiting => Due::Settle,
             Phase::Settle(gate) => match gate.judge(self.elapsed_s()) {
-                Settled::NotYet => Due::Same,
-                Settled::Yes => Due::Train { settled: true },
-                Settled::No => match self.plan.settle.not_settled {
+                SettleState::Waiting => Due::Same,
+                SettleState::Steady => Due::Train { settled: true },
+                SettleState::TimedOut => match self.plan.settle.not_settled {
                     NotSettled::GoOn => Due::Train { settled: false },
                     NotSettled::Abort => Due::Abort(AbortReason::NotSettled),
                 },

@@ -2,7 +2,7 @@
 
 use seatrial_core::NoGain;
 use seatrial_core::heading_loop::LoopTiming;
-use seatrial_core::schedule::{Beyond, ScheduleError, ScheduleKey, Scheduled};
+use seatrial_core::schedule::{Beyond, ScheduleError, ScheduleKey, ScheduleValue};
 use seatrial_core::turning::NoTurn;
 use seatrial_core::{GainSchedule, HeadingGain, SchedulePoint, Side, SpeedSchedule, Turn};
 
@@ -230,7 +230,7 @@ pub unsafe extern "C" fn seatrial_schedule_gain(
 /// # Safety
 /// As [`give`].
 unsafe fn write_out<V: Copy, F>(
-    looked_up: Outcome<Scheduled<V>>,
+    looked_up: Outcome<ScheduleValue<V>>,
     flat: impl FnOnce(V) -> F,
     found: *mut F,
     extrapolated: *mut bool,

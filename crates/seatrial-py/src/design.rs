@@ -1,7 +1,7 @@
 //! What follows from models: turns, gains, schedules.
 
 use pyo3::prelude::*;
-use seatrial_core::schedule::{Beyond, ScheduleKey, Scheduled};
+use seatrial_core::schedule::{Beyond, ScheduleKey, ScheduleValue};
 use seatrial_core::turning::{Side, Turn};
 use seatrial_core::{HeadingGain, SchedulePoint, SpeedSchedule, YawModel};
 
@@ -83,7 +83,7 @@ impl Schedule {
             .0
             .lookup(at, beyond)
             .map_err(|refused| usage(py, refused))?;
-        let is_extrapolated = matches!(found, Scheduled::Extrapolated(_));
+        let is_extrapolated = matches!(found, ScheduleValue::Extrapolated(_));
         let point = found.value();
         let found = (point.thrust, point.surge_speed_m_s, point.model.theta());
         Ok((found, is_extrapolated))
