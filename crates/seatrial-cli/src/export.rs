@@ -79,7 +79,7 @@ pub struct VehicleArgs {
 
 /// `export --sample --json`.
 #[derive(Serialize)]
-struct Drawn {
+struct SampleDocument {
     schema: &'static str,
     files: Vec<PathBuf>,
 }
@@ -99,7 +99,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     match (&args.out, args.sample) {
         (Some(folder), Some(count)) => {
             let files = draw(args, &vehicle, folder, count, output)?;
-            let drawn = Drawn {
+            let drawn = SampleDocument {
                 schema: "seatrial.drawn_vehicles.v1",
                 files,
             };

@@ -420,7 +420,7 @@ fn write_csv_row(csv: &mut String, run: Option<u32>, step: &Step) {
 }
 
 #[derive(Serialize)]
-struct Verified {
+struct VerificationDocument {
     schema: &'static str,
     whole: bool,
     #[serde(flatten)]
@@ -429,7 +429,7 @@ struct Verified {
 
 fn verify(logbook: &Logbook, output: &Output) -> Result<Exit, Failure> {
     let verification = logbook.verify()?;
-    let verified = Verified {
+    let verified = VerificationDocument {
         schema: "seatrial.logbook_verification.v1",
         whole: verification.is_whole(),
         verification,

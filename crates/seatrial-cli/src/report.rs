@@ -128,14 +128,14 @@ fn of_log(path: &Path, args: &Args) -> Result<(String, Exit), Failure> {
 }
 
 #[derive(Serialize)]
-struct Saved<'a> {
+struct ReportDocument<'a> {
     schema: &'static str,
     path: &'a Path,
     bytes: usize,
 }
 
 fn say(path: &Path, page: &str, output: &Output) -> Result<(), Failure> {
-    let saved = Saved {
+    let saved = ReportDocument {
         schema: "seatrial.report.v1",
         path,
         bytes: page.len(),

@@ -92,7 +92,7 @@ struct ServeArgs {
 
 /// `sim log --json`: what was written, without the truth.
 #[derive(Serialize)]
-struct Written {
+struct LogDocument {
     schema: &'static str,
     vehicle: String,
     seed: u64,
@@ -134,7 +134,7 @@ fn log(args: &SimLogArgs, output: &Output) -> Result<Exit, Failure> {
     if let Some(path) = &args.truth {
         output.save(path, truth(path, args.seed, config, &played.runs)?)?;
     }
-    let written = Written {
+    let written = LogDocument {
         schema: "seatrial.simulated_log.v1",
         vehicle: args.vehicle.clone(),
         seed: args.seed,
@@ -189,7 +189,7 @@ fn truth(
     }
 }
 
-fn text(written: &Written) -> String {
+fn text(written: &LogDocument) -> String {
     let mut text = format!(
         "{}: {} samples of {}, seed {}\n",
         written.out, written.samples, written.vehicle, written.seed

@@ -87,7 +87,7 @@ struct CheckDocument {
 }
 
 #[derive(Serialize)]
-struct Restored {
+struct RestoreDocument {
     schema: &'static str,
     complete: bool,
     #[serde(flatten)]
@@ -181,7 +181,7 @@ fn restore(args: &RestoreArgs, output: &Output) -> Result<Exit, Failure> {
         agree(args, &mut autopilot, &backup)?;
     }
     let done = restored(&mut autopilot, &backup, &args.backup).map_err(Failure::not_saved)?;
-    let restored = Restored {
+    let restored = RestoreDocument {
         schema: "seatrial.restored.v1",
         complete: done.is_complete(),
         done,

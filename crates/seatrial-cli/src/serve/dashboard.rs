@@ -20,7 +20,7 @@ use crate::output::{Exit, Failure, Output, say, say_laid_out};
 use crate::vehicle;
 
 #[derive(Serialize)]
-struct Served<'a> {
+struct DashboardDocument<'a> {
     schema: &'static str,
     url: &'a str,
 }
@@ -50,7 +50,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         .collect::<Result<_, Failure>>()?;
     let server = start(&settings, vehicles, autopilots)?;
     let url = server.url();
-    let served = Served {
+    let served = DashboardDocument {
         schema: "seatrial.served.v1",
         url: &url,
     };
