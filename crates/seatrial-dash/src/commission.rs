@@ -24,7 +24,7 @@ use crate::api::{
 use crate::board::Board;
 use crate::convert::now;
 use crate::refusal::Refusal;
-use crate::shared::Shared;
+use crate::server_state::ServerState;
 use crate::slot::Place;
 
 /// Size of the steps where nobody says another, rad.
@@ -39,7 +39,7 @@ struct CommissionJob<'a> {
 }
 
 impl<'a> CommissionJob<'a> {
-    fn of(shared: &'a Shared, order: &CommissionOrder) -> Result<Self, Refusal> {
+    fn of(shared: &'a ServerState, order: &CommissionOrder) -> Result<Self, Refusal> {
         let vehicle = shared.autopilot(&order.vehicle)?;
         let logbook = shared.reader()?;
         let entry = logbook.entry(CampaignId(order.campaign))?;
@@ -78,7 +78,10 @@ impl<'a> CommissionJob<'a> {
 }
 
 /// What a commission would do; the vehicle is looked at and not touched.
-pub fn preview(shared: &Shared, order: &CommissionOrder) -> Result<CommissionPreview, Refusal> {
+pub fn preview(
+    shared: &ServerState,
+    order: &CommissionOrder,
+) -> Result<CommissionPreview, Refusal> {
     if shared.slot.is_taken() {
         return Err(Refusal::conflict(
             "trial_running",
@@ -110,7 +113,10 @@ pub fn preview(shared: &Shared, order: &CommissionOrder) -> Result<CommissionPre
 }
 
 /// Starts a commission: looks at the vehicle again, takes it, and conducts the steps on the conductor's thread.
-pub fn start(shared: &Arc<Shared>, order: CommissionOrder) -> Result<CommissionState, Refusal> {
+pub fn start(
+    shared: &Arc<ServerState>,
+    order: CommissionOrder,
+) -> Result<CommissionState, Refusal> {
     if !order.agreed {
         return Err(Refusal::unprocessable(
             "agreement_needed",
@@ -138,7 +144,7 @@ pub fn start(shared: &Arc<Shared>, order: CommissionOrder) -> Result<CommissionS
 }
 
 fn run(
-    shared: &Shared,
+    shared: &ServerState,
     order: &CommissionOrder,
     stop: &Arc<AtomicBool>,
     place: Place,
@@ -203,7 +209,7 @@ fn run(
 }
 
 /// What of a trial or a commission could be put back; nothing is written.
-pub fn preview_undo(shared: &Shared, order: &UndoOrder) -> Result<UndoPreview, Refusal> {
+pub fn preview_undo(shared: &ServerState, order: &UndoOrder) -> Result<UndoPreview, Refusal> {
     let stop = Arc::default();
     let _place = shared.slot.place(&stop)?;
     let kept = kept(shared, order, &stop)?;
@@ -217,7 +223,7 @@ pub fn preview_undo(shared: &Shared, order: &UndoOrder) -> Result<UndoPreview, R
 }
 
 /// Puts it back, where it is what a preview has shown.
-pub fn undo(shared: &Shared, order: &UndoOrder) -> Result<Undone, Refusal> {
+pub fn undo(shared: &ServerState, order: &UndoOrder) -> Result<Undone, Refusal> {
     if !order.agreed {
         return Err(Refusal::unprocessable(
             "agreement_needed",
@@ -256,7 +262,7 @@ pub fn undo(shared: &Shared, order: &UndoOrder) -> Result<Undone, Refusal> {
 }
 
 fn kept(
-    shared: &Shared,
+    shared: &ServerState,
     order: &UndoOrder,
     stop: &Arc<AtomicBool>,
 ) -> Result<RestoreFile, Refusal> {

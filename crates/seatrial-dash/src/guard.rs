@@ -15,7 +15,7 @@ use axum::response::{IntoResponse, Response};
 use crate::access::{bearer, is_own_origin, own_host};
 use crate::api::Role;
 use crate::refusal::Refusal;
-use crate::shared::{Caller, Shared};
+use crate::server_state::{Caller, ServerState};
 
 /// The header with the lease of control.
 pub const LEASE: &str = "seatrial-lease";
@@ -48,7 +48,7 @@ const ALWAYS: [(HeaderName, &str); 6] = [
 
 /// Lets a request through to where it goes, or refuses it.
 pub async fn guard(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     ConnectInfo(peer): ConnectInfo<SocketAddr>,
     mut request: Request,
     next: Next,
@@ -75,7 +75,7 @@ pub async fn guard(
     response
 }
 
-fn admitted(shared: &Shared, peer: SocketAddr, request: &Request) -> Result<Caller, Refusal> {
+fn admitted(shared: &ServerState, peer: SocketAddr, request: &Request) -> Result<Caller, Refusal> {
     let address = peer.ip().to_canonical();
     let role = role_of(shared, request);
     // An operator's abort goes before everything, also where others behind the same address ask too much.
@@ -121,7 +121,7 @@ enum NoRole {
 }
 
 /// What a request may do by its token; `None` where it has none.
-fn role_of(shared: &Shared, request: &Request) -> Result<Option<Role>, NoRole> {
+fn role_of(shared: &ServerState, request: &Request) -> Result<Option<Role>, NoRole> {
     let (headers, path) = (request.headers(), request.uri().path());
     let forbidden =
         |code, message| NoRole::Foreign(Refusal::new(StatusCode::FORBIDDEN, code, message));

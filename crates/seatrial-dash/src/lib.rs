@@ -18,7 +18,7 @@ mod page;
 mod refusal;
 mod routes;
 mod server;
-mod shared;
+mod server_state;
 mod slot;
 mod stream;
 mod trials;

@@ -19,7 +19,7 @@ use crate::board::Board;
 use crate::connections;
 use crate::live::Live;
 use crate::routes::router;
-use crate::shared::Shared;
+use crate::server_state::ServerState;
 use crate::slot::{Slot, TrialPlace};
 use crate::trials::conductor;
 use crate::uploads::Uploads;
@@ -131,7 +131,7 @@ pub struct Server {
     address: SocketAddr,
     new_tokens: Option<NewTokens>,
     code: Option<String>,
-    shared: Arc<Shared>,
+    shared: Arc<ServerState>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -182,7 +182,7 @@ impl Server {
         let listener = TcpListener::bind(settings.listen).map_err(listen)?;
         listener.set_nonblocking(true).map_err(listen)?;
         let address = listener.local_addr().map_err(listen)?;
-        let shared = Arc::new(Shared {
+        let shared = Arc::new(ServerState {
             vehicles,
             autopilots,
             logbook: settings.logbook.clone(),
@@ -279,7 +279,7 @@ fn runtime() -> std::io::Result<Runtime> {
         .build()
 }
 
-async fn serve(shared: Arc<Shared>, listener: TcpListener, upload_limit: usize) {
+async fn serve(shared: Arc<ServerState>, listener: TcpListener, upload_limit: usize) {
     let mut closing = shared.closing.subscribe();
     let viewers = Arc::clone(&shared);
     let router = router(shared, upload_limit);

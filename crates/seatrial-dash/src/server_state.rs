@@ -28,7 +28,7 @@ pub const LONGEST_NOTE: usize = 4000;
 pub type Work = Box<dyn FnOnce() + Send>;
 
 /// What every request sees.
-pub struct Shared {
+pub struct ServerState {
     /// The vehicles that trials may be run on.
     pub vehicles: Vec<Box<dyn TrialVehicle>>,
     /// The vehicles whose autopilot's gains may be tried.
@@ -64,7 +64,7 @@ pub struct Caller {
     pub lease: Option<String>,
 }
 
-impl Shared {
+impl ServerState {
     /// The logbook as it is now.
     pub fn reader(&self) -> Result<Logbook, Refusal> {
         Ok(Logbook::open_read_only(&self.logbook)?)
@@ -179,7 +179,7 @@ impl Shared {
 pub const MOST_VIEWERS: u32 = 512;
 
 /// A viewer's seat, free again when dropped.
-pub struct Seat(Arc<Shared>);
+pub struct Seat(Arc<ServerState>);
 
 impl Drop for Seat {
     fn drop(&mut self) {

@@ -18,10 +18,10 @@ use crate::refusal::Refusal;
 
 /// The place of the one trial.
 #[derive(Clone, Debug, Default)]
-pub struct Slot(Arc<Mutex<Option<Running>>>);
+pub struct Slot(Arc<Mutex<Option<SlotHolder>>>);
 
 #[derive(Debug)]
-struct Running {
+struct SlotHolder {
     /// `None` while the vehicle is being taken, and of a commission.
     campaign: Option<i64>,
     is_commission: bool,
@@ -39,7 +39,7 @@ impl Drop for Place {
 }
 
 impl Slot {
-    fn running(&self) -> MutexGuard<'_, Option<Running>> {
+    fn running(&self) -> MutexGuard<'_, Option<SlotHolder>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -83,7 +83,7 @@ impl Slot {
             };
             return Err(Refusal::conflict("trial_running", what));
         }
-        *running = Some(Running {
+        *running = Some(SlotHolder {
             campaign: None,
             is_commission,
             stop: Arc::clone(stop),

@@ -12,7 +12,7 @@ use crate::api::{Hello, LiveEvent};
 use crate::convert::now;
 use crate::guard::WRONG_TOKEN;
 use crate::live::{HEARTBEAT_EVERY, Message};
-use crate::shared::{Caller, Seat, Shared};
+use crate::server_state::{Caller, Seat, ServerState};
 
 /// How long a viewer may take to say hello.
 const HELLO_WITHIN: Duration = Duration::from_secs(10);
@@ -20,7 +20,7 @@ const HELLO_WITHIN: Duration = Duration::from_secs(10);
 const SENT_WITHIN: Duration = Duration::from_secs(20);
 
 /// Shows the trial until the viewer or the server goes.
-pub async fn show(mut socket: WebSocket, shared: Arc<Shared>, caller: Caller, _seat: Seat) {
+pub async fn show(mut socket: WebSocket, shared: Arc<ServerState>, caller: Caller, _seat: Seat) {
     let hello = match hello(&mut socket, &shared, &caller).await {
         Ok(hello) => hello,
         Err((code, message)) => return goodbye(&mut socket, &shared, code, message).await,
@@ -80,7 +80,7 @@ async fn closed(closing: &mut tokio::sync::watch::Receiver<bool>) {
 
 async fn hello(
     socket: &mut WebSocket,
-    shared: &Shared,
+    shared: &ServerState,
     caller: &Caller,
 ) -> Result<Hello, (&'static str, &'static str)> {
     let expected = (
@@ -118,7 +118,7 @@ async fn send(socket: &mut WebSocket, (_, text): Message) -> bool {
     matches!(timeout(SENT_WITHIN, sent).await, Ok(Ok(())))
 }
 
-async fn goodbye(socket: &mut WebSocket, shared: &Shared, code: &str, message: &str) {
+async fn goodbye(socket: &mut WebSocket, shared: &ServerState, code: &str, message: &str) {
     let last = shared.live.aside(LiveEvent::Goodbye {
         code: code.into(),
         message: message.into(),

@@ -20,7 +20,7 @@ use crate::api::{
     GoOnOrder, PlanOrder, PlanPreview, Preflight, RepeatOrder, Role, TrialOrder, TrialState,
 };
 use crate::refusal::Refusal;
-use crate::shared::{Caller, LONGEST_NOTE, Shared, Work};
+use crate::server_state::{Caller, LONGEST_NOTE, ServerState, Work};
 use crate::slot::TrialPlace;
 
 /// Slower than this an abort would have to wait for the vehicle's next sample.
@@ -66,7 +66,7 @@ impl Allowance {
 
 /// What a plan will do.
 pub fn preview(
-    shared: &Shared,
+    shared: &ServerState,
     order: PlanOrder,
     allowance: Allowance,
     is_waited_for: &AtomicBool,
@@ -81,7 +81,7 @@ pub fn preview(
 
 /// The checklist before a trial.
 pub fn preflight(
-    shared: &Shared,
+    shared: &ServerState,
     order: PlanOrder,
     allowance: Allowance,
     is_waited_for: &AtomicBool,
@@ -104,7 +104,7 @@ pub fn preflight(
 }
 
 /// The trial that runs one speed of a campaign again.
-pub fn repeat(shared: &Shared, order: RepeatOrder) -> Result<TrialOrder, Refusal> {
+pub fn repeat(shared: &ServerState, order: RepeatOrder) -> Result<TrialOrder, Refusal> {
     let entry = shared.reader()?.entry(CampaignId(order.campaign))?;
     let plan = plan_that_repeats(&entry, order.thrust)?;
     Ok(TrialOrder {
@@ -115,7 +115,7 @@ pub fn repeat(shared: &Shared, order: RepeatOrder) -> Result<TrialOrder, Refusal
 }
 
 /// The trial that goes on with a campaign that ended early, at the first speed that is not done.
-pub fn go_on(shared: &Shared, order: GoOnOrder) -> Result<TrialOrder, Refusal> {
+pub fn go_on(shared: &ServerState, order: GoOnOrder) -> Result<TrialOrder, Refusal> {
     let logbook = shared.reader()?;
     let entry = logbook.entry(CampaignId(order.campaign))?;
     let campaign = logbook.campaign(entry.id)?;
@@ -153,7 +153,7 @@ pub fn conductor() -> Sender<Work> {
 
 /// Starts a trial: takes the vehicle, enters the campaign, conducts it on the conductor's thread.
 pub fn start(
-    shared: &Arc<Shared>,
+    shared: &Arc<ServerState>,
     wanted: TrialOrder,
     operator: &str,
 ) -> Result<TrialState, Refusal> {
@@ -219,7 +219,7 @@ fn faulty(wanted: &TrialOrder) -> Result<Option<Simulator>, Refusal> {
 }
 
 fn begin(
-    shared: &Shared,
+    shared: &ServerState,
     vehicle: &str,
     faulty: Option<&Simulator>,
     order: Order,

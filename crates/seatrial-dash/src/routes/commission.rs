@@ -17,13 +17,13 @@ use crate::api::{
 };
 use crate::commission;
 use crate::refusal::Refusal;
-use crate::shared::{Caller, Shared, must_be_operator};
+use crate::server_state::{Caller, ServerState, must_be_operator};
 
 /// What a commission would do: the autopilot's own gains beside those proposed. Looks at the vehicle without touching its controls.
 #[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/commission/preview", tag = "commission", request_body = CommissionOrder,
     responses((status = 200, body = CommissionPreview), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn preview_commission(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     Extension(caller): Extension<Caller>,
     Body(order): Body<CommissionOrder>,
 ) -> Result<Json<CommissionPreview>, Refusal> {
@@ -37,7 +37,7 @@ pub async fn preview_commission(
     params(("seatrial-lease" = Option<String>, Header, description = "The lease of control")),
     responses((status = 201, body = CommissionState), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn start_commission(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     Extension(caller): Extension<Caller>,
     Body(order): Body<CommissionOrder>,
 ) -> Result<(StatusCode, Json<CommissionState>), Refusal> {
@@ -54,7 +54,7 @@ pub async fn start_commission(
 #[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/commission/undo/preview", tag = "commission", request_body = UndoOrder,
     responses((status = 200, body = UndoPreview), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn preview_undo(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     Extension(caller): Extension<Caller>,
     Body(order): Body<UndoOrder>,
 ) -> Result<Json<UndoPreview>, Refusal> {
@@ -70,7 +70,7 @@ pub async fn preview_undo(
     params(("seatrial-lease" = Option<String>, Header, description = "The lease of control")),
     responses((status = 200, body = Undone), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn undo_commission(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     Extension(caller): Extension<Caller>,
     Body(order): Body<UndoOrder>,
 ) -> Result<Json<Undone>, Refusal> {
@@ -96,7 +96,7 @@ pub struct From {
 #[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/commission", tag = "commission", params(From),
     responses((status = 200, body = CommissionShown), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn commission_state(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     FromQuery(asked): FromQuery<From>,
 ) -> Json<CommissionShown> {
     Json(shared.commission.since(asked.after.unwrap_or(0)))

@@ -19,7 +19,7 @@ use crate::api::ErrorBody;
 use crate::api::{AuditEntry, Control, Lease, Role, Status, TakeControl};
 use crate::convert::{name_of, now};
 use crate::refusal::Refusal;
-use crate::shared::{Caller, Shared, must_be_operator, taken};
+use crate::server_state::{Caller, ServerState, must_be_operator, taken};
 use crate::stream;
 
 /// Longest first message of a viewer, bytes. A viewer sends no other.
@@ -30,7 +30,7 @@ const LONGEST_HELLO: usize = 4096;
     params(("seatrial-lease" = Option<String>, Header, description = "The lease of control; tells whether it is yours")),
     responses((status = 200, body = Status), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn status(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     Extension(caller): Extension<Caller>,
 ) -> Json<Status> {
     let (trial, health) = shared.live.trial();
@@ -60,7 +60,7 @@ pub async fn openapi() -> Response {
     params(("seatrial-lease" = Option<String>, Header, description = "The lease that you have, if any")),
     responses((status = 200, body = Lease), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn take(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     Extension(caller): Extension<Caller>,
     Body(asked): Body<TakeControl>,
 ) -> Result<Json<Lease>, Refusal> {
@@ -74,7 +74,7 @@ pub async fn take(
     Ok(Json(lease.await?))
 }
 
-fn took(shared: &Shared, caller: &Caller, name: &str) -> Result<Lease, Refusal> {
+fn took(shared: &ServerState, caller: &Caller, name: &str) -> Result<Lease, Refusal> {
     must_be_operator(caller)?;
     if name.is_empty() || name.chars().count() > 64 || name.contains(char::is_control) {
         let expected = "name: expected 1 to 64 characters that can be seen";
@@ -102,7 +102,7 @@ fn took(shared: &Shared, caller: &Caller, name: &str) -> Result<Lease, Refusal> 
     params(("seatrial-lease" = Option<String>, Header, description = "The lease of control")),
     responses((status = 200, body = Control), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn release(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     Extension(caller): Extension<Caller>,
 ) -> Result<Json<Control>, Refusal> {
     let released = blocking(shared, move |shared| {
@@ -130,7 +130,7 @@ pub struct AtMost {
 #[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/audit", tag = "control", params(AtMost),
     responses((status = 200, body = [AuditEntry]), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn audit(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     FromQuery(asked): FromQuery<AtMost>,
 ) -> Result<Json<Vec<AuditEntry>>, Refusal> {
     let commands = blocking(shared, move |shared| {
@@ -146,7 +146,7 @@ pub async fn audit(
     responses((status = 101, description = "Text frames, each a LiveMessage; the client's first one is a Hello"),
         (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn live(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     Extension(caller): Extension<Caller>,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
@@ -159,7 +159,10 @@ pub async fn live(
         }
     };
     let Some(seat) = shared.admit() else {
-        let full = format!("{} viewers watch already", crate::shared::MOST_VIEWERS);
+        let full = format!(
+            "{} viewers watch already",
+            crate::server_state::MOST_VIEWERS
+        );
         return Refusal::new(StatusCode::TOO_MANY_REQUESTS, "full", full).into_response();
     };
     upgrade

@@ -9,13 +9,17 @@ use axum::response::Response;
 use seatrial_logbook::CampaignId;
 
 use super::blocking;
-use crate::shared::Shared;
+use crate::server_state::ServerState;
 
 /// The header that says it: the place, and what is wrong there.
 const HEADER: HeaderName = HeaderName::from_static("seatrial-damage");
 
 /// Adds the header to what is shown of campaigns that are damaged.
-pub async fn told(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
+pub async fn told(
+    State(shared): State<Arc<ServerState>>,
+    request: Request,
+    next: Next,
+) -> Response {
     let asked = campaigns_of(request.uri()).filter(|_| request.method() == Method::GET);
     let mut response = next.run(request).await;
     let Some(asked) = asked.filter(|_| response.status().is_success()) else {

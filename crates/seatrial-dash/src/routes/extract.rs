@@ -11,7 +11,7 @@ use http_body_util::{BodyExt, LengthLimitError};
 use tempfile::NamedTempFile;
 
 use crate::refusal::Refusal;
-use crate::shared::{Caller, Shared, must_be_operator};
+use crate::server_state::{Caller, ServerState, must_be_operator};
 
 /// A JSON body.
 #[derive(FromRequest)]
@@ -21,11 +21,11 @@ pub struct Body<T>(pub T);
 /// A body of bytes in a file, which is removed with this.
 pub struct Upload(pub NamedTempFile);
 
-impl FromRequest<Arc<Shared>> for Upload {
+impl FromRequest<Arc<ServerState>> for Upload {
     type Rejection = Refusal;
 
     /// Only operators may upload, and a viewer's log is not even read. The file lies where the lists of sensors are.
-    async fn from_request(request: Request, shared: &Arc<Shared>) -> Result<Self, Refusal> {
+    async fn from_request(request: Request, shared: &Arc<ServerState>) -> Result<Self, Refusal> {
         let caller = request.extensions().get::<Caller>();
         must_be_operator(caller.ok_or_else(|| Refusal::internal("a bug: who asks is not known"))?)?;
         let mut file = NamedTempFile::new_in(shared.uploads.path()).map_err(Refusal::internal)?;

@@ -17,14 +17,14 @@ use crate::api::ErrorBody;
 use crate::api::{CampaignDetail, CampaignSummary, Comparison, ReviewOrder, RunSummary, Schedule};
 use crate::history::{self, Format};
 use crate::refusal::Refusal;
-use crate::shared::{Caller, LONGEST_NOTE, Shared};
+use crate::server_state::{Caller, LONGEST_NOTE, ServerState};
 use seatrial_app::series::{LogSeries, series_of};
 
 /// Every campaign, oldest first.
 #[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/campaigns", tag = "history",
     responses((status = 200, body = [CampaignSummary]), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn campaigns(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
 ) -> Result<Json<Vec<CampaignSummary>>, Refusal> {
     let campaigns = blocking(shared, |shared| {
         history::list(&shared.reader()?, shared.slot.campaign())
@@ -37,7 +37,7 @@ pub async fn campaigns(
     params(("id" = i64, Path, description = "Number of the campaign")),
     responses((status = 200, body = CampaignDetail), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn campaign(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     At(id): At<i64>,
 ) -> Result<Json<CampaignDetail>, Refusal> {
     let detail = blocking(shared, move |shared| {
@@ -53,7 +53,7 @@ pub async fn campaign(
         ("seatrial-lease" = Option<String>, Header, description = "The lease of control")),
     responses((status = 200, body = RunSummary), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn review(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     Extension(caller): Extension<Caller>,
     At((id, run)): At<(i64, u32)>,
     Body(order): Body<ReviewOrder>,
@@ -99,7 +99,7 @@ pub async fn review(
     params(("id" = i64, Path, description = "Number of the campaign"), ("run" = u32, Path, description = "Number of the run")),
     responses((status = 200, body = LogSeries), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn series(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     At((id, run)): At<(i64, u32)>,
 ) -> Result<Json<LogSeries>, Refusal> {
     let series = blocking(shared, move |shared| {
@@ -140,7 +140,7 @@ pub struct Place {
     params(("id" = i64, Path, description = "Number of the campaign"), Place),
     responses((status = 200, body = Schedule), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn schedule(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     At(id): At<i64>,
     FromQuery(place): FromQuery<Place>,
 ) -> Result<Json<Schedule>, Refusal> {
@@ -163,7 +163,7 @@ pub async fn schedule(
     responses((status = 200, description = "A page that needs nothing else", body = String, content_type = "text/html"),
         (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn report(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     At(id): At<i64>,
 ) -> Result<Response, Refusal> {
     let page = blocking(shared, move |shared| history::report(&shared.reader()?, id)).await?;
@@ -179,7 +179,10 @@ pub async fn report(
     params(("id" = i64, Path, description = "Number of the campaign")),
     responses((status = 200, description = "As `trial --record FILE.csv` writes it", body = String, content_type = "text/csv"),
         (status = "4XX", description = "Refused", body = ErrorBody))))]
-pub async fn csv(State(shared): State<Arc<Shared>>, At(id): At<i64>) -> Result<Response, Refusal> {
+pub async fn csv(
+    State(shared): State<Arc<ServerState>>,
+    At(id): At<i64>,
+) -> Result<Response, Refusal> {
     let file = blocking(shared, move |shared| {
         history::samples(&shared.reader()?, id, Format::Csv)
     });
@@ -195,7 +198,10 @@ pub async fn csv(State(shared): State<Arc<Shared>>, At(id): At<i64>) -> Result<R
     params(("id" = i64, Path, description = "Number of the campaign")),
     responses((status = 200, description = "As `trial --record FILE.mcap` writes it", body = Vec<u8>, content_type = "application/octet-stream"),
         (status = "4XX", description = "Refused", body = ErrorBody))))]
-pub async fn mcap(State(shared): State<Arc<Shared>>, At(id): At<i64>) -> Result<Response, Refusal> {
+pub async fn mcap(
+    State(shared): State<Arc<ServerState>>,
+    At(id): At<i64>,
+) -> Result<Response, Refusal> {
     let file = blocking(shared, move |shared| {
         history::samples(&shared.reader()?, id, Format::Mcap)
     });
@@ -221,7 +227,7 @@ pub struct Pair {
 #[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/compare", tag = "history", params(Pair),
     responses((status = 200, body = Comparison), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn compare(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     FromQuery(Pair { a, b }): FromQuery<Pair>,
 ) -> Result<Json<Comparison>, Refusal> {
     let comparison = blocking(shared, move |shared| {

@@ -17,14 +17,14 @@ use super::{blocking, download};
 use crate::api::{ErrorBody, IdentifiedLog, InspectedLog, LogColumns};
 use crate::logs::{self, identified, inspected, keep_sensor_list};
 use crate::refusal::Refusal;
-use crate::shared::Shared;
+use crate::server_state::ServerState;
 
 /// Identifies a model from a log. The log is not kept.
 #[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/logs/identify", tag = "logs", params(LogReading),
     request_body(content = Vec<u8>, content_type = "application/octet-stream", description = "The log, of any format that seatrial reads"),
     responses((status = 200, body = IdentifiedLog), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn identify(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     FromQuery(reading): FromQuery<LogReading>,
     Upload(log): Upload,
 ) -> Result<Response, Refusal> {
@@ -36,7 +36,7 @@ pub async fn identify(
     request_body(content = Vec<u8>, content_type = "application/octet-stream", description = "The log, of any format that seatrial reads"),
     responses((status = 200, body = InspectedLog), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn inspect(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     FromQuery(reading): FromQuery<LogReading>,
     Upload(log): Upload,
 ) -> Result<Response, Refusal> {
@@ -49,7 +49,7 @@ pub async fn inspect(
     responses((status = 200, description = "As `seatrial report LOG` writes it", body = String, content_type = "text/html"),
         (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn report_log(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     FromQuery(reading): FromQuery<LogReading>,
     Upload(log): Upload,
 ) -> Result<Response, Refusal> {
@@ -75,7 +75,7 @@ pub enum Track {
     responses((status = 200, description = "The track", body = Vec<u8>, content_type = "application/octet-stream"),
         (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn track(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     At(format): At<Track>,
     FromQuery(reading): FromQuery<LogReading>,
     Upload(log): Upload,
@@ -94,7 +94,7 @@ pub async fn track(
     request_body(content = Vec<u8>, content_type = "application/octet-stream", description = "The log, of any format that seatrial reads"),
     responses((status = 200, body = LogColumns), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn columns(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     FromQuery(reading): FromQuery<LogReading>,
     Upload(log): Upload,
 ) -> Result<Response, Refusal> {
@@ -103,7 +103,7 @@ pub async fn columns(
 
 /// A document that is made and written on a thread of its own: it is large, and others wait for their answers here.
 async fn answered<T: Serialize + 'static>(
-    shared: Arc<Shared>,
+    shared: Arc<ServerState>,
     made: impl FnOnce() -> Result<T, Refusal> + Send + 'static,
 ) -> Result<Response, Refusal> {
     blocking(shared, move |_| Ok(Json(made()?).into_response())).await
@@ -114,11 +114,12 @@ async fn answered<T: Serialize + 'static>(
     request_body(content = Vec<u8>, content_type = "application/octet-stream", description = "The list, by its name in `name`"),
     responses((status = 204, description = "Kept"), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn sensor_list(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     FromQuery(reading): FromQuery<LogReading>,
     Upload(list): Upload,
 ) -> Result<StatusCode, Refusal> {
-    let kept = move |shared: &Arc<Shared>| keep_sensor_list(shared.uploads.path(), list, &reading);
+    let kept =
+        move |shared: &Arc<ServerState>| keep_sensor_list(shared.uploads.path(), list, &reading);
     blocking(shared, kept).await?;
     Ok(StatusCode::NO_CONTENT)
 }

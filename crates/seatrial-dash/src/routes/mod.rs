@@ -31,7 +31,7 @@ use crate::blueos;
 use crate::guard::guard;
 use crate::page;
 use crate::refusal::Refusal;
-use crate::shared::Shared;
+use crate::server_state::ServerState;
 
 #[cfg(feature = "openapi")]
 pub use openapi::openapi_of_types;
@@ -48,7 +48,7 @@ const BODY_WITHIN: Duration = Duration::from_secs(5);
 pub const OPENAPI_JSON: &str = include_str!("../../openapi.json");
 
 /// Everything that is served.
-pub fn router(shared: Arc<Shared>, upload_limit: usize) -> Router {
+pub fn router(shared: Arc<ServerState>, upload_limit: usize) -> Router {
     let logs = Router::new()
         .route("/logs/identify", post(logs::identify))
         .route("/logs/inspect", post(logs::inspect))
@@ -129,8 +129,8 @@ async fn without_panic(request: Request, next: Next) -> Response {
 /// Calls what computes for long or waits for a disk, on a thread for that; a few such calls run at a time, also where their clients
 /// have left.
 async fn blocking<T: Send + 'static>(
-    shared: Arc<Shared>,
-    call: impl FnOnce(&Arc<Shared>) -> Result<T, Refusal> + Send + 'static,
+    shared: Arc<ServerState>,
+    call: impl FnOnce(&Arc<ServerState>) -> Result<T, Refusal> + Send + 'static,
 ) -> Result<T, Refusal> {
     let lanes = Arc::clone(&shared.lanes);
     let lane = lanes.acquire_owned().await.map_err(Refusal::internal)?;

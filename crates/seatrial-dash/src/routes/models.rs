@@ -19,7 +19,7 @@ use crate::api::ErrorBody;
 use crate::api::ModelOrder;
 use crate::models;
 use crate::refusal::Refusal;
-use crate::shared::{Caller, Shared, must_be_operator};
+use crate::server_state::{Caller, ServerState, must_be_operator};
 
 /// What to know about a file, ` | ` between its sentences.
 const NOTES: HeaderName = HeaderName::from_static("seatrial-notes");
@@ -29,7 +29,7 @@ const NOTES: HeaderName = HeaderName::from_static("seatrial-notes");
     responses((status = 200, description = "The documents of `gains --json` and `turn --json`, and what is said against them", body = Object),
         (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn model_limits(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     Extension(caller): Extension<Caller>,
     Body(order): Body<ModelOrder>,
 ) -> Result<Response, Refusal> {
@@ -47,7 +47,7 @@ pub async fn model_limits(
     responses((status = 200, description = "As `gains --export` or `export --to` writes it", body = Vec<u8>, content_type = "application/octet-stream"),
         (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn model_file(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     Extension(caller): Extension<Caller>,
     At(file): At<ModelFile>,
     Body(order): Body<ModelOrder>,
@@ -65,7 +65,7 @@ pub async fn model_file(
     responses((status = 200, description = "The documents of `gains --json` and `turn --json`, and what is said against them", body = Object),
         (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn campaign_limits(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     At(id): At<i64>,
     FromQuery(request): FromQuery<ModelRequest>,
 ) -> Result<Response, Refusal> {
@@ -82,7 +82,7 @@ pub async fn campaign_limits(
     responses((status = 200, description = "As `gains --export` or `export --to` writes it", body = Vec<u8>, content_type = "application/octet-stream"),
         (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn campaign_file(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     At((id, file)): At<(i64, ModelFile)>,
     FromQuery(request): FromQuery<ModelRequest>,
 ) -> Result<Response, Refusal> {
@@ -90,7 +90,7 @@ pub async fn campaign_file(
 }
 
 async fn of_campaign(
-    shared: Arc<Shared>,
+    shared: Arc<ServerState>,
     id: i64,
     file: ModelFile,
     kind: &'static str,
@@ -149,7 +149,7 @@ pub struct Autopilot {
     responses((status = 200, description = "As `gains --export ardupilot` writes it", body = String, content_type = "text/plain"),
         (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn param(
-    shared: State<Arc<Shared>>,
+    shared: State<Arc<ServerState>>,
     At(id): At<i64>,
     asked: FromQuery<Autopilot>,
 ) -> Result<Response, Refusal> {
@@ -163,7 +163,7 @@ pub async fn param(
     responses((status = 200, description = "As `gains --export` writes it", body = String, content_type = "text/plain"),
         (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn gains(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     At((id, format)): At<(i64, Format)>,
     FromQuery(asked): FromQuery<Autopilot>,
 ) -> Result<Response, Refusal> {

@@ -23,25 +23,25 @@ use crate::api::{
     TrialState, VehicleForm, Vehicles,
 };
 use crate::refusal::Refusal;
-use crate::shared::{Caller, Shared, must_be_operator};
+use crate::server_state::{Caller, ServerState, must_be_operator};
 use crate::trials::{self, Allowance};
 
 /// A client that waits for its answer; dropped with its request.
-struct Waiting(Arc<AtomicBool>);
+struct WaitingClient(Arc<AtomicBool>);
 
-impl Default for Waiting {
+impl Default for WaitingClient {
     fn default() -> Self {
         Self(Arc::new(AtomicBool::new(true)))
     }
 }
 
-impl Waiting {
+impl WaitingClient {
     fn flag(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.0)
     }
 }
 
-impl Drop for Waiting {
+impl Drop for WaitingClient {
     fn drop(&mut self) {
         self.0.store(false, Ordering::Relaxed);
     }
@@ -50,7 +50,7 @@ impl Drop for Waiting {
 /// The vehicles that may be asked for.
 #[cfg_attr(feature = "openapi", utoipa::path(get, path = "/api/v1/vehicles", tag = "trial",
     responses((status = 200, body = Vehicles), (status = "4XX", description = "Refused", body = ErrorBody))))]
-pub async fn vehicles(State(shared): State<Arc<Shared>>) -> Json<Vehicles> {
+pub async fn vehicles(State(shared): State<Arc<ServerState>>) -> Json<Vehicles> {
     let vehicles = shared.vehicles.iter().map(|vehicle| VehicleForm {
         name: vehicle.name().into(),
         description: vehicle.description().into(),
@@ -79,11 +79,11 @@ pub async fn default_plan() -> Json<Plan<f64>> {
 #[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/plans/preview", tag = "trial", request_body = PlanOrder,
     responses((status = 200, body = PlanPreview), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn preview(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     Extension(caller): Extension<Caller>,
     Body(order): Body<PlanOrder>,
 ) -> Result<Json<PlanPreview>, Refusal> {
-    let (waiting, allowance) = (Waiting::default(), Allowance::of(&caller));
+    let (waiting, allowance) = (WaitingClient::default(), Allowance::of(&caller));
     let is_waited_for = waiting.flag();
     let preview = blocking(shared, move |shared| {
         trials::preview(shared, order, allowance, &is_waited_for)
@@ -95,12 +95,12 @@ pub async fn preview(
 #[cfg_attr(feature = "openapi", utoipa::path(post, path = "/api/v1/preflight", tag = "trial", request_body = PlanOrder,
     responses((status = 200, body = Preflight), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn preflight(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     Extension(caller): Extension<Caller>,
     Body(order): Body<PlanOrder>,
 ) -> Result<Json<Preflight>, Refusal> {
     must_be_operator(&caller)?;
-    let (waiting, allowance) = (Waiting::default(), Allowance::of(&caller));
+    let (waiting, allowance) = (WaitingClient::default(), Allowance::of(&caller));
     let is_waited_for = waiting.flag();
     let found = blocking(shared, move |shared| {
         trials::preflight(shared, order, allowance, &is_waited_for)
@@ -110,11 +110,11 @@ pub async fn preflight(
 
 /// Carries out a command that starts a trial.
 async fn begun<Order: Clone + Serialize + Send + 'static>(
-    shared: Arc<Shared>,
+    shared: Arc<ServerState>,
     caller: Caller,
     command: &'static str,
     order: Order,
-    wanted: fn(&Shared, Order) -> Result<TrialOrder, Refusal>,
+    wanted: fn(&ServerState, Order) -> Result<TrialOrder, Refusal>,
 ) -> Result<(StatusCode, Json<TrialState>), Refusal> {
     let started = blocking(shared, move |shared| {
         shared.command(&caller, command, &order, |operator| {
@@ -129,7 +129,7 @@ async fn begun<Order: Clone + Serialize + Send + 'static>(
     params(("seatrial-lease" = Option<String>, Header, description = "The lease of control")),
     responses((status = 201, body = TrialState), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn start(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     Extension(caller): Extension<Caller>,
     Body(order): Body<TrialOrder>,
 ) -> Result<(StatusCode, Json<TrialState>), Refusal> {
@@ -141,7 +141,7 @@ pub async fn start(
     params(("seatrial-lease" = Option<String>, Header, description = "The lease of control")),
     responses((status = 201, body = TrialState), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn repeat(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     Extension(caller): Extension<Caller>,
     Body(order): Body<RepeatOrder>,
 ) -> Result<(StatusCode, Json<TrialState>), Refusal> {
@@ -153,7 +153,7 @@ pub async fn repeat(
     params(("seatrial-lease" = Option<String>, Header, description = "The lease of control")),
     responses((status = 201, body = TrialState), (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn go_on(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     Extension(caller): Extension<Caller>,
     Body(order): Body<GoOnOrder>,
 ) -> Result<(StatusCode, Json<TrialState>), Refusal> {
@@ -170,7 +170,7 @@ const ENTERED_WITHIN: Duration = Duration::from_millis(50);
         (status = 204, description = "A commission is asked to end; the live stream tells how"),
         (status = "4XX", description = "Refused", body = ErrorBody))))]
 pub async fn abort(
-    State(shared): State<Arc<Shared>>,
+    State(shared): State<Arc<ServerState>>,
     Extension(caller): Extension<Caller>,
 ) -> Result<Response, Refusal> {
     let is_commission = shared.slot.is_commission();
@@ -196,7 +196,7 @@ pub async fn abort(
     Ok((StatusCode::ACCEPTED, Json(begun)).into_response())
 }
 
-fn enter_abort(shared: &Shared, caller: &Caller, result: &Result<Option<i64>, Refusal>) {
+fn enter_abort(shared: &ServerState, caller: &Caller, result: &Result<Option<i64>, Refusal>) {
     let actor = shared.commander(caller);
     let actor = actor.unwrap_or_else(|_| role_name(caller));
     let result = result.as_ref().map(|_| ());
