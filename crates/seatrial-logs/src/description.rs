@@ -34,6 +34,8 @@ pub enum Format {
     Nmea0183,
     /// MOOS.
     Alog,
+    /// DUNE, messages of IMC.
+    Lsf,
     /// Deltas of Signal K.
     #[serde(rename = "signal_k")]
     SignalK,

@@ -21,7 +21,7 @@ const WORKBOOK: [&[u8]; 2] = [b"[Content_Types].xml", b"xl/"];
 const OPEN_DOCUMENT: &[u8] = b"application/vnd.oasis.opendocument.spreadsheet";
 
 /// What is recorded where boats are, by the bytes that it begins with, and what to give in its place.
-const NO_LOGS: [(&[u8], &str, &str); 22] = [
+const NO_LOGS: [(&[u8], &str, &str); 20] = [
     (
         b"LOGG",
         "a log of CAN frames (BLF)",
@@ -36,16 +36,6 @@ const NO_LOGS: [(&[u8], &str, &str); 22] = [
         b"\xed\xa1\xda\x01",
         "a log of LCM",
         "write its channels of heading and rudder as CSV, as Python's `lcm.EventLog` reads them",
-    ),
-    (
-        b"\x54\xfe",
-        "a log of DUNE (LSF)",
-        "export its messages EulerAngles and ServoPosition as CSV, as Neptus does",
-    ),
-    (
-        b"\xfe\x54",
-        "a log of DUNE (LSF)",
-        "export its messages EulerAngles and ServoPosition as CSV, as Neptus does",
     ),
     (
         b"\x02\0\0\0\xb2\x07",

@@ -6,6 +6,8 @@ use seatrial_core::Sample;
 use seatrial_dev::data;
 use seatrial_logs::{ChannelChoice, Fault, LogReader, Quantity, Unit, open};
 
+use crate::seeds::{ROWS, imc, lsf};
+
 fn samples(path: &Path, choice: &ChannelChoice) -> (Vec<Sample<f64>>, LogReader) {
     let mut reader = open(path, choice).unwrap();
     let samples = reader.by_ref().collect::<Result<Vec<_>, _>>().unwrap();
@@ -462,6 +464,81 @@ fn io_deltas_of_signal_k_are_read() {
     let second = "n2k.22: navigation.headingMagnetic";
     choice.columns.insert(Quantity::Heading, second.into());
     assert_eq!(of_text(&two, &choice).unwrap().0.len(), 400);
+}
+
+/// The rudder is the mean of the two vertical fins, which roll control turns against each other.
+#[test]
+fn io_logs_of_dune_are_read_and_what_is_damaged_is_passed_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("Data.lsf");
+    let read = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).unwrap();
+        samples(&path, &ChannelChoice::default())
+    };
+    let log = lsf();
+    let (whole, reader) = read(&log);
+    assert_eq!(whole.len(), ROWS as usize);
+    assert!(reader.warnings().is_empty(), "{:?}", reader.warnings());
+    for (k, sample) in whole.iter().enumerate() {
+        let heading_rad = f64::from(1.0 + 0.01 * k as f32);
+        assert_eq!(sample.heading_rad, heading_rad);
+        // Angles of servos are single.
+        assert!((sample.rudder_rad - 0.1).abs() < 1e-7, "{sample:?}");
+        assert_eq!(sample.roll_rad, Some(0.02));
+        assert_eq!(sample.pitch_rad, Some(-0.05));
+    }
+    // A heading of another value, and a size that reaches over all the rest: that sample is missing, those behind it are not.
+    let size = log.len() / ROWS as usize;
+    for (at, byte) in [(2 * size - 10, 1), (2 * size - 57, 0xff)] {
+        let mut damaged = log.clone();
+        damaged[at] ^= byte;
+        let (rest, reader) = read(&damaged);
+        assert_eq!((rest[0], &rest[1..]), (whole[0], &whole[2..]), "{at}");
+        let warnings = reader.warnings().join("; ");
+        assert!(warnings.contains("62 bytes in 1 places"), "{warnings}");
+    }
+}
+
+/// The command to a boat's rudder; of two compasses the one with more messages, of two orders of bytes each.
+#[test]
+fn io_logs_of_dune_tell_compasses_and_orders_of_bytes_apart() {
+    let mut log = Vec::new();
+    for k in 0..10 {
+        let time_s = 1.7e9 + 0.1 * f64::from(k);
+        let angles = |psi: f64| [0.0, 0.0, 0.0, psi, 0.0].map(f64::to_be_bytes);
+        let rates = [0.0, 0.0, 0.0, 0.05].map(f64::to_be_bytes);
+        log.extend(imc(
+            false,
+            302,
+            time_s,
+            3,
+            &[&[0], &(-0.2_f32).to_be_bytes()],
+        ));
+        log.extend(imc(false, 256, time_s, 12, &[rates.as_flattened()]));
+        if k % 2 == 0 {
+            log.extend(imc(false, 254, time_s, 7, &[angles(2.0).as_flattened()]));
+        }
+        log.extend(imc(false, 254, time_s, 12, &[angles(1.0).as_flattened()]));
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log");
+    std::fs::write(&path, log).unwrap();
+    let mut choice = ChannelChoice::default();
+    let (read, _) = samples(&path, &choice);
+    assert_eq!(read.len(), 10);
+    assert!(read.iter().all(|sample| sample.heading_rad == 1.0));
+    assert!(
+        read.iter()
+            .all(|sample| sample.yaw_rate_rad_s == Some(0.05))
+    );
+    assert!(
+        read.iter()
+            .all(|sample| (sample.rudder_rad + 0.2).abs() < 1e-7)
+    );
+    choice.columns = [(Quantity::Heading, "EulerAngles.30.7.psi".into())].into();
+    let (read, _) = samples(&path, &choice);
+    assert_eq!(read.len(), 5);
+    assert!(read.iter().all(|sample| sample.heading_rad == 2.0));
 }
 
 /// Positions of a track beside a log, by UTC.

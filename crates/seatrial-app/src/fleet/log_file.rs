@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
 /// How the names of logs end; in a folder other files are passed over.
-const ENDINGS: [&str; 17] = [
+const ENDINGS: [&str; 18] = [
     "csv", "tsv", "txt", "parquet", "bin", "tlog", "ulg", "mcap", "db3", "nmea", "log", "alog",
-    "dbd", "sbd", "mbd", "ebd", "n2k",
+    "dbd", "sbd", "mbd", "ebd", "n2k", "lsf",
 ];
 
 /// A log as it was when the job began.

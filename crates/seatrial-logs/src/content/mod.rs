@@ -2,6 +2,7 @@
 
 mod alog;
 mod expedition;
+mod lsf;
 
 use std::io::{self, Cursor, Read, Seek};
 use std::path::Path;
@@ -55,6 +56,7 @@ fn format(start: &[u8]) -> Format {
         (is_nmea0183(start), Format::Nmea0183),
         (expedition::is_start(start), Format::Expedition),
         (crate::signal_k::is_start(start), Format::SignalK),
+        (lsf::is_start(start), Format::Lsf),
         (start.starts_with(b"%%%%"), Format::Alog),
         (start.starts_with(b"%% LOG"), Format::Alog),
         (start.starts_with(ROS1), Format::Rosbag1),
@@ -220,6 +222,7 @@ fn built_in(
         Format::DataFlash => joined(format, crate::dataflash::DataFlash::open(file)),
         Format::Tlog => joined(format, crate::tlog::Telemetry::open(file)),
         Format::Ulog => joined(format, crate::ulog::ULog::open(file)),
+        Format::Lsf => joined(format, lsf::Lsf::open(file)),
         Format::Slocum => joined(format, crate::slocum::Glider::open(file, path, held)),
         Format::Canboat => Ok(Box::new(MessageTable::new(
             format,

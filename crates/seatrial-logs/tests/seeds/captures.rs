@@ -1,4 +1,4 @@
-//! Text copies of DataFlash logs, captures of networks, long and sparse tables.
+//! Text copies of DataFlash logs, captures of networks, logs of DUNE, long and sparse tables.
 
 use super::*;
 
@@ -102,4 +102,55 @@ pub fn long() -> Vec<u8> {
         }
     }
     log.into_bytes()
+}
+
+/// A packet of IMC, sent by an entity of system 30; the numbers of its header and sum in this order of bytes.
+pub fn imc(is_little_endian: bool, id: u16, time_s: f64, entity: u8, fields: &[&[u8]]) -> Vec<u8> {
+    let word = |word: u16| match is_little_endian {
+        true => word.to_le_bytes(),
+        false => word.to_be_bytes(),
+    };
+    let time = match is_little_endian {
+        true => time_s.to_le_bytes(),
+        false => time_s.to_be_bytes(),
+    };
+    let fields = fields.concat();
+    let mut packet = [word(0xfe54), word(id), word(fields.len() as u16)].concat();
+    packet.extend(
+        [
+            &time[..],
+            &word(30),
+            &[entity],
+            &word(0xffff),
+            &[0xff],
+            &fields,
+        ]
+        .concat(),
+    );
+    let sum = packet.iter().fold(0_u16, |sum, byte| {
+        (0..8).fold(sum ^ u16::from(*byte), |sum, _| {
+            (sum >> 1) ^ (0xa001 * (sum & 1))
+        })
+    });
+    packet.extend(word(sum));
+    packet
+}
+
+/// A log of DUNE: the vertical fins are servos 0 and 3, and one message of every sample is of a kind that is not read.
+pub fn lsf() -> Vec<u8> {
+    let servo =
+        |time_s, id: u8, angle: f32| imc(true, 281, time_s, 9, &[&[id], &angle.to_le_bytes()]);
+    let of_sample = |k: u32| {
+        let time_s = f64::from(START_S) + 0.1 * f64::from(k);
+        let angles = [0.0, 0.02, -0.05, f64::from(heading_rad(k)), 0.0].map(f64::to_le_bytes);
+        [
+            servo(time_s, 0, 0.15),
+            servo(time_s, 1, 0.3),
+            servo(time_s, 3, 0.05),
+            imc(true, 150, time_s, 0, &[]),
+            imc(true, 254, time_s, 12, &[angles.as_flattened()]),
+        ]
+        .concat()
+    };
+    (0..ROWS).flat_map(of_sample).collect()
 }

@@ -19,19 +19,20 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
 
 use captures::{blocks_of_datagrams, datagrams};
-pub use captures::{dataflash_text, long, pcap, sparse};
+pub use captures::{dataflash_text, imc, long, lsf, pcap, sparse};
 use nmea2000::nmea2000;
 
 /// Samples of a sound log.
 pub const ROWS: u32 = 6;
 
 /// Every format.
-pub const FORMATS: [&str; 16] = [
+pub const FORMATS: [&str; 17] = [
     "dataflash",
     "tlog",
     "ulog",
     "canboat",
     "slocum",
+    "lsf",
     "nmea0183",
     "alog",
     "expedition",
@@ -53,6 +54,7 @@ pub fn of(format: &str) -> Vec<Vec<u8>> {
         "ulog" => vec![ulog()],
         "canboat" => nmea2000(),
         "slocum" => vec![slocum()],
+        "lsf" => vec![lsf()],
         "nmea0183" => vec![
             nmea0183(),
             nmea0183_without_times(),
