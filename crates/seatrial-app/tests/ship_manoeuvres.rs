@@ -169,5 +169,17 @@ fn exact_names_are_harmless_in_every_target() {
     );
     let program = text(Form::Python, None).unwrap();
     assert!(program.contains("NAME = \"vehicle_3rd"), "{program}");
+    let program = text(Form::ControlSystems, None).unwrap();
+    let head = program
+        .lines()
+        .take_while(|line| !line.starts_with("using"));
+    assert!(head.clone().count() > 3 && head.clone().all(|line| line.starts_with('#')));
+    for number in [
+        "vehicle_b2_per_s2 = [1.2]",
+        "vehicle_rudder_rate_rad_s = Inf",
+        "vehicle_rudder_lag_s = 0.1\n",
+    ] {
+        assert!(program.contains(number), "{number}: {program}");
+    }
     assert!(text(Form::Gazebo, Some(1.5)).is_err());
 }

@@ -36,6 +36,8 @@ pub enum Form {
     Mujoco,
     /// Functions of Octave and Matlab.
     Octave,
+    /// Transfer functions of ControlSystems.jl, Julia.
+    ControlSystems,
     /// A Functional Mock-up Unit, FMI 3.0 for co-simulation.
     Fmu,
     /// SDF of Gazebo with its hydrodynamics plugin.
@@ -95,6 +97,13 @@ impl FileForm for Form {
             extension: "m",
             label: "Octave and Matlab",
             about: "Functions of Octave and Matlab",
+        },
+        Row {
+            form: Self::ControlSystems,
+            name: "julia",
+            extension: "jl",
+            label: "Julia, ControlSystems.jl",
+            about: "Transfer functions of ControlSystems.jl, Julia",
         },
         Row {
             form: Self::Fmu,
@@ -180,6 +189,7 @@ pub fn file(
         (Form::Casadi, _) => program::casadi(vehicle),
         (Form::Mujoco, _) => program::mujoco(vehicle),
         (Form::Octave, _) => program::octave(vehicle),
+        (Form::ControlSystems, _) => program::control_systems(vehicle),
         (Form::Gazebo, _) => gazebo::sdf(vehicle, &at_thrust()),
         (Form::Moos, _) => moos::configuration(vehicle, &at_thrust())?,
         (Form::Nav2, _) => nav2::yaml(vehicle, &at_thrust())?,

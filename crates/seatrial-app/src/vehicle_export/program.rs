@@ -20,6 +20,10 @@ const C: Words = Words {
     none: "0.0",
     infinite: "0.0",
 };
+const JULIA: Words = Words {
+    none: "nothing",
+    infinite: "Inf",
+};
 const OCTAVE: Words = Words {
     none: "[]",
     infinite: "Inf",
@@ -52,6 +56,17 @@ pub(super) fn octave(vehicle: &IdentifiedVehicle) -> String {
     let lines = head(vehicle, &[]);
     let head: Vec<String> = lines.iter().map(|line| format!("% {line}")).collect();
     filled(template, &head.join("\n"), vehicle, &OCTAVE)
+}
+
+pub(super) fn control_systems(vehicle: &IdentifiedVehicle) -> String {
+    let template = include_str!("templates/control_systems.jl");
+    let cannot = [
+        "limit and rate of the rudder, and the offset C0, which are constants beside the models",
+        "how the speed follows the thrust, and what a turn costs of it",
+    ];
+    let lines = head(vehicle, &cannot.map(str::to_owned));
+    let head: Vec<String> = lines.iter().map(|line| format!("# {line}")).collect();
+    filled(template, &head.join("\n"), vehicle, &JULIA)
 }
 
 /// The source code of an FMU, which names the token that it is instantiated with `@TOKEN@`.
