@@ -15,7 +15,7 @@ const CRATES: [&str; 5] = [
 ];
 
 /// What only the terminal shows: the checks of a machine's set-up, and what to type next.
-const OF_THE_TERMINAL: [&str; 4] = ["set_up.rs", "next.rs", "advice/mod.rs", "advice/options.rs"];
+const OF_THE_TERMINAL: [&str; 3] = ["set_up.rs", "next.rs", "advice.rs"];
 
 /// Options of other programs.
 const OF_OTHERS: [&str; 3] = ["--features", "--src", "--dst"];
