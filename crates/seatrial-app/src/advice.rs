@@ -221,17 +221,6 @@ pub fn document(found: &mut Value, reader: Reader) {
     }
 }
 
-/// The field of a page for the rudder angle at full steering, where models are shown. A vehicle has it from the start of its server.
-const FULL_RUDDER: &str = "“Rudder at full steering” under “Choose damping, speed or rudder angle”";
-
-/// What is said of models, in the words of a reader.
-pub fn of_models(text: &str, reader: Reader) -> String {
-    match reader {
-        Reader::Dashboard => addressed(&text.replace("--full-rudder-deg DEG", FULL_RUDDER), reader),
-        _ => addressed(text, reader),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -262,18 +251,6 @@ mod tests {
             },
             Fault::NoSamples { rows: 3 },
         ]
-    }
-
-    #[test]
-    fn exact_a_page_has_a_field_for_the_full_rudder_of_models() {
-        let text = "if full steering is another angle, say --full-rudder-deg DEG";
-        let shown = of_models(text, Reader::Dashboard);
-        assert!(
-            shown.contains("say “Rudder at full steering” under"),
-            "{shown}"
-        );
-        assert_eq!(of_models(text, Reader::Terminal), text);
-        assert!(addressed(text, Reader::Dashboard).contains("in a terminal"));
     }
 
     #[test]

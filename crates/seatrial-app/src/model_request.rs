@@ -28,7 +28,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::Error;
-use crate::advice;
+use crate::advice::addressed;
 use crate::file_form::FileForm;
 use crate::gains::{HeadingGains, LoopRequirements};
 use crate::gains_export::{Format, GainsFile, check_usable};
@@ -199,14 +199,14 @@ pub struct GainsAndLimits {
     pub files: Vec<OfferedFile>,
 }
 
-impl GainsAndLimits {
-    /// With what to do in the words of the place where it is read.
-    pub fn addressed_to(mut self, reader: Reader) -> Self {
-        let warnings = self.warnings.iter();
-        self.warnings = warnings.map(|one| advice::of_models(one, reader)).collect();
-        self.unusable = self.unusable.map(|why| advice::of_models(&why, reader));
-        self
-    }
+/// What is said of models in the words of a page, which has a field for the rudder at full steering; that of a vehicle is said when its server
+/// is started.
+fn on_page(text: String) -> String {
+    let field = "“Rudder at full steering” under “Choose damping, speed or rudder angle”";
+    addressed(
+        &text.replace("--full-rudder-deg DEG", field),
+        Reader::Dashboard,
+    )
 }
 
 impl ModelRequest {
@@ -218,10 +218,10 @@ impl ModelRequest {
         let models = self.limited(models)?;
         let wanted = self.wanted();
         Ok(GainsAndLimits {
-            warnings: models.warnings(),
+            warnings: models.warnings().into_iter().map(on_page).collect(),
             unusable: check_usable(&wanted, &models)
                 .err()
-                .map(|error| error.to_string()),
+                .map(|error| on_page(error.to_string())),
             gains: wanted.gains(&models)?,
             turning: TurningLimits::of(&models, std::f64::consts::PI, None, None)?,
             files: ModelFile::all().map(OfferedFile::from).collect(),
@@ -249,12 +249,11 @@ impl ModelRequest {
             vehicle_export::check_usable(&vehicle, form, None, rejected)?;
         }
         let (bytes, note) = vehicle_export::file(&vehicle, form, None)?;
-        let mut notes = vehicle.provenance.assumptions;
-        notes.extend(note);
+        let notes = vehicle.provenance.assumptions.into_iter().chain(note);
         Ok(FileOfModels {
             bytes,
             extension: form.row().extension,
-            notes,
+            notes: notes.map(on_page).collect(),
         })
     }
 
@@ -273,7 +272,7 @@ impl ModelRequest {
         Ok(FileOfModels {
             bytes: made.text.into_bytes(),
             extension: format.row().extension,
-            notes: made.notes,
+            notes: made.notes.into_iter().map(on_page).collect(),
         })
     }
 
@@ -299,6 +298,17 @@ impl ModelRequest {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn exact_a_page_has_a_field_for_the_full_rudder_of_models() {
+        let text = "if full steering is another angle, say --full-rudder-deg DEG";
+        let shown = on_page(text.into());
+        assert!(
+            shown.contains("say “Rudder at full steering” under"),
+            "{shown}"
+        );
+        assert!(addressed(text, Reader::Dashboard).contains("in a terminal"));
+    }
 
     #[test]
     fn exact_every_file_on_offer_is_taken_by_its_name_and_has_an_ending_of_its_own() {

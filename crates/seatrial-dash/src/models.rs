@@ -1,8 +1,6 @@
 //! What is made of models: gains, turning limits, files for controllers, simulators and planners.
 
-use seatrial::identification::Reader;
 use seatrial_app::Error;
-use seatrial_app::advice::of_models;
 use seatrial_app::model_request::{FileOfModels, GainsAndLimits, ModelFile, ModelRequest};
 use seatrial_app::models::{Models, of_document_text};
 use seatrial_app::trials::campaign_models::of_entry;
@@ -27,8 +25,7 @@ pub fn of_order(order: &ModelOrder) -> Result<Models, Refusal> {
 /// Gains and turning limits.
 pub fn limits(models: &Models, request: &ModelRequest) -> Result<GainsAndLimits, Refusal> {
     let limits = request.limits(models);
-    let limits = limits.map_err(|error| Refusal::unprocessable("no_limits", error))?;
-    Ok(limits.addressed_to(Reader::Dashboard))
+    limits.map_err(|error| Refusal::unprocessable("no_limits", error))
 }
 
 /// A file.
@@ -40,14 +37,8 @@ pub fn file(
     models
         .unless_rehearsed(request.rehearsal || !file.is_gains())
         .map_err(|error| Refusal::unprocessable("rehearsal", error))?;
-    let made = request.file(models, file).map_err(|error| match error {
+    request.file(models, file).map_err(|error| match error {
         Error::Rejected(_) => Refusal::unprocessable("gain_warned_of", error),
         error => Refusal::unprocessable("no_file", error),
-    })?;
-    Ok(FileOfModels {
-        notes: (made.notes.iter())
-            .map(|note| of_models(note, Reader::Dashboard))
-            .collect(),
-        ..made
     })
 }

@@ -154,8 +154,7 @@ impl Request {
                 stated,
             } => {
                 let models = models(origin, &document, &stated)?;
-                let limits = stated.limits(&models)?.addressed_to(Reader::Dashboard);
-                Ok(json!(limits))
+                Ok(json!(stated.limits(&models)?))
             }
             Self::File {
                 origin,
@@ -170,9 +169,7 @@ impl Request {
                             .into(),
                     )
                 })?;
-                let notes = file.notes.iter();
-                let notes = notes.map(|note| advice::of_models(note, Reader::Dashboard));
-                Ok(json!({ "text": text, "notes": notes.collect::<Vec<_>>() }))
+                Ok(json!({ "text": text, "notes": file.notes }))
             }
             Self::Simulate { trial } => simulated::trial(&trial, files),
             Self::Rehearse { trial, reading } => simulated::found(&trial, *reading),
