@@ -3,7 +3,7 @@
 
 use seatrial::campaign::Run;
 use seatrial::identification::{
-    Intervals, Outcome, Reader, Reason, ReasonCode, ReasonKind, Subject, ValidRange, Verdict,
+    Intervals, Outcome, Reason, ReasonCode, ReasonKind, Subject, ValidRange, Verdict,
 };
 use seatrial::{Campaign, Identification};
 use seatrial_core::RudderUnit;
@@ -101,7 +101,7 @@ impl ReportedReason {
             of: reason.of.clone(),
             cause: reason.text.clone(),
             detail: reason.measured().to_owned(),
-            action: reason.action_for(Reader::Terminal).to_owned(),
+            action: reason.action.clone(),
         }
     }
 
@@ -121,9 +121,7 @@ impl ReportedVerdict {
     pub fn of(verdict: &Verdict) -> Self {
         let outcome = verdict.outcome();
         let cause = verdict.cause().map_or("", |cause| &cause.text);
-        let action = verdict
-            .cause()
-            .map_or("", |cause| cause.action_for(Reader::Terminal));
+        let action = verdict.cause().map_or("", |cause| &cause.action);
         let say = match outcome {
             Outcome::Use => format!("The model may be used: {cause}"),
             Outcome::UseWithCare => format!("The model may be used with care: {cause} {action}"),
