@@ -3,10 +3,8 @@
 use seatrial::campaign::speeds::{Difference as ModelDifference, ThrustDifference};
 use seatrial::gains::DAMPING_RATIO;
 use seatrial::health::{Finding, HealthSettings, Reference, SpeedModel, compare};
-use seatrial::identification::Reader;
 use seatrial::{Campaign, Run};
 use seatrial_app::Error;
-use seatrial_app::advice::addressed;
 use seatrial_app::gains::{LoopFigures, LoopRequirements};
 use seatrial_app::models::{ModelPoint, Models};
 use seatrial_app::trials::{campaign_models::check_undamaged, campaign_page::campaign_page};
@@ -203,7 +201,7 @@ fn what_changed(a: &Campaign, b: &Campaign) -> Option<WhatChanged> {
     let reason = |code: &str, text: &str| Reason {
         code: code.into(),
         of: None,
-        text: addressed(text, Reader::Dashboard),
+        text: text.into(),
         action: String::new(),
     };
     let because = reason(&change.finding.to_string(), &change.because);
