@@ -7,7 +7,6 @@
 use seatrial::identification::{Reader, Reason, Verdict};
 use seatrial::words::capitalised;
 use seatrial_logs::Quantity;
-use serde_json::Value;
 
 const TERMINAL: &str = "";
 
@@ -186,38 +185,19 @@ fn is_placeholder(word: &str) -> bool {
 }
 
 /// A reason in the words of a reader.
-pub fn reason(reason: Reason, reader: Reader) -> Reason {
+pub fn reason(reason: &Reason, reader: Reader) -> Reason {
     Reason {
         action: addressed(reason.action_for(reader), reader),
         text: addressed(&reason.text, reader),
         detail: addressed(&reason.detail, reader),
-        code: reason.code,
-        of: reason.of,
+        ..reason.clone()
     }
 }
 
-/// A verdict in the words of a reader.
-pub fn verdict(verdict: Verdict, reader: Reader) -> Verdict {
-    let reasons = verdict.reasons.into_iter();
-    Verdict {
-        reasons: reasons.map(|one| reason(one, reader)).collect(),
-        ..verdict
-    }
-}
-
-/// Several texts in the words of a reader.
-pub fn all(texts: impl IntoIterator<Item = String>, reader: Reader) -> Vec<String> {
-    let texts = texts.into_iter();
-    texts.map(|text| addressed(&text, reader)).collect()
-}
-
-/// Every text of a document in the words of a reader.
-pub fn document(found: &mut Value, reader: Reader) {
-    match found {
-        Value::String(text) if text.contains("--") => *text = addressed(text, reader),
-        Value::Array(values) => values.iter_mut().for_each(|one| document(one, reader)),
-        Value::Object(fields) => fields.values_mut().for_each(|one| document(one, reader)),
-        _ => {}
+/// Puts a verdict in the words of a reader.
+pub fn verdict(verdict: &mut Verdict, reader: Reader) {
+    for one in &mut verdict.reasons {
+        *one = reason(one, reader);
     }
 }
 

@@ -107,12 +107,10 @@ impl Inspection {
     }
 
     /// With what to do in the words of the place where it is read.
-    pub fn addressed_to(self, reader: Reader) -> Self {
-        Self {
-            source: self.source.addressed_to(reader),
-            verdict: advice::verdict(self.verdict, reader),
-            ..self
-        }
+    pub fn addressed_to(mut self, reader: Reader) -> Self {
+        self.source = self.source.addressed_to(reader);
+        advice::verdict(&mut self.verdict, reader);
+        self
     }
 }
 

@@ -66,7 +66,7 @@ impl From<core::Outcome> for Outcome {
 
 impl From<seatrial::identification::Reason> for Reason {
     fn from(reason: seatrial::identification::Reason) -> Self {
-        let reason = advice::reason(reason, Reader::Dashboard);
+        let reason = advice::reason(&reason, Reader::Dashboard);
         Self {
             code: reason.code.to_string(),
             of: reason.of.map(|subject| subject.to_string()),

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use seatrial::campaign::Run;
 use seatrial::identification::{Reader, Refined};
 use seatrial::{Campaign, Step};
-use seatrial_app::advice;
+use seatrial_app::advice::addressed;
 use seatrial_app::conduct::Watch;
 use seatrial_app::trials::order::{CampaignStart, View};
 use seatrial_core::Trial;
@@ -129,8 +129,10 @@ impl View for TrialPlace {
     /// Shows the end and frees the slot under one lock: a client that sees the end may begin the next trial.
     fn ended(&mut self, campaign: &Campaign, warnings: &[String]) {
         let mut running = self.slot.running();
-        let warnings = advice::all(warnings.iter().cloned(), Reader::Dashboard);
-        self.tap.ended(campaign, warnings);
+        let warnings = warnings
+            .iter()
+            .map(|text| addressed(text, Reader::Dashboard));
+        self.tap.ended(campaign, warnings.collect());
         *running = None;
         self.has_place = false;
     }

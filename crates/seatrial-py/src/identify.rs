@@ -115,7 +115,7 @@ pub fn identify(
     });
     match found {
         Ok(mut found) => {
-            found.verdict = advice::verdict(found.verdict, Reader::Python);
+            advice::verdict(&mut found.verdict, Reader::Python);
             json(py, &found)
         }
         Err(found) => Err(no_model(py, found)),
@@ -126,7 +126,7 @@ fn no_model(py: Python<'_>, found: IdentifyError) -> PyErr {
     match found {
         IdentifyError::Setting(invalid) => usage(py, invalid),
         IdentifyError::Refused(reason) => {
-            let reason = advice::reason(reason, Reader::Python);
+            let reason = advice::reason(&reason, Reader::Python);
             let refused = error(
                 py,
                 "RejectedError",
@@ -247,8 +247,7 @@ pub fn read_log<'py>(
         arrays.set_item("rudder_of_full", rudder)?;
         arrays.del_item("rudder_rad")?;
     }
-    let warnings = advice::all(warned.0, Reader::Python);
-    Ok((arrays, json(py, &log.source())?, warnings))
+    Ok((arrays, json(py, &log.source())?, warned.0))
 }
 
 /// The paper's printed numbers beside recomputed ones; JSON.

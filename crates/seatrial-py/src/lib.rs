@@ -15,7 +15,7 @@ mod simulate;
 use pyo3::prelude::*;
 use seatrial::identification::Reader;
 use seatrial::words::shortened;
-use seatrial_app::advice::{self, addressed};
+use seatrial_app::advice::addressed;
 
 /// An exception of the Python part, by its name; it carries the exit code of the command.
 fn error(py: Python<'_>, class: &str, message: impl ToString) -> PyErr {
@@ -38,9 +38,15 @@ fn usage(py: Python<'_>, message: impl ToString) -> PyErr {
 /// JSON or the text of a file, and what to warn of.
 type Document = (String, Vec<String>);
 
+/// Texts in the words of Python.
+fn for_python(texts: &[String]) -> Vec<String> {
+    let texts = texts.iter();
+    texts.map(|text| addressed(text, Reader::Python)).collect()
+}
+
 /// What is told of a document or a file, with its warnings in the words of Python.
 fn answer(document: String, warnings: Vec<String>) -> Document {
-    (document, advice::all(warnings, Reader::Python))
+    (document, for_python(&warnings))
 }
 
 /// The exception for what a use case gives no result for.
@@ -55,16 +61,9 @@ fn failed(py: Python<'_>, found: &seatrial_app::Error) -> PyErr {
     error(py, class, found)
 }
 
-/// A document as JSON, in the words of Python.
+/// A document as JSON.
 fn json(py: Python<'_>, document: &impl serde::Serialize) -> PyResult<String> {
-    let fault = |found| error(py, "SeatrialError", found);
-    let text = serde_json::to_string(document).map_err(fault)?;
-    if !text.contains("--") {
-        return Ok(text);
-    }
-    let mut document = serde_json::from_str(&text).map_err(fault)?;
-    advice::document(&mut document, Reader::Python);
-    Ok(document.to_string())
+    serde_json::to_string(document).map_err(|found| error(py, "SeatrialError", found))
 }
 
 #[pymodule]

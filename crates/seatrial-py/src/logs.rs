@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use seatrial::identification::Reader;
+use seatrial_app::advice::{self, addressed};
 use seatrial_app::compare_log::compare_log;
 use seatrial_app::logs::open;
 use seatrial_app::trials::campaign_models::{ComparedModels, compared_models, open_named};
@@ -11,7 +12,7 @@ use seatrial_app::trials::health::{
     Comparison, Criteria, Missions, WatchDocument, change, reference,
 };
 use seatrial_app::validate_log::{ModelInput, validate_log};
-use seatrial_app::{Error, Inspection, advice};
+use seatrial_app::{Error, Inspection};
 use serde_json::Value;
 
 use crate::models::Source;
@@ -70,7 +71,7 @@ pub fn validate(
     }
     let found = py.detach(|| validate_log(&path, &given, window(span), &settings, &mut warned));
     let mut found = found.map_err(|error| failed(py, &error))?;
-    found.verdict = advice::verdict(found.verdict, Reader::Python);
+    advice::verdict(&mut found.verdict, Reader::Python);
     Ok(answer(json(py, &found)?, warned.0))
 }
 
@@ -123,7 +124,8 @@ pub fn health(
 
 fn between(was: &ComparedModels, now: &ComparedModels, criteria: Criteria) -> Result<Value, Error> {
     let settings = criteria.between_trials()?;
-    let change = change(was, &self::reference(was)?, now, &settings);
+    let mut change = change(was, &self::reference(was)?, now, &settings);
+    change.action = addressed(&change.action, Reader::Python);
     document(&Comparison::of(was, now, &change))
 }
 

@@ -5,8 +5,6 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use seatrial::gains::export::VehicleType;
-use seatrial::identification::Reader;
-use seatrial_app::advice;
 use seatrial_app::file_form::FileForm;
 use seatrial_app::gains::LoopRequirements;
 use seatrial_app::gains_export::{Format, GainsFile, check_usable};
@@ -19,7 +17,7 @@ use seatrial_app::vehicle_file::VehicleOverrides;
 use seatrial_core::YawModel;
 use seatrial_core::schedule::{Beyond, ScheduleKey};
 
-use crate::{Document, answer, failed, json, usage};
+use crate::{Document, answer, failed, for_python, json, usage};
 
 /// Where models come from, a mapping of the Python part: one of its entries is given.
 #[derive(FromPyObject)]
@@ -117,7 +115,8 @@ impl ModelArguments {
 #[pyfunction]
 pub fn heading_gains(py: Python<'_>, source: Source, asked: ModelArguments) -> PyResult<Document> {
     let (wanted, models) = asked.models(py, &source)?;
-    let found = wanted.gains(&models).map_err(|error| failed(py, &error))?;
+    let mut found = wanted.gains(&models).map_err(|error| failed(py, &error))?;
+    found.rejected = for_python(&found.rejected);
     Ok(answer(json(py, &found)?, warnings(&models)))
 }
 
@@ -142,7 +141,8 @@ pub fn turning_limits(
         ));
     }
     let found = TurningLimits::of(&models, heading_change_rad, up_to_speed_m_s, measured);
-    let found = found.map_err(|error| failed(py, &error))?;
+    let mut found = found.map_err(|error| failed(py, &error))?;
+    found.rejected = for_python(&found.rejected);
     Ok(answer(json(py, &found)?, warnings(&models)))
 }
 
@@ -240,5 +240,5 @@ pub fn export_vehicle(
     let (file, note) =
         vehicle_export::file(&vehicle, form, at_thrust).map_err(|error| failed(py, &error))?;
     warnings.extend(note);
-    Ok((file.into(), advice::all(warnings, Reader::Python)))
+    Ok((file.into(), for_python(&warnings)))
 }

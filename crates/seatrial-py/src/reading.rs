@@ -7,7 +7,6 @@ use pyo3::prelude::*;
 use seatrial::Window;
 use seatrial::identification::Reader;
 use seatrial::log::{ColumnUnit, Origin, StatedUnits};
-use seatrial_app::advice::addressed;
 use seatrial_app::identify_log::Windows;
 use seatrial_app::logs::{Observer, ReadSettings, servo_of};
 use seatrial_logs::{ChannelChoice, Quantity};
@@ -59,6 +58,7 @@ impl Reading {
         settings.channels_file = self.channels_file.clone();
         settings.channels = channels;
         settings.servo = servo.map_err(|why| usage(py, why))?;
+        settings.reader = Reader::Python;
         Ok(settings)
     }
 }
@@ -125,6 +125,6 @@ pub struct Warned(pub Vec<String>);
 
 impl Observer for Warned {
     fn warned(&mut self, warning: &str) {
-        self.0.push(addressed(warning, Reader::Python));
+        self.0.push(warning.to_owned());
     }
 }

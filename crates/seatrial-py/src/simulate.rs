@@ -4,7 +4,9 @@ use std::num::NonZeroUsize;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use seatrial::identification::Reader;
 use seatrial::study::Estimator;
+use seatrial_app::advice;
 use seatrial_app::trials::estimator_study::{EstimatorStudy, Subject};
 use seatrial_app::trials::order::{VehicleError, rehearse};
 use seatrial_app::trials::simulator;
@@ -41,7 +43,13 @@ pub fn trial<'py>(
     let plan = plan(py, thrusts.as_deref())?;
     let mut simulated = simulator::vehicle(vehicle, seed).map_err(|found| refused(py, found))?;
     let conducted = py.detach(|| rehearse(&mut simulated, vehicle, seed, plan));
-    let campaign = conducted.map_err(|invalid| usage(py, invalid))?.campaign;
+    let mut campaign = conducted.map_err(|invalid| usage(py, invalid))?.campaign;
+    for run in &mut campaign.runs {
+        advice::verdict(&mut run.verdict, Reader::Python);
+        if let Some(found) = &mut run.identification {
+            advice::verdict(&mut found.verdict, Reader::Python);
+        }
+    }
     let samples: Vec<Sample<f64>> = campaign
         .runs
         .iter()

@@ -224,7 +224,7 @@ fn inspected(log: &str, reading: LogReading, files: &FileMap) -> Result<Value, E
 /// May the model be used, and what decides it, in the words of a page.
 fn verdict(verdict: &Verdict, promised: Option<CourseChange>) -> Value {
     let cause = |reason: &Reason| {
-        let reason = advice::reason(reason.clone(), Reader::Dashboard);
+        let reason = advice::reason(reason, Reader::Dashboard);
         json!({ "code": reason.code, "of": reason.of, "action": reason.action, "text": reason.text })
     };
     json!({

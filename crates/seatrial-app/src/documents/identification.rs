@@ -122,10 +122,10 @@ impl IdentificationDocument {
 
     /// With what to do in the words of the place where it is read.
     pub fn addressed_to(mut self, reader: Reader) -> Self {
-        self.verdict = advice::verdict(self.verdict, reader);
+        advice::verdict(&mut self.verdict, reader);
         self.source.source = self.source.source.addressed_to(reader);
         for model in self.models.iter_mut().flatten() {
-            model.verdict = advice::verdict(model.verdict.clone(), reader);
+            advice::verdict(&mut model.verdict, reader);
             if let Some(identification) = &mut model.identification {
                 identification.verdict = model.verdict.clone();
             }

@@ -9,6 +9,7 @@ mod stated_units;
 
 use std::path::{Path, PathBuf};
 
+use seatrial::identification::Reader;
 use seatrial::identify::Proposal;
 use seatrial::log::{InvalidServo, Servo, leave_out_unsound};
 use seatrial::{Record, Window};
@@ -18,6 +19,7 @@ use seatrial_logs::{
 };
 
 use crate::Error;
+use crate::advice::addressed;
 pub use headings::OtherHeading;
 use mapping::Mapping;
 use most_excited::MostExcited;
@@ -41,6 +43,8 @@ pub struct ReadSettings {
     pub held: FileMap,
     /// The servo between the logged command and the rudder: the model is then the one behind it.
     pub servo: Option<Servo>,
+    /// Who reads what is said of the log.
+    pub reader: Reader,
 }
 
 impl ReadSettings {
@@ -187,8 +191,7 @@ pub fn open(
     choice.half_differences = reader.half_differences().clone();
     let servo = settings.servo;
     observer.opened(path, reader.description(), servo);
-    let mut warnings = reader.description().warnings.clone();
-    warnings.iter().for_each(|text| observer.warned(text));
+    let mut warnings = told(&reader.description().warnings, settings.reader, observer);
 
     let keep = keep.unwrap_or(Window::ALL);
     let mut segment = MostExcited::default();
@@ -219,8 +222,7 @@ pub fn open(
     late.extend(other_heading.as_ref().map(OtherHeading::warning));
     let mirrored_motor = MirroredMotor::find(path, settings, &choice, &record.samples);
     leave_out_unsound(&mut record);
-    late.iter().for_each(|text| observer.warned(text));
-    warnings.extend(late);
+    warnings.extend(told(&late, settings.reader, observer));
     Ok(OpenedLog {
         path: path.to_path_buf(),
         record,
@@ -233,6 +235,12 @@ pub fn open(
         other_heading,
         mirrored_motor,
     })
+}
+
+/// Warnings in the words of a reader, told to an observer.
+fn told(warnings: &[String], reader: Reader, observer: &mut dyn Observer) -> Vec<String> {
+    let warnings = warnings.iter().map(|text| addressed(text, reader));
+    warnings.inspect(|text| observer.warned(text)).collect()
 }
 
 /// Reads what is inside `keep`, or, to be able to say what the log has instead, all of it.

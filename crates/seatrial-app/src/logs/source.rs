@@ -6,7 +6,7 @@ use seatrial_core::RudderUnit;
 use seatrial_logs::{Counts, LogDescription};
 use serde::{Deserialize, Serialize};
 
-use crate::advice;
+use crate::advice::addressed;
 
 /// `source` in the document of whatever reads a log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,7 +32,9 @@ pub struct Source {
 impl Source {
     /// With what it warns of in the words of the place where it is read.
     pub fn addressed_to(mut self, reader: Reader) -> Self {
-        self.description.warnings = advice::all(self.description.warnings, reader);
+        for warning in &mut self.description.warnings {
+            *warning = addressed(warning, reader);
+        }
         self
     }
 

@@ -259,9 +259,10 @@ impl fmt::Display for ReasonKind {
 }
 
 /// Where a reason is read. What to do is said in the words of that place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Reader {
     /// A terminal, with the options of the command.
+    #[default]
     Terminal,
     /// The dashboard, with its buttons and fields.
     Dashboard,

@@ -12,6 +12,7 @@ use seatrial_logbook::CampaignId;
 
 use super::{campaign_named, undamaged};
 use crate::Error;
+use crate::advice::addressed;
 use crate::documents::Source;
 use crate::identify_log::{identify_speeds, no_model};
 use crate::logs::{Observer, OpenedLog, ReadSettings, open_inside};
@@ -65,7 +66,11 @@ pub fn compared_models(
     observer: &mut dyn Observer,
 ) -> Result<ComparedModels, Error> {
     if split_window(name)?.0.is_file() || name == "-" {
-        return from_file(name, reading, observer);
+        let mut found = from_file(name, reading, observer)?;
+        for text in found.notes.iter_mut().chain(&mut found.without_model) {
+            *text = addressed(text, reading.reader);
+        }
+        return Ok(found);
     }
     if !logbook.exists() {
         return Err(Error::Input(format!(
