@@ -8,6 +8,7 @@ use seatrial::identification::{Reader, Reason, Verdict};
 use seatrial::words::capitalised;
 use seatrial_logs::Quantity;
 
+/// What a reader has in place of an option that is of the terminal alone.
 const TERMINAL: &str = "";
 
 /// The options that texts name, with what a page and Python have in their place. An argument of Python has its value
