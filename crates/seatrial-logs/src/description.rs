@@ -1,70 +1,13 @@
 //! What a log is and how it is read.
 
-use std::fmt;
-
 use seatrial_core::RudderUnit;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Fault, Place, clipped};
+use crate::format_name::Format;
 use crate::infer::largest_plausible;
 use crate::name::ColumnName;
 use crate::{Quantity, Unit};
-
-/// Formats that are read, found by content.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum Format {
-    /// Delimited text.
-    Csv,
-    /// Apache Parquet.
-    Parquet,
-    /// ArduPilot DataFlash.
-    #[serde(rename = "dataflash")]
-    DataFlash,
-    /// MAVLink telemetry.
-    Tlog,
-    /// PX4 ULog.
-    Ulog,
-    /// NMEA 2000, from any recorder.
-    Canboat,
-    /// Slocum glider.
-    Slocum,
-    /// NMEA 0183 text.
-    Nmea0183,
-    /// MOOS.
-    Alog,
-    /// DUNE, messages of IMC.
-    Lsf,
-    /// Deltas of Signal K.
-    #[serde(rename = "signal_k")]
-    SignalK,
-    /// Expedition's pairs of channel and value.
-    Expedition,
-    /// MCAP with ROS 2 messages.
-    Mcap,
-    /// rosbag2 in SQLite.
-    Rosbag,
-    /// ROS 1.
-    #[serde(rename = "rosbag1")]
-    Rosbag1,
-    /// A workbook of Excel.
-    #[serde(rename = "xlsx")]
-    Workbook,
-    /// MATLAB, version 5 to 7.
-    #[serde(rename = "mat")]
-    Matlab,
-    /// One that the program brought ([`LogFormat`](crate::formats::LogFormat)), by its name.
-    #[serde(untagged)]
-    Other(String),
-}
-
-/// The name that documents have: `dataflash`.
-impl fmt::Display for Format {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        self.serialize(f)
-    }
-}
 
 /// Where a unit comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

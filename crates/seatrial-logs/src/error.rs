@@ -4,13 +4,12 @@ use std::fmt;
 use std::io;
 
 use crate::Quantity;
+use crate::format_name::Format;
 use crate::motors::{of_two_sides, without};
 pub(crate) use crate::name::clipped;
 use crate::name::list;
 
 /// Binary formats that are read, for messages.
-const BINARY_FORMATS: &str = "Parquet, ArduPilot DataFlash (.bin), MAVLink telemetry (.tlog), PX4 ULog (.ulg), Slocum (.dbd), MCAP and rosbag2 (.db3)";
-
 /// A log that cannot be read or understood.
 #[derive(Debug, thiserror::Error)]
 #[error("{log}: {fault}")]
@@ -127,8 +126,8 @@ pub enum Fault {
     Workbook,
     /// The file is neither text nor of a known format.
     #[error(
-        "byte {offset} is {found:#04x}, which is neither UTF-8 text nor the start of a known format; expected text or one of the binary formats {}: export the log as CSV in UTF-8",
-        BINARY_FORMATS
+        "byte {offset} is {found:#04x}, which is neither UTF-8 text nor the start of a known format; expected one of {}: export the log as CSV in UTF-8",
+        (Format::NAMES.iter()).map(|(_, name, _)| *name).collect::<Vec<_>>().join(", ")
     )]
     NotText {
         /// Bytes before it.

@@ -14,8 +14,8 @@
 use std::collections::VecDeque;
 
 use crate::bytes::{Bytes, Damage};
-use crate::description::Format;
 use crate::error::{Fault, Place};
+use crate::format_name::Format;
 use crate::table::{Cell, Known, KnownField, Table};
 use crate::{Quantity, Unit};
 

@@ -21,7 +21,7 @@ const WORKBOOK: [&[u8]; 2] = [b"[Content_Types].xml", b"xl/"];
 const OPEN_DOCUMENT: &[u8] = b"application/vnd.oasis.opendocument.spreadsheet";
 
 /// What is recorded where boats are, by the bytes that it begins with, and what to give in its place.
-const NO_LOGS: [(&[u8], &str, &str); 20] = [
+const NO_LOGS: &[(&[u8], &str, &str)] = &[
     (
         b"LOGG",
         "a log of CAN frames (BLF)",

@@ -4,8 +4,8 @@ use std::fmt;
 
 use jiff::Timestamp;
 
-use crate::description::Format;
 use crate::error::{Fault, Place, clipped};
+use crate::format_name::Format;
 use crate::{Quantity, Unit};
 
 /// One cell of a row.

@@ -3,8 +3,8 @@
 use crate::Quantity;
 use crate::choice::ChannelChoice;
 use crate::computed::{Computed, computed};
-use crate::description::Format;
 use crate::error::{Fault, Place};
+use crate::format_name::Format;
 use crate::matching::column_named;
 use crate::table::{Cell, Known, Table};
 

@@ -54,7 +54,7 @@ fn io_every_format_cut_at_every_byte_is_read_up_to_there() {
         let samples: Vec<_> = reader.by_ref().map_while(Result::ok).collect();
         Ok::<_, seatrial_logs::ReadError>((samples, reader.warnings()))
     };
-    for format in seeds::FORMATS {
+    for format in seeds::FORMATS.iter().copied() {
         for seed in seeds::of(format) {
             let (whole, _) = read(&seed).unwrap();
             let (mut most, mut silent) = (0, 0);

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use seatrial_core::Sample;
 use seatrial_dev::data;
-use seatrial_logs::{ChannelChoice, Fault, LogReader, Quantity, Unit, open};
+use seatrial_logs::{ChannelChoice, Fault, Format, LogReader, Quantity, Unit, open};
 
-use crate::seeds::{ROWS, imc, lsf};
+use crate::seeds::captures::imc;
+use crate::seeds::{ROWS, lsf};
 
 fn samples(path: &Path, choice: &ChannelChoice) -> (Vec<Sample<f64>>, LogReader) {
     let mut reader = open(path, choice).unwrap();
@@ -612,4 +613,22 @@ fn io_what_is_not_read_says_how_it_is_converted() {
     assert!(refused(b"#ROSBAG V1.2\n").contains("rosbag fix"));
     let empty = refused(b"#ROSBAG V2.0\nE\0\0\0");
     assert!(empty.contains("expected topics with messages"), "{empty}");
+}
+
+/// Every format is named where people look for it. `page` reads no rosbag2.
+#[test]
+fn prop_formats_are_named_where_people_look() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    for (page, left_out) in [
+        ("README.md", ""),
+        ("../../docs/tutorials/own-log.md", ""),
+        ("../../web/src/alone/own.ts", "rosbag2"),
+    ] {
+        let text = std::fs::read_to_string(root.join(page)).unwrap();
+        let names = Format::NAMES.iter().map(|(_, name, _)| *name);
+        let missing: Vec<&str> = names
+            .filter(|name| *name != left_out && !text.contains(name))
+            .collect();
+        assert!(missing.is_empty(), "{page} does not name {missing:?}");
+    }
 }

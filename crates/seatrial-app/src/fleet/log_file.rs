@@ -4,11 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
-/// How the names of logs end; in a folder other files are passed over.
-const ENDINGS: [&str; 18] = [
-    "csv", "tsv", "txt", "parquet", "bin", "tlog", "ulg", "mcap", "db3", "nmea", "log", "alog",
-    "dbd", "sbd", "mbd", "ebd", "n2k", "lsf",
-];
+use seatrial_logs::Format;
 
 /// A log as it was when the job began.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -52,8 +48,9 @@ pub struct LogFiles {
     pub passed_over: usize,
 }
 
-/// Does a name end like that of a log?
+/// Does a name end like that of a log? In a folder other files are passed over.
 pub(super) fn is_log_name(path: &Path) -> bool {
     let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
-    ending.is_some_and(|ending| ENDINGS.iter().any(|known| ending == *known))
+    let endings = Format::NAMES.iter().flat_map(|(_, _, endings)| *endings);
+    ending.is_some_and(|ending| endings.into_iter().any(|known| ending == *known))
 }

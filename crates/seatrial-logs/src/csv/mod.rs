@@ -12,8 +12,8 @@ use sha2::{Digest, Sha256};
 
 use crate::Quantity;
 use crate::clock::{instant, time_of_day};
-use crate::description::Format;
 use crate::error::{Fault, Place, clipped};
+use crate::format_name::Format;
 use crate::input::Input;
 use crate::table::{Cell, Table, hexadecimal};
 use header::{Dialect, Header, blank_garbage, is_control, join_quoted_names};

@@ -18,8 +18,8 @@ use parquet::schema::types::ColumnDescriptor;
 
 use crate::Quantity;
 use crate::clock::instant;
-use crate::description::Format;
 use crate::error::{Fault, Place};
+use crate::format_name::Format;
 use crate::input::Input;
 use crate::number::number;
 use crate::table::{Cell, Table};

@@ -19,14 +19,14 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
 
 use captures::{blocks_of_datagrams, datagrams};
-pub use captures::{dataflash_text, imc, long, lsf, pcap, sparse};
+pub use captures::{dataflash_text, long, lsf, pcap, sparse};
 use nmea2000::nmea2000;
 
 /// Samples of a sound log.
 pub const ROWS: u32 = 6;
 
 /// Every format.
-pub const FORMATS: [&str; 17] = [
+pub const FORMATS: &[&str] = &[
     "dataflash",
     "tlog",
     "ulog",
