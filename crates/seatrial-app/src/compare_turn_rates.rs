@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use seatrial::campaign::speeds::{Bounded, OverAmplitude, SeenModel, seen_amplitude_rad_s};
+use seatrial::campaign::speeds::{OverAmplitude, SeenModel, ValueInterval, seen_amplitude_rad_s};
 use seatrial::identification::{Outcome, Verdict};
 use seatrial::{Identification, Sample, Window};
 use seatrial_core::{Nomoto, RudderUnit};
@@ -51,9 +51,9 @@ pub struct LogModel {
     /// Nomoto form.
     pub nomoto: Option<Nomoto<f64>>,
     /// a22, 1/s.
-    pub a22_per_s: Option<Bounded>,
+    pub a22_per_s: Option<ValueInterval>,
     /// b2, 1/s^2 for each unit of the rudder.
-    pub b2_per_s2: Option<Bounded>,
+    pub b2_per_s2: Option<ValueInterval>,
     /// What may be done with it.
     pub outcome: Outcome,
     #[serde(skip)]
@@ -151,11 +151,11 @@ impl LogModel {
             rudder_amplitude,
             rudder_unit: record.rudder_unit,
             nomoto: identification.and_then(|found| found.nomoto),
-            a22_per_s: refined.map(|refined| Bounded {
+            a22_per_s: refined.map(|refined| ValueInterval {
                 value: refined.model.a22_per_s,
                 interval_95: refined.interval_95.a22_per_s,
             }),
-            b2_per_s2: refined.map(|refined| Bounded {
+            b2_per_s2: refined.map(|refined| ValueInterval {
                 value: refined.model.b2_per_s2,
                 interval_95: refined.interval_95.b2_per_s2,
             }),

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use seatrial::identify::joined::Joined;
+use seatrial::identify::joint_estimate::JointEstimate;
 use seatrial::words::three_figures;
 use seatrial_app::documents::Source;
 use seatrial_app::identify_log::SpeedModel;
@@ -28,7 +28,7 @@ fn paragraph(model: &SpeedModel, unit: RudderUnit) -> String {
     text
 }
 
-fn joined_text(joined: Option<&Joined>) -> String {
+fn joined_text(joined: Option<&JointEstimate>) -> String {
     let Some(joined) = joined else {
         return String::new();
     };

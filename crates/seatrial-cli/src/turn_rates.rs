@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use seatrial::campaign::speeds::Bounded;
+use seatrial::campaign::speeds::ValueInterval;
 use seatrial::words::{bounds_text, three_figures};
 use seatrial_app::compare_turn_rates::{LogModel, TurnRates};
 
@@ -48,7 +48,7 @@ pub fn page(document: &TurnRates) -> String {
 
 fn row(index: usize, model: &LogModel) -> Vec<String> {
     let or_dash = |value: Option<f64>| value.map_or_else(|| "-".into(), three_figures);
-    let bounds = |bounded: Option<Bounded>| {
+    let bounds = |bounded: Option<ValueInterval>| {
         bounded.map_or_else(|| "-".into(), |bounded| bounds_text(bounded.interval_95))
     };
     let (scale, _) = model.rudder_unit.for_people();

@@ -6,7 +6,7 @@ use std::time::SystemTime;
 use jiff::{Timestamp, Unit};
 use seatrial::campaign::{Campaign, Run};
 use seatrial::identification::{self, Identification, Reader};
-use seatrial::preview::{Predicted, Preview};
+use seatrial::preview::{PredictedQuantity, Preview};
 use seatrial_app::trials::order;
 use seatrial_app::{TrialPlan, advice};
 use seatrial_core as core;
@@ -261,7 +261,7 @@ impl PlanPreview {
             value,
             interval_95: Some([value - half_width, value + half_width]),
         };
-        let predicted = |p: Predicted| around(p.value, p.half_width_95);
+        let predicted = |p: PredictedQuantity| around(p.value, p.half_width_95);
         let speeds: Vec<SpeedPreview> = preview
             .speeds
             .iter()

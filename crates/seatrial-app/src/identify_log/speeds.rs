@@ -6,7 +6,7 @@ use seatrial::campaign::speeds::{
 use seatrial::identification::{
     Identification, Outcome, Reason, ReasonCode, Refined, Subject, Verdict,
 };
-use seatrial::identify::joined::Joined;
+use seatrial::identify::joint_estimate::JointEstimate;
 use seatrial::identify::{IdentifyError, IdentifySettings, RecordSurvey, ValidationData};
 use seatrial::identify::{Proposal, propose};
 use seatrial::log::segmentation::find;
@@ -27,7 +27,7 @@ pub struct SpeedModel {
     /// Where it was found.
     pub windows: Proposal,
     /// What each manoeuvre says by itself, where several were joined.
-    pub joined: Option<Joined>,
+    pub joined: Option<JointEstimate>,
     /// The model.
     pub identification: Option<Identification>,
     /// What its own manoeuvres say, where the model has more from the other speeds.

@@ -5,7 +5,7 @@ mod own_error;
 mod read;
 
 use seatrial::sea_trials::ship_manoeuvres::{
-    Index, Kind, Recorded, ShipManoeuvres, TurningCircle, ZigZag, criteria, recorded,
+    Index, Kind, RecordedManoeuvre, ShipManoeuvres, TurningCircle, ZigZag, criteria, recorded,
     stopping_criterion,
 };
 use seatrial::words::three_figures;
@@ -252,31 +252,31 @@ fn approach_m_s(samples: &[Sample<f64>]) -> Option<f64> {
 }
 
 /// Adds the figures and criteria of a manoeuvre; `ship` is the length, m, and the speed, m/s, where both are known.
-fn add_recorded(document: &mut ShipManoeuvres, one: &Recorded, ship: Option<(f64, f64)>) {
+fn add_recorded(document: &mut ShipManoeuvres, one: &RecordedManoeuvre, ship: Option<(f64, f64)>) {
     let judged = |zig_zags: [Option<&ZigZag>; 2], circles: &[TurningCircle]| {
         ship.map_or(Vec::new(), |(l, v)| criteria(l, v, zig_zags, circles))
     };
     let (indices, criteria) = match one {
-        Recorded::ZigZag(zig_zag) => {
+        RecordedManoeuvre::ZigZag(zig_zag) => {
             // The criteria are those of the 10/10 and the 20/20.
             let place = [10.0, 20.0].map(|angle| zig_zag.is_of(angle).then_some(zig_zag));
             (zig_zag_indices(zig_zag), judged(place, &[]))
         }
-        Recorded::TurningCircle(circle) => {
+        RecordedManoeuvre::TurningCircle(circle) => {
             let circles = std::slice::from_ref(circle);
             (circle_indices(circle), judged([None; 2], circles))
         }
-        Recorded::PullOut(out) => {
+        RecordedManoeuvre::PullOut(out) => {
             document.straight_line_stable = out.straight_line_stable;
             document.notes.push(read::of_pull_out(out));
             (read::pull_out_indices(out), Vec::new())
         }
-        Recorded::Spiral(spiral) => {
+        RecordedManoeuvre::Spiral(spiral) => {
             document.straight_line_stable = spiral.loop_width.map(|found| found.is_stable());
             document.notes.push(read::of_spiral(spiral));
             (read::spiral_indices(spiral), Vec::new())
         }
-        Recorded::Stopping(stop) => {
+        RecordedManoeuvre::Stopping(stop) => {
             document.surge_speed_m_s = stop.surge_speed_m_s;
             let judged = document
                 .length_m

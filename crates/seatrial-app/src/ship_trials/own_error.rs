@@ -15,7 +15,7 @@
 //! model in another zig-zag as it does in its own: of the same kind and about as wide. With two or three overshoots t is large, and the
 //! interval wide.
 
-use seatrial::sea_trials::ship_manoeuvres::{Index, Kind, Recorded, recorded};
+use seatrial::sea_trials::ship_manoeuvres::{Index, Kind, RecordedManoeuvre, recorded};
 use seatrial_core::Sample;
 use seatrial_sim::IdentifiedVehicle;
 
@@ -47,7 +47,7 @@ impl OwnError {
         let refused = |why: &str| Error::Rejected(format!("{name}: {why}"));
         let found = recorded(samples, Some(Kind::ZigZag))
             .map_err(|why| refused(&format!("the record of the model: {why}")))?;
-        let Some(Recorded::ZigZag(own)) = found.first() else {
+        let Some(RecordedManoeuvre::ZigZag(own)) = found.first() else {
             return Err(refused("no zig-zag"));
         };
         let thrust = thrust.unwrap_or(vehicle.fastest_thrust());

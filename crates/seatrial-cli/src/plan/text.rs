@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use seatrial::motions::surge::ExpectedSurge;
-use seatrial::preview::{Comparison, Predicted, Preview, SurgeStep, Target};
+use seatrial::preview::{Comparison, PredictedQuantity, Preview, SurgeStep, Target};
 use seatrial::verdict::{WIDEST_A22, WIDEST_B2};
 use seatrial_app::trials::plan::{ExpectedTrial, PlannedTrial, Recommendations};
 use seatrial_core::{Excitation, Outcome, Plan};
@@ -199,7 +199,7 @@ fn speeds_table(preview: &Preview) -> Table {
     table
 }
 
-fn relative_width(predicted: &Predicted) -> f64 {
+fn relative_width(predicted: &PredictedQuantity) -> f64 {
     predicted.half_width_95 / predicted.value.abs()
 }
 

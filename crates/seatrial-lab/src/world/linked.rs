@@ -149,7 +149,7 @@ fn check_parameters(
     autopilot: &mut Autopilot<Sea>,
     drawn: &Drawn,
     expected: &Parameters,
-    trial: &Conducted,
+    trial: &LinkedTrial,
     ending: &mut Ending,
 ) {
     let (mishap, profile) = (drawn.mishap, drawn.profile);
@@ -189,7 +189,7 @@ fn differences(before: &Parameters, now: &Parameters) -> Vec<&'static str> {
 
 /// What came of a trial.
 #[derive(Default)]
-pub struct Conducted {
+pub struct LinkedTrial {
     /// What would restore the vehicle, once something is changed.
     backup: Option<Backup>,
     /// What the hand-back reached.
@@ -206,8 +206,8 @@ pub fn conducted(
     world: &World,
     judging: Judging,
     watch: &mut dyn Watch,
-) -> Result<Conducted, Error> {
-    let mut trial = Conducted::default();
+) -> Result<LinkedTrial, Error> {
+    let mut trial = LinkedTrial::default();
     let preflight = autopilot.inspect();
     if preflight.checks.iter().any(|check| !check.passed) {
         return Ok(trial);

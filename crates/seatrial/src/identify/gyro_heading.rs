@@ -16,7 +16,7 @@
 use seatrial_core::{Real, Sample};
 
 use super::compass::{CompassError, Jump, LEAST_ERROR_RAD, MEAN_OVER_S, Path};
-use super::joined::Joined;
+use super::joint_estimate::JointEstimate;
 use super::{IdentifyError, RecordSurvey, ValidationData};
 use crate::figures::{degrees, with_decimals};
 use crate::identification::{Identification, Outcome, Reason, ReasonCode, Subject};
@@ -33,7 +33,7 @@ const TOO_FAST: f64 = 1.2;
 const LONG_INTERVALS: f64 = 3.0;
 
 /// An identification, and how manoeuvres were joined for it.
-type Answer = (Identification, Option<Joined>);
+type Answer = (Identification, Option<JointEstimate>);
 
 /// The identification of windows of a record, by the gyro's heading where the compass jumped and that makes the verdict a better one.
 pub(super) fn where_the_compass_jumped(

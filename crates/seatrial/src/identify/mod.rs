@@ -27,7 +27,7 @@ pub(crate) mod explanation;
 mod gyro_heading;
 mod heading_gain;
 pub(crate) mod intervals;
-pub mod joined;
+pub mod joint_estimate;
 mod late_yaw_rate;
 pub(crate) mod log_statistics;
 pub(crate) mod misfit;
@@ -72,7 +72,7 @@ pub use error::{IdentifyError, WindowUse};
 pub(crate) use excited_segment::most_excited;
 use explanation::{Explanation, predicts_much_better};
 use gyro_heading::where_the_compass_jumped;
-use joined::Joined;
+use joint_estimate::JointEstimate;
 pub(crate) use mishap::heading_jump;
 use mission::Steering;
 use model_choice::ModelChoice;
@@ -216,7 +216,7 @@ fn identify_with(
     settings: &IdentifySettings,
     others: &[(Window, Refined)],
     order: OrderSearch,
-) -> Result<(Identification, Option<Joined>), IdentifyError> {
+) -> Result<(Identification, Option<JointEstimate>), IdentifyError> {
     let ready = Training::new(record.record(), training, settings)?;
     let pass = ready.estimate()?;
     let used = Settings {
@@ -260,7 +260,7 @@ pub fn identify_joined(
     training: &[Window],
     data: Option<ValidationData>,
     settings: &IdentifySettings,
-) -> Result<(Identification, Option<Joined>), IdentifyError> {
+) -> Result<(Identification, Option<JointEstimate>), IdentifyError> {
     RecordSurvey::of(record).identify_joined(training, data, settings)
 }
 
@@ -270,7 +270,7 @@ fn joined_model(
     training: &[Window],
     data: Option<ValidationData>,
     settings: &IdentifySettings,
-) -> Result<(Identification, Option<Joined>), IdentifyError> {
+) -> Result<(Identification, Option<JointEstimate>), IdentifyError> {
     where_the_compass_jumped(record, training, data, |record, data| {
         joined_by_this_heading(record, training, data, settings)
     })
@@ -281,7 +281,7 @@ fn joined_by_this_heading(
     training: &[Window],
     data: Option<ValidationData>,
     settings: &IdentifySettings,
-) -> Result<(Identification, Option<Joined>), IdentifyError> {
+) -> Result<(Identification, Option<JointEstimate>), IdentifyError> {
     let (first, more) = match training {
         [] => (Window::ALL, &[][..]),
         [first, more @ ..] => (*first, more),
@@ -366,7 +366,7 @@ enum OrderSearch {
 /// What the chain found of a training record.
 struct Assessment {
     refined: Option<Refined>,
-    joined: Option<Joined>,
+    joined: Option<JointEstimate>,
     validation: Option<Validation>,
     higher_order: Option<HigherOrder>,
     lag_effect: Option<LagEffect>,
@@ -405,7 +405,7 @@ impl Assessment {
         training: Window,
         pass: Pass,
         settings: Settings,
-    ) -> (Identification, Option<Joined>) {
+    ) -> (Identification, Option<JointEstimate>) {
         let model = self
             .refined
             .as_ref()

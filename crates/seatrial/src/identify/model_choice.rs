@@ -5,7 +5,7 @@ use seatrial_core::YawModel;
 
 use super::explanation::Explanation;
 use super::intervals;
-use super::joined::{self, Joined};
+use super::joint_estimate::{self, JointEstimate};
 use super::output_error::{OutputError, output_error};
 use super::steering_validation;
 use super::training_record::TrainingRecord;
@@ -46,7 +46,7 @@ pub struct ModelChoice {
     /// The model with its interval; `None` where the online estimate stands by itself.
     pub refined: Option<Refined>,
     /// The manoeuvres of the same speed that it was joined with.
-    pub joined: Option<Joined>,
+    pub joined: Option<JointEstimate>,
 }
 
 impl ModelChoice {
@@ -69,7 +69,8 @@ impl ModelChoice {
             };
         };
         let alone = intervals::widened(&estimate, &training_record.edge_covariance());
-        let (refined, joined) = match joined::join(training_record.training, &alone, others) {
+        let (refined, joined) = match joint_estimate::join(training_record.training, &alone, others)
+        {
             Some((together, joined)) => (together, Some(joined)),
             None => (alone, None),
         };

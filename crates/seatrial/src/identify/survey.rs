@@ -1,6 +1,6 @@
 //! A record with what is doubtful about all of it, looked for once however many windows of it are identified.
 
-use super::joined::Joined;
+use super::joint_estimate::JointEstimate;
 use super::{IdentifyError, IdentifySettings, ValidationData};
 use crate::identification::Identification;
 use crate::plausibility::{self, Doubt};
@@ -66,7 +66,7 @@ impl<'a> RecordSurvey<'a> {
         training: &[Window],
         data: Option<ValidationData>,
         settings: &IdentifySettings,
-    ) -> Result<(Identification, Option<Joined>), IdentifyError> {
+    ) -> Result<(Identification, Option<JointEstimate>), IdentifyError> {
         super::joined_model(self, training, data, settings)
     }
 

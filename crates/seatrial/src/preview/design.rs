@@ -4,7 +4,7 @@ use seatrial_core::{Excitation, List, Manoeuvre, Plan, Sample};
 use serde::Serialize;
 
 use super::expected_vehicle::ExpectedVehicle;
-use super::information::{Expected, relative_half_widths};
+use super::information::{ExpectedAccuracy, relative_half_widths};
 use super::{Prior, PriorSpeed, excursion_rad, range};
 
 /// How wrong the prior may be: a22 and b2 by this factor either way.
@@ -50,7 +50,7 @@ pub struct DesignAtSpeed {
     /// Thrust as a fraction of full.
     pub thrust: f64,
     /// What it determines. `None` where it determines nothing.
-    pub expected: Option<Expected>,
+    pub expected: Option<ExpectedAccuracy>,
     /// Farthest heading from the heading held, rad.
     pub heading_excursion_rad: f64,
     /// Extent of the track along and across the heading held, training stage, m.
@@ -139,7 +139,7 @@ fn at_speed(
     };
     DesignAtSpeed {
         thrust: speed.thrust,
-        expected: Expected::of(&samples, speed, plan.rudder_limit_rad),
+        expected: ExpectedAccuracy::of(&samples, speed, plan.rudder_limit_rad),
         heading_excursion_rad: excursion_rad(&samples, 0.0),
         track_m: extent(|s| s.north_m)
             .zip(extent(|s| s.east_m))

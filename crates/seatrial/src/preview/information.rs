@@ -13,7 +13,7 @@ use crate::verdict::{WIDEST_A22, WIDEST_B2};
 
 /// What a training stage will determine of a22, b2 and C0, in this order, and of what follows from them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Expected {
+pub struct ExpectedAccuracy {
     /// Standard deviations, 1/s, 1/s^2, rad/s^2.
     pub standard_deviation: [f64; 3],
     /// Half widths of the 95 % intervals, 1/s, 1/s^2, rad/s^2.
@@ -21,21 +21,21 @@ pub struct Expected {
     /// The half widths as fractions of the parameters; `None` of a parameter that is 0.
     pub relative_half_width_95: [Option<f64>; 3],
     /// K_p for a damping ratio of 1/sqrt(2), with what it will have to allow for.
-    pub proportional_gain: Option<Predicted>,
+    pub proportional_gain: Option<PredictedQuantity>,
     /// Radius of the steady circle under the full rudder to starboard and to port, m.
-    pub steady_turning_radius_m: [Option<Predicted>; 2],
+    pub steady_turning_radius_m: [Option<PredictedQuantity>; 2],
 }
 
 /// A quantity of the model believed in and how well it will be uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Predicted {
+pub struct PredictedQuantity {
     /// The quantity.
     pub value: f64,
     /// Half width of its 95 % interval.
     pub half_width_95: f64,
 }
 
-impl Expected {
+impl ExpectedAccuracy {
     /// What these samples determine at best. `None` where they do not excite the model.
     pub fn of(samples: &[Sample<f64>], speed: &PriorSpeed, rudder_limit_rad: f64) -> Option<Self> {
         let model = speed.model;
@@ -82,9 +82,9 @@ fn predicted(
     model: &YawModel<f64>,
     covariance: &Matrix3<f64>,
     quantity: &dyn Fn(&YawModel<f64>) -> Option<f64>,
-) -> Option<Predicted> {
+) -> Option<PredictedQuantity> {
     let [low, high] = interval_95(model, &(*covariance).into(), quantity)?;
-    Some(Predicted {
+    Some(PredictedQuantity {
         value: quantity(model)?,
         half_width_95: 0.5 * (high - low),
     })

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 pub use budget::Budget;
 pub use design::{Comparison, Design, DesignAtSpeed, compare_designs};
-pub use information::{Expected, Predicted};
+pub use information::{ExpectedAccuracy, PredictedQuantity};
 pub use recommendation::{InvalidTarget, Recommendation, Target, parse_target, recommend};
 pub use surge_step::{AddedRun, SurgeStep, surge_step};
 
@@ -138,7 +138,7 @@ pub struct SpeedPreview {
     /// Farthest heading from the heading held, rad.
     pub heading_excursion_rad: f64,
     /// What the training stage, as far as the trial comes in it, will determine. `None` where it determines nothing.
-    pub expected: Option<Expected>,
+    pub expected: Option<ExpectedAccuracy>,
 }
 
 /// Plays the plan, with the trial's own state machine, on a noise-free vehicle of the kind believed in, and says
@@ -311,7 +311,7 @@ impl SpeedRun {
             train_s: validate_s - train_s,
             validate_s: self.end_s - validate_s,
             heading_excursion_rad: excursion_rad(&self.samples, heading_rad),
-            expected: Expected::of(&training, speed, plan.rudder_limit_rad),
+            expected: ExpectedAccuracy::of(&training, speed, plan.rudder_limit_rad),
         }
     }
 }

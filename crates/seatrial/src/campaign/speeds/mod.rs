@@ -9,7 +9,7 @@ mod verdict;
 pub(super) use agreement::load_change;
 pub use agreement::{SpeedResult, contradictions};
 pub use amplitude::{
-    Bounded, Finding, LEAST_SPREAD, OverAmplitude, SeenModel, seen_amplitude_rad_s,
+    Finding, LEAST_SPREAD, OverAmplitude, SeenModel, ValueInterval, seen_amplitude_rad_s,
     yaw_rate_amplitude_rad_s,
 };
 pub use difference::{Difference, ParameterDifference, ThrustDifference};

@@ -11,7 +11,8 @@ use serde::Serialize;
 
 pub use criteria::{Criterion, criteria, stopping_criterion};
 pub use recorded::{
-    Kind, NoManoeuvre, PullOut, Recorded, Spiral, SpiralLoop, SpiralRate, Stopping, recorded,
+    Kind, NoManoeuvre, PullOut, RecordedManoeuvre, Spiral, SpiralLoop, SpiralRate, Stopping,
+    recorded,
 };
 
 /// An instant of a manoeuvre. Headings are unwrapped, and position and heading count from where one likes.

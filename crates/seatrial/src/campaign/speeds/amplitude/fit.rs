@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
-use super::{Bounded, Finding, LEAST_SPREAD, OverAmplitude, SeenModel};
+use super::{Finding, LEAST_SPREAD, OverAmplitude, SeenModel, ValueInterval};
 use crate::propagation::NORMAL_95;
 
 impl OverAmplitude {
@@ -37,10 +37,10 @@ impl OverAmplitude {
             finding: Finding::Agree,
             models: models.len(),
             seen_rad_s,
-            a22_at_rest_per_s: Bounded::default(),
+            a22_at_rest_per_s: ValueInterval::default(),
             quadratic_per_rad: None,
-            b2_per_s2: Bounded::default(),
-            a22_at_seen_per_s: [Bounded::default(); 2],
+            b2_per_s2: ValueInterval::default(),
+            a22_at_seen_per_s: [ValueInterval::default(); 2],
             chi_squared,
             chi_squared_95,
             degrees_of_freedom,
@@ -56,7 +56,7 @@ impl OverAmplitude {
     }
 
     /// The quasi-linear a22 at an amplitude of the yaw rate, 1/s. It is known within [`seen_rad_s`](Self::seen_rad_s).
-    pub fn a22_at(&self, yaw_rate_amplitude_rad_s: f64) -> Bounded {
+    pub fn a22_at(&self, yaw_rate_amplitude_rad_s: f64) -> ValueInterval {
         let quadratic = self.quadratic_per_rad.map_or(0.0, |bounded| bounded.value);
         let values = [self.a22_at_rest_per_s.value, quadratic, 0.0];
         self.combination(values, [1.0, share(yaw_rate_amplitude_rad_s), 0.0])
@@ -68,7 +68,7 @@ impl OverAmplitude {
     }
 
     fn found(&self) -> Finding {
-        match self.quadratic_per_rad.filter(Bounded::excludes_zero) {
+        match self.quadratic_per_rad.filter(ValueInterval::excludes_zero) {
             Some(quadratic) if quadratic.value < 0.0 => Finding::Grows,
             Some(_) => Finding::Falls,
             None if self.is_explained() => Finding::Agree,
@@ -77,7 +77,7 @@ impl OverAmplitude {
     }
 
     /// A linear combination of the parameters.
-    fn combination(&self, values: [f64; 3], weights: [f64; 3]) -> Bounded {
+    fn combination(&self, values: [f64; 3], weights: [f64; 3]) -> ValueInterval {
         let mut variance = 0.0;
         for (row, a) in self.covariance.iter().zip(weights) {
             for (element, b) in row.iter().zip(weights) {
@@ -86,7 +86,7 @@ impl OverAmplitude {
         }
         let value = values.iter().zip(weights).map(|(v, w)| v * w).sum();
         let half_width = self.deviations * variance.max(0.0).sqrt();
-        Bounded {
+        ValueInterval {
             value,
             interval_95: [value - half_width, value + half_width],
         }

@@ -92,14 +92,14 @@ pub enum Finding {
 
 /// A value with its 95 % interval.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Bounded {
+pub struct ValueInterval {
     /// The value.
     pub value: f64,
     /// Its interval.
     pub interval_95: [f64; 2],
 }
 
-impl Bounded {
+impl ValueInterval {
     /// Is zero outside the interval?
     pub fn excludes_zero(&self) -> bool {
         let [low, high] = self.interval_95;
@@ -117,13 +117,13 @@ pub struct OverAmplitude {
     /// Least and greatest amplitude of the yaw rate, rad/s.
     pub seen_rad_s: [f64; 2],
     /// a22_0, 1/s: at no turn rate, or at every one where there is no a_rr.
-    pub a22_at_rest_per_s: Bounded,
+    pub a22_at_rest_per_s: ValueInterval,
     /// a_rr, 1/rad. `None` where the amplitudes are alike.
-    pub quadratic_per_rad: Option<Bounded>,
+    pub quadratic_per_rad: Option<ValueInterval>,
     /// b2, 1/s^2 for each unit of the rudder.
-    pub b2_per_s2: Bounded,
+    pub b2_per_s2: ValueInterval,
     /// Quasi-linear a22 at the least and the greatest amplitude, 1/s.
-    pub a22_at_seen_per_s: [Bounded; 2],
+    pub a22_at_seen_per_s: [ValueInterval; 2],
     /// Sum of the squared differences, each in its standard deviations.
     pub chi_squared: f64,
     /// Within which it is 95 times in 100.

@@ -50,7 +50,7 @@ fn identified(rudder_rad: f64, random: &mut Pcg64) -> SeenModel {
     SeenModel::of(&refined, amplitude)
 }
 
-fn holds(bounded: &Bounded, truth: f64) -> bool {
+fn holds(bounded: &ValueInterval, truth: f64) -> bool {
     let [low, high] = bounded.interval_95;
     (low..=high).contains(&truth)
 }

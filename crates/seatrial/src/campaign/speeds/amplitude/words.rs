@@ -1,6 +1,6 @@
 //! What several turn rates tell together, in sentences.
 
-use super::{Bounded, Finding, OverAmplitude};
+use super::{Finding, OverAmplitude, ValueInterval};
 use crate::figures::{bounds_text, three_figures, within};
 
 impl OverAmplitude {
@@ -59,7 +59,7 @@ impl OverAmplitude {
     }
 }
 
-fn with_bounds(bounded: &Bounded) -> String {
+fn with_bounds(bounded: &ValueInterval) -> String {
     let interval = bounded.interval_95;
     let value = within(bounded.value, Some(interval));
     format!("{value} ({})", bounds_text(interval))

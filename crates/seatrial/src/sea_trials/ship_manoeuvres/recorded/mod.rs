@@ -67,7 +67,7 @@ impl Kind {
 /// What a record holds.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub enum Recorded {
+pub enum RecordedManoeuvre {
     /// The rudder went from side to side.
     ZigZag(ZigZag),
     /// The rudder stayed on one side until the heading had changed by 180 degrees.
@@ -157,7 +157,7 @@ pub enum NoManoeuvre {
 pub fn recorded(
     samples: &[Sample<f64>],
     wanted: Option<Kind>,
-) -> Result<Vec<Recorded>, NoManoeuvre> {
+) -> Result<Vec<RecordedManoeuvre>, NoManoeuvre> {
     if samples.is_empty() {
         return Err(NoManoeuvre::NoSpeed);
     }
@@ -178,8 +178,11 @@ pub fn recorded(
         }
     }
     // A spiral turns through circles and ends amidships: it is what the record was made for.
-    if found.iter().any(|one| matches!(one, Recorded::Spiral(_))) {
-        found.retain(|one| matches!(one, Recorded::Spiral(_)));
+    if found
+        .iter()
+        .any(|one| matches!(one, RecordedManoeuvre::Spiral(_)))
+    {
+        found.retain(|one| matches!(one, RecordedManoeuvre::Spiral(_)));
     }
     match (found.is_empty(), stands_still) {
         (false, _) => Ok(found),
@@ -188,9 +191,9 @@ pub fn recorded(
     }
 }
 
-fn of_kind(samples: &[Sample<f64>], kind: Kind) -> Result<Recorded, NoManoeuvre> {
+fn of_kind(samples: &[Sample<f64>], kind: Kind) -> Result<RecordedManoeuvre, NoManoeuvre> {
     if kind == Kind::Stopping {
-        return stopping::stopping(samples).map(Recorded::Stopping);
+        return stopping::stopping(samples).map(RecordedManoeuvre::Stopping);
     }
     let angles = samples.iter().map(|s| s.rudder_rad.abs());
     let largest_rad = angles.fold(0.0, f64::max);
@@ -199,10 +202,10 @@ fn of_kind(samples: &[Sample<f64>], kind: Kind) -> Result<Recorded, NoManoeuvre>
     }
     let holds = || holds::holds(samples, largest_rad);
     match kind {
-        Kind::ZigZag => zig_zag(samples, largest_rad).map(Recorded::ZigZag),
-        Kind::TurningCircle => circle(samples, largest_rad).map(Recorded::TurningCircle),
-        Kind::PullOut => pull_out::pull_out(&holds(), largest_rad).map(Recorded::PullOut),
-        _ => spiral::spiral(&holds(), largest_rad).map(Recorded::Spiral),
+        Kind::ZigZag => zig_zag(samples, largest_rad).map(RecordedManoeuvre::ZigZag),
+        Kind::TurningCircle => circle(samples, largest_rad).map(RecordedManoeuvre::TurningCircle),
+        Kind::PullOut => pull_out::pull_out(&holds(), largest_rad).map(RecordedManoeuvre::PullOut),
+        _ => spiral::spiral(&holds(), largest_rad).map(RecordedManoeuvre::Spiral),
     }
 }
 

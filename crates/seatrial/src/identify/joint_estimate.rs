@@ -11,7 +11,7 @@ use crate::record::Window;
 
 /// What several manoeuvres say each, and together.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Joined {
+pub struct JointEstimate {
     /// Each manoeuvre by itself, the first first.
     pub manoeuvres: Vec<JoinedManoeuvre>,
     /// Probability that manoeuvres of one a22 and one b2 differ by this much.
@@ -54,7 +54,7 @@ pub(super) fn join(
     training: Window,
     first: &Refined,
     others: &[(Window, Refined)],
-) -> Option<(Refined, Joined)> {
+) -> Option<(Refined, JointEstimate)> {
     let alike = others
         .iter()
         .filter(|(_, other)| other.method == first.method);
@@ -75,7 +75,7 @@ pub(super) fn join(
         _ => spread * common.covariance[(i, j)],
     });
     let model = YawModel::from_theta([common.theta[0], common.theta[1], c0]);
-    let joined = Joined {
+    let joined = JointEstimate {
         manoeuvres: all
             .iter()
             .map(|(training, refined)| JoinedManoeuvre {
