@@ -132,8 +132,7 @@ impl Candidate<'_> {
 
     /// Is its hull, or its gear but for a lag, not that of first order?
     pub fn is_of_another_structure(&self) -> bool {
-        let structure = self.hypothesis.problem.structure;
-        structure.has_own_hull() || structure.rate_limit || structure.play
+        self.hypothesis.problem.structure.exceeds_a_lag()
     }
 
     /// Does it predict so much worse than the best that no sea is why?

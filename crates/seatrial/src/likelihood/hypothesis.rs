@@ -119,7 +119,12 @@ impl Structure {
     /// assert!(Structure::SWAY_QUADRATIC.has_own_hull());
     /// ```
     pub fn exceeds_first_order(&self) -> bool {
-        self.has_own_hull() || self.lag || self.rate_limit || self.play
+        self.exceeds_a_lag() || self.lag
+    }
+
+    /// Does more than first order behind a gear that lags explain the heading?
+    pub(super) fn exceeds_a_lag(&self) -> bool {
+        self.has_own_hull() || self.rate_limit || self.play
     }
 
     /// Its parameters.
