@@ -54,7 +54,7 @@ fn io_every_format_cut_at_every_byte_is_read_up_to_there() {
         let samples: Vec<_> = reader.by_ref().map_while(Result::ok).collect();
         Ok::<_, seatrial_logs::ReadError>((samples, reader.warnings()))
     };
-    for format in seeds::FORMATS.iter().copied() {
+    for (format, _) in seeds::FORMATS.iter().copied() {
         for seed in seeds::of(format) {
             let (whole, _) = read(&seed).unwrap();
             let (mut most, mut silent) = (0, 0);
@@ -143,7 +143,7 @@ fn io_damage_costs_neither_time_nor_memory() {
     let folder = tempfile::tempdir().unwrap();
     let seeds: Vec<(&str, Vec<u8>)> = seeds::FORMATS
         .iter()
-        .flat_map(|format| seeds::of(format).into_iter().map(|seed| (*format, seed)))
+        .flat_map(|(format, _)| seeds::of(format).into_iter().map(|seed| (*format, seed)))
         .collect();
     for (format, seed) in &seeds {
         let (samples, fault) = read(folder.path(), seed, false);

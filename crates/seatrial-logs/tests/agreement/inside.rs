@@ -163,7 +163,7 @@ fn io_every_format_comes_on_standard_input_and_from_memory_too() {
         let reader = LogReader::new(String::new(), table, &ChannelChoice::default()).unwrap();
         reader.collect::<Result<Vec<_>, _>>().unwrap()
     };
-    for format in seeds::FORMATS {
+    for (format, _) in seeds::FORMATS {
         for seed in seeds::of(format) {
             std::fs::write(&path, &seed).unwrap();
             let named = samples(table(&path, &FileMap::default(), &Formats::default()).unwrap());

@@ -25,25 +25,25 @@ use nmea2000::nmea2000;
 /// Samples of a sound log.
 pub const ROWS: u32 = 6;
 
-/// Every format.
-pub const FORMATS: &[&str] = &[
-    "dataflash",
-    "tlog",
-    "ulog",
-    "canboat",
-    "slocum",
-    "lsf",
-    "nmea0183",
-    "alog",
-    "expedition",
-    "csv",
-    "mcap",
-    "rosbag2",
-    "parquet",
-    "rosbag1",
-    "xlsx",
-    "mat",
-    "signal_k",
+/// Every format, and the bytes before those that fuzzing changes.
+pub const FORMATS: &[(&str, &[u8])] = &[
+    ("dataflash", &[0xa3, 0x95, 0x80]),
+    ("tlog", b""),
+    ("ulog", b"ULog\x01\x12\x35"),
+    ("canboat", b""),
+    ("slocum", b"dbd_label:"),
+    ("lsf", b"\x54\xfe"),
+    ("nmea0183", b""),
+    ("alog", b"%%"),
+    ("expedition", b""),
+    ("csv", b""),
+    ("mcap", b"\x89MCAP0\r\n"),
+    ("rosbag2", b"SQLite format 3\0"),
+    ("parquet", b"PAR1"),
+    ("rosbag1", b"#ROSBAG V2.0\n"),
+    ("xlsx", b"PK\x03\x04"),
+    ("mat", b"MATLAB 5.0 MAT-file"),
+    ("signal_k", b"{"),
 ];
 
 /// Logs of a format.

@@ -1,8 +1,0 @@
-#![no_main]
-
-const START: &[u8] = b"%%";
-
-libfuzzer_sys::fuzz_target!(
-    init: seatrial_fuzz::plant("alog", START),
-    |data: &[u8]| seatrial_fuzz::read(START, data)
-);
