@@ -15,7 +15,7 @@ const KERNELS: [(&str, &str, f64, f64); 6] = [
     ("kernel_online", "sample", 32_768.0, 156.0),
     ("kernel_trial", "sample", 32_768.0, 862.8),
     ("kernel_batch", "sample", 32_768.0, 66.7),
-    ("kernel_refined", "fit", 1.0, 156_072.0),
+    ("kernel_refined", "fit", 1.0, 460_231.0),
     ("kernel_averaged", "record", 1.0, 6_260_294.0),
     ("kernel_identify", "log", 1.0, 47_874_802.0),
 ];

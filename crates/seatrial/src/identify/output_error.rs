@@ -115,17 +115,16 @@ fn sandwich(record: &RecordSeries, a22_per_s: f64, scale_per_s: f64) -> Option<[
     let of_parameters = inverse.fixed_rows::<3>(0).into_owned();
     let influences: Vec<Vector3<f64>> =
         (rows.iter()).map(|(g, e)| of_parameters * g * *e).collect();
+    // The weight of two influences is the share of the windows of L + 1 that hold the one which hold both.
     let lags = (influences.len() as f64).sqrt() as usize;
     let mut covariance = Matrix3::zeros();
-    for lag in 0..=lags.min(influences.len() - 1) {
-        let product: Matrix3<f64> = (influences.iter().zip(&influences[lag..]))
-            .map(|(now, later)| now * later.transpose())
-            .sum();
-        let weight = 1.0 - lag as f64 / (lags + 1) as f64;
-        covariance += match lag {
-            0 => product,
-            _ => weight * (product + product.transpose()),
-        };
+    let mut of_window = Vector3::zeros();
+    for k in 0..influences.len() + lags {
+        of_window += influences.get(k).copied().unwrap_or_default();
+        if let Some(left) = k.checked_sub(lags + 1) {
+            of_window -= influences[left];
+        }
+        covariance += of_window * of_window.transpose() / (lags + 1) as f64;
     }
     Some(covariance.into())
 }
