@@ -232,7 +232,7 @@ fn identify_with(
 
 /// Identifies one model from several manoeuvres of one speed, validates it on validation data and judges it.
 ///
-/// Each manoeuvre is refined by itself; [`joint_estimate`] says how they are put together. Such as give no model are left out.
+/// Each manoeuvre is refined by itself; [`joint_estimate`] says how they are put together. A manoeuvre that gives no model is left out.
 ///
 /// ```
 /// use seatrial::Window;

@@ -5,6 +5,7 @@ use seatrial_core::refine::{Disturbance, Peak, RefineFailure};
 use seatrial_core::{Sample, YawModel};
 
 use super::excited_segment::most_excited;
+use crate::likelihood::leg::deviation;
 use crate::record_series::{RecordSeries, RecordSpan};
 
 /// A simulation that leaves more than this share of the heading's variance may be a neighbouring minimum.
@@ -62,8 +63,10 @@ pub fn output_error(
         let peak = span.nearest_simulation(&record, a22_per_s);
         Ok((record, peak.ok_or(RefineFailure::NotExcited)?))
     };
+    let mean_square_rad2 =
+        |record: &RecordSeries, peak: &Peak| peak.fit.residual / record.blocks() as f64;
     let is_near = |(record, peak): &(RecordSeries, Peak)| {
-        peak.fit.residual < POOR_SHARE * squares_about_mean(record)
+        mean_square_rad2(record, peak) < POOR_SHARE * deviation(&record.heading_rad).powi(2)
     };
     let from_start = start.map(|start| from(start.a22_per_s)).transpose();
     let (record, peak) = match from_start.ok().flatten().filter(is_near) {
@@ -75,16 +78,8 @@ pub fn output_error(
         model: YawModel::from_theta(peak.normal().0),
         covariance: sandwich(&record, peak.a22_per_s, scale_per_s)
             .ok_or(RefineFailure::NotExcited)?,
-        residual_rms_rad: (peak.fit.residual / record.blocks() as f64).sqrt(),
+        residual_rms_rad: mean_square_rad2(&record, &peak).sqrt(),
     })
-}
-
-/// Of the means over each block of the heading, rad^2.
-fn squares_about_mean(record: &RecordSeries) -> f64 {
-    let headings = record.heading_rad.iter();
-    let n = record.heading_rad.len() as f64;
-    let (sum, squares) = headings.fold((0.0, 0.0), |(sum, squares), w| (sum + w, squares + w * w));
-    (squares - sum * sum / n) * record.blocks() as f64 / n
 }
 
 /// Covariance of [a22, b2, C0] for residuals of any correlation (Newey and West 1987):
@@ -115,7 +110,7 @@ fn sandwich(record: &RecordSeries, a22_per_s: f64, scale_per_s: f64) -> Option<[
     let of_parameters = inverse.fixed_rows::<3>(0).into_owned();
     let influences: Vec<Vector3<f64>> =
         (rows.iter()).map(|(g, e)| of_parameters * g * *e).collect();
-    // The weight of two influences is the share of the windows of L + 1 that hold the one which hold both.
+    // L + 1 windows of L + 1 influences hold an influence, and L + 1 - |l| of them hold the one l places further as well.
     let lags = (influences.len() as f64).sqrt() as usize;
     let mut covariance = Matrix3::zeros();
     let mut of_window = Vector3::zeros();
