@@ -99,12 +99,7 @@ fn compare(folder: &Path) -> Outcome<()> {
             let log = folder.join(format!("{megabytes}.{format}"));
             if !log.exists() {
                 let unfinished = folder.join("unfinished");
-                make::log(
-                    format,
-                    &data.join("native"),
-                    &unfinished,
-                    megabytes * 1_000_000,
-                )?;
+                make::log(format, &data.join("native"), &unfinished, megabytes * 1_000_000)?;
                 fs::rename(unfinished, &log)?;
             }
             let crate_name = match format {

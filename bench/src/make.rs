@@ -14,16 +14,8 @@ use crate::Outcome;
 pub fn log(format: &str, native: &Path, log: &Path, bytes: u64) -> Outcome<()> {
     let out = BufWriter::new(File::create(log)?);
     match format {
-        "bin" => dataflash(
-            &fs::read(native.join("ardupilot/ardusub_small.BIN"))?,
-            out,
-            bytes,
-        ),
-        "tlog" => tlog(
-            &fs::read(native.join("ardupilot/rover_json_physics.tlog"))?,
-            out,
-            bytes,
-        ),
+        "bin" => dataflash(&fs::read(native.join("ardupilot/ardusub_small.BIN"))?, out, bytes),
+        "tlog" => tlog(&fs::read(native.join("ardupilot/rover_json_physics.tlog"))?, out, bytes),
         _ => {
             let log = native.join("ardupilot/rover_json_physics.tlog");
             let samples = open(&log, &ChannelChoice::default())?.collect::<Result<Vec<_>, _>>()?;
@@ -53,12 +45,7 @@ fn dataflash(log: &[u8], mut out: impl Write, bytes: u64) -> Outcome<()> {
     }
     let time_us =
         |message: &[u8]| u64::from_le_bytes(message[3..11].try_into().unwrap_or_default());
-    let times = || {
-        messages
-            .iter()
-            .filter(|(_, is)| !is)
-            .map(|(m, _)| time_us(m))
-    };
+    let times = || messages.iter().filter(|(_, is)| !is).map(|(m, _)| time_us(m));
     let round_us = times().max().unwrap_or(0) - times().min().unwrap_or(0) + 100_000;
     let mut written = 0;
     for round in 0.. {
@@ -184,9 +171,8 @@ fn mcap_log(samples: &[Sample<f64>], out: impl Write + Seek, bytes: u64) -> Outc
         return Err("no samples".into());
     };
     let round_s = last.time_s - first.time_s + 0.1;
-    let mut out = mcap::WriteOptions::new()
-        .compression(Some(mcap::Compression::Lz4))
-        .create(out)?;
+    let mut out =
+        mcap::WriteOptions::new().compression(Some(mcap::Compression::Lz4)).create(out)?;
     let imu = out.add_schema("sensor_msgs/msg/Imu", "ros2msg", IMU.as_bytes())?;
     let imu = out.add_channel(imu, "/imu/data", "cdr", &BTreeMap::new())?;
     let number = out.add_schema("std_msgs/msg/Float64", "ros2msg", b"float64 data")?;
@@ -209,12 +195,8 @@ fn mcap_log(samples: &[Sample<f64>], out: impl Write + Seek, bytes: u64) -> Outc
             numbers[25] = sample.time_s.sin();
             message.extend(numbers.iter().flat_map(|number: &f64| number.to_le_bytes()));
             let mut write = |channel_id, data: &[u8]| {
-                let header = MessageHeader {
-                    channel_id,
-                    sequence: 0,
-                    log_time,
-                    publish_time: log_time,
-                };
+                let header =
+                    MessageHeader { channel_id, sequence: 0, log_time, publish_time: log_time };
                 out.write_to_known_channel(&header, data)
             };
             write(imu, &message)?;

@@ -31,21 +31,13 @@ pub struct Console {
 impl Console {
     /// Opens the host's standard output.
     pub fn open() -> Self {
-        Self {
-            stream: hstdout().ok(),
-            line: [0; 1024],
-            len: 0,
-        }
+        Self { stream: hstdout().ok(), line: [0; 1024], len: 0 }
     }
 
     fn flush(&mut self) -> fmt::Result {
         let line = self.line.get(..self.len).unwrap_or_default();
         self.len = 0;
-        self.stream
-            .as_mut()
-            .ok_or(fmt::Error)?
-            .write_all(line)
-            .map_err(|()| fmt::Error)
+        self.stream.as_mut().ok_or(fmt::Error)?.write_all(line).map_err(|()| fmt::Error)
     }
 }
 

@@ -45,10 +45,7 @@ pub fn check() -> Result<()> {
     let page = build()?;
     let packed = command!("gzip -9 --stdout {page}").outcome()?.stdout.len();
     eprintln!("{}: {packed} bytes packed", page.display());
-    ensure!(
-        packed <= MOST_BYTES,
-        "the page: {packed} bytes packed, more than {MOST_BYTES}"
-    );
+    ensure!(packed <= MOST_BYTES, "the page: {packed} bytes packed, more than {MOST_BYTES}");
     page::needs_browser()?;
     page::tests("tests/alone.check.ts")
         .env("SEATRIAL_PAGE", &page)

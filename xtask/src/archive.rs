@@ -25,28 +25,16 @@ const GOAL_S: f64 = 20.0;
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Shells, the files of their completions in an archive, and where a package puts these.
 const SHELLS: [(&str, &str, &str); 3] = [
-    (
-        "bash",
-        "seatrial.bash",
-        "bash-completion/completions/seatrial",
-    ),
+    ("bash", "seatrial.bash", "bash-completion/completions/seatrial"),
     ("zsh", "_seatrial", "zsh/vendor-completions/_seatrial"),
-    (
-        "fish",
-        "seatrial.fish",
-        "fish/vendor_completions.d/seatrial.fish",
-    ),
+    ("fish", "seatrial.fish", "fish/vendor_completions.d/seatrial.fish"),
 ];
 /// Pages that go with the command.
 const PAGES: [&str; 4] = ["README.md", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT"];
 
 /// Builds both for a target, or for this machine, installs both and times the archive to a first report.
 pub fn check(target: Option<&str>) -> Result<()> {
-    let own = if needs_library(STATIC).is_ok() {
-        STATIC
-    } else {
-        WITH_GLIBC
-    };
+    let own = if needs_library(STATIC).is_ok() { STATIC } else { WITH_GLIBC };
     let target = target.unwrap_or(own);
     let runner = runner(target);
     let name = name_for(target);
@@ -136,10 +124,7 @@ fn fill(name: &str, binary: &Path, target: &str, runner: Option<Runner>) -> Resu
         let said = seatrial().args(["completions", name]).read()?;
         shell().write_file(folder.join("completions").join(file), said)?;
     }
-    seatrial()
-        .args(["completions", "--json", "--man"])
-        .arg(folder.join("man"))
-        .read()?;
+    seatrial().args(["completions", "--json", "--man"]).arg(folder.join("man")).read()?;
     c_libraries(&folder, target)
 }
 
@@ -153,15 +138,9 @@ fn c_libraries(folder: &Path, target: &str) -> Result<()> {
     for (target, feature) in [(target, ""), (CORTEX_M, "single")] {
         needs_library(target)?;
         command!("cargo rustc --quiet -p seatrial-ffi --profile embedded --no-default-features --features={feature} --target {target} --crate-type staticlib").run()?;
-        put(
-            in_target(target).join("embedded/libseatrial_ffi.a"),
-            c_library(folder, target),
-        )?;
+        put(in_target(target).join("embedded/libseatrial_ffi.a"), c_library(folder, target))?;
     }
-    put(
-        "crates/seatrial-ffi/include/seatrial.h",
-        folder.join("c/seatrial.h"),
-    )
+    put("crates/seatrial-ffi/include/seatrial.h", folder.join("c/seatrial.h"))
 }
 
 /// Compiles the example against the archive's library and runs it.
@@ -179,19 +158,12 @@ fn packed(name: &str) -> Result<PathBuf> {
 }
 
 fn debian_package(name: &str, target: &str) -> Result<PathBuf> {
-    let architecture = if target.starts_with("aarch64") {
-        "arm64"
-    } else {
-        "amd64"
-    };
+    let architecture = if target.starts_with("aarch64") { "arm64" } else { "amd64" };
     let root = folder("debian");
     empty_folder(&root)?;
     put(folder(name).join("seatrial"), root.join("usr/bin/seatrial"))?;
     for (_, file, place) in SHELLS {
-        put(
-            folder(name).join("completions").join(file),
-            root.join("usr/share").join(place),
-        )?;
+        put(folder(name).join("completions").join(file), root.join("usr/share").join(place))?;
     }
     let [texts, manual] =
         ["usr/share/doc/seatrial", "usr/share/man/man1"].map(|place| root.join(place));
@@ -202,21 +174,15 @@ fn debian_package(name: &str, target: &str) -> Result<PathBuf> {
     }
     let pages = files(&manual, "")?;
     command!("gzip -9n {texts}/changelog {pages...}").run()?;
-    shell().write_file(
-        root.join("DEBIAN/control"),
-        control(architecture, target.ends_with("gnu")),
-    )?;
+    shell()
+        .write_file(root.join("DEBIAN/control"), control(architecture, target.ends_with("gnu")))?;
     let package = folder(&format!("seatrial_{VERSION}_{architecture}.deb"));
     command!("dpkg-deb --root-owner-group -Zxz --build {root} {package}").run()?;
     Ok(package)
 }
 
 fn control(architecture: &str, needs_glibc: bool) -> String {
-    let depends = if needs_glibc {
-        "Depends: libc6 (>= 2.28)\n"
-    } else {
-        ""
-    };
+    let depends = if needs_glibc { "Depends: libc6 (>= 2.28)\n" } else { "" };
     format!(
         "Package: seatrial\nVersion: {VERSION}\nArchitecture: {architecture}\n{depends}Section: science\nPriority: optional\n\
          Maintainer: The seatrial developers <seatrial@users.noreply.github.com>\n\
@@ -257,15 +223,9 @@ fn installed_package_works(package: &Path, runner: Runner) -> Result<()> {
     dpkg().arg("--install").arg(package).run()?;
     let seatrial = root.join("usr/bin/seatrial");
     let said = alone(runner, &seatrial).arg("--version").read()?;
-    ensure!(
-        said == format!("seatrial {VERSION}\n"),
-        "the installed command says {said}"
-    );
+    ensure!(said == format!("seatrial {VERSION}\n"), "the installed command says {said}");
     let page = root.join("usr/share/man/man1/seatrial-identify.1.gz");
-    ensure!(
-        page.exists(),
-        "the package has no page for `man seatrial-identify`"
-    );
+    ensure!(page.exists(), "the package has no page for `man seatrial-identify`");
     dpkg().args(["--purge", "seatrial"]).run()?;
     ensure!(!seatrial.exists(), "the package leaves files behind");
     Ok(())
@@ -280,9 +240,7 @@ mod tests {
     fn exact_the_archives_are_where_binstall_looks() {
         let metadata = crate::workspace::metadata().unwrap();
         let packages = metadata["packages"].as_array().unwrap();
-        let command = packages
-            .iter()
-            .find(|package| package["name"] == "seatrial-cli");
+        let command = packages.iter().find(|package| package["name"] == "seatrial-cli");
         let binstall = &command.unwrap()["metadata"]["binstall"];
         let windows = &binstall["overrides"]["x86_64-pc-windows-gnu"];
         let at = |place: &serde_json::Value, target: &str| {

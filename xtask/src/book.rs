@@ -66,9 +66,7 @@ fn live_figures() -> Result<()> {
     }
     page::prepare()?;
     page::needs_browser()?;
-    page::tests("tests/figures.check.ts")
-        .env("SEATRIAL_BOOK", in_target(BOOK))
-        .run()
+    page::tests("tests/figures.check.ts").env("SEATRIAL_BOOK", in_target(BOOK)).run()
 }
 
 /// The page of the verbs: what the program says of each with `--help-all`, and of the verbs below it.
@@ -85,11 +83,7 @@ fn add_verbs(verb: &[&str], page: &mut String) -> Result<()> {
     let said = command!("{program} {verb...} --help-all").read()?;
     if !verb.is_empty() {
         let (marks, name) = ("#".repeat(verb.len() + 1), verb.join(" "));
-        write!(
-            page,
-            "\n{marks} {name}\n\n```text\n{}\n```\n",
-            said.trim_end()
-        )?;
+        write!(page, "\n{marks} {name}\n\n```text\n{}\n```\n", said.trim_end())?;
     }
     listed_verbs(&said).try_for_each(|below| add_verbs(&[verb, &[below]].concat(), page))
 }
@@ -99,9 +93,7 @@ fn listed_verbs(help: &str) -> impl Iterator<Item = &str> {
     let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1);
     let listed = listed.take_while(|line| !["Arguments:", "Options:"].contains(line));
     let verbs = listed.filter(|line| line.starts_with("  ") && !line.starts_with("   "));
-    verbs
-        .filter_map(|line| line.split_whitespace().next())
-        .filter(|verb| *verb != "help")
+    verbs.filter_map(|line| line.split_whitespace().next()).filter(|verb| *verb != "help")
 }
 
 /// The one that docs/requirements.txt pins, else the machine's own.
@@ -131,18 +123,13 @@ fn unlisted(contents: &[(String, String)]) -> Result<Vec<String>> {
     let is_listed = |page: &PathBuf| contents.iter().any(|(_, file)| *page == source.join(file));
     let others = files(&source, "md")?.into_iter();
     let others = others.filter(|page| !is_listed(page) && !page.ends_with("SUMMARY.md"));
-    Ok(others
-        .map(|page| format!("{}: is not in SUMMARY.md", page.display()))
-        .collect())
+    Ok(others.map(|page| format!("{}: is not in SUMMARY.md", page.display())).collect())
 }
 
 /// The text of a page, in which links to files of the repository that are no part of the site lead to the repository.
 fn led_out(page: &Path) -> Result<String> {
     let text = shell().read_file(page)?;
-    let links = text
-        .split("](")
-        .skip(1)
-        .filter_map(|rest| rest.split([')', '#']).next());
+    let links = text.split("](").skip(1).filter_map(|rest| rest.split([')', '#']).next());
     let links: BTreeSet<&str> = links.filter(|link| !link.is_empty()).collect();
     let mut led = text.clone();
     for link in links {
@@ -162,16 +149,12 @@ fn led_out(page: &Path) -> Result<String> {
 /// Links of a page of the site to files that are not there.
 fn broken_links(page: &Path) -> Result<Vec<String>> {
     let text = shell().read_file(page)?;
-    let links = ["href=\"", "src=\""]
-        .into_iter()
-        .flat_map(|name| text.split(name).skip(1));
+    let links = ["href=\"", "src=\""].into_iter().flat_map(|name| text.split(name).skip(1));
     let files = links.filter_map(|rest| rest.split(['"', '#', '?']).next());
     let own =
         files.filter(|file| !file.is_empty() && !file.contains(':') && !file.starts_with('/'));
     let broken = own.filter(|file| !page.with_file_name(file).exists());
-    Ok(broken
-        .map(|file| format!("{}: {file} leads nowhere", page.display()))
-        .collect())
+    Ok(broken.map(|file| format!("{}: {file} leads nowhere", page.display())).collect())
 }
 
 /// The first sentence of a page's text.
@@ -182,9 +165,7 @@ fn first_sentence(page: &str) -> String {
         is_in_block ^= is_fence;
         !is_in_block && !is_fence && !line.starts_with(['#', '<', '!'])
     });
-    let text = text
-        .skip_while(|line| line.is_empty())
-        .take_while(|line| !line.is_empty());
+    let text = text.skip_while(|line| line.is_empty()).take_while(|line| !line.is_empty());
     let text = text.collect::<Vec<_>>().join(" ");
     match text.split_once(". ") {
         Some((sentence, _)) => format!("{sentence}."),

@@ -26,21 +26,9 @@ pub const LOOP_FOUND: &str = "thrust 0.9: a22 -1.06";
 /// What programs with one kind of object, or with everything, bring into an image, in f32 and f64, libm and software floating point
 /// included: what was measured and 10 %.
 const PROGRAMS: [(&str, &[&str], [u64; 2]); 4] = [
-    (
-        "the lean estimator",
-        &["seatrial_fixed_rate_"],
-        [4700, 14_700],
-    ),
-    (
-        "the guarded estimator",
-        &["seatrial_estimator_"],
-        [16_200, 25_900],
-    ),
-    (
-        "the trial",
-        &["seatrial_trial_", "seatrial_plan"],
-        [46_000, 58_200],
-    ),
+    ("the lean estimator", &["seatrial_fixed_rate_"], [4700, 14_700]),
+    ("the guarded estimator", &["seatrial_estimator_"], [16_200, 25_900]),
+    ("the trial", &["seatrial_trial_", "seatrial_plan"], [46_000, 58_200]),
     ("everything", &["seatrial_"], [51_700, 72_900]),
 ];
 
@@ -51,16 +39,9 @@ struct Precision {
     define: Option<&'static str>,
 }
 
-const DOUBLE: Precision = Precision {
-    name: "f64",
-    feature: "",
-    define: None,
-};
-const SINGLE: Precision = Precision {
-    name: "f32",
-    feature: "single",
-    define: Some("-DSEATRIAL_SINGLE"),
-};
+const DOUBLE: Precision = Precision { name: "f64", feature: "", define: None };
+const SINGLE: Precision =
+    Precision { name: "f32", feature: "single", define: Some("-DSEATRIAL_SINGLE") };
 
 /// A table of parity vectors that C computes: its name, its type, its file.
 type Table = (String, String, PathBuf);
@@ -90,10 +71,7 @@ pub fn check(vectors: &str) -> Result<()> {
             eprintln!("C code, {}, {program}: {bytes} bytes", precision.name);
             ensure!(bytes <= limit, "{program}: more than {limit} bytes of code");
         }
-        let options = M4F
-            .split(' ')
-            .chain([library.as_str()])
-            .chain(M4F_LINKER.split(' '));
+        let options = M4F.split(' ').chain([library.as_str()]).chain(M4F_LINKER.split(' '));
         let options: Vec<&str> = options.chain(precision.define).collect();
         let board = &BOARDS[0];
         examples(&tables, precision, (board.name, Some(board)), &options)?;
@@ -117,12 +95,7 @@ fn examples(
     let run = |program: &Path, words: &[&str]| match board {
         Some(board) => {
             let words = words.iter().map(|word| format!(",arg={word}"));
-            run_on(
-                board,
-                program,
-                &format!("{PLAIN}{}", words.collect::<String>()),
-                &[],
-            )
+            run_on(board, program, &format!("{PLAIN}{}", words.collect::<String>()), &[])
         }
         None => Command::new(program).args(words.iter().skip(1)).read(),
     };
@@ -135,10 +108,7 @@ fn examples(
 
 /// Fails where the loop says that it has found another vehicle.
 pub fn finds_its_vehicle(said: &str) -> Result<()> {
-    ensure!(
-        said.contains(LOOP_FOUND),
-        "loop_20hz.c did not find its vehicle:\n{said}"
-    );
+    ensure!(said.contains(LOOP_FOUND), "loop_20hz.c did not find its vehicle:\n{said}");
     Ok(())
 }
 
@@ -175,9 +145,7 @@ fn is_found_when_installed(built: &Path) -> Result<()> {
     finds_its_vehicle(&Command::new(own.join("loop")).read()?)?;
 
     let mut package = command!("pkg-config --cflags --libs seatrial");
-    let said = package
-        .env("PKG_CONFIG_PATH", prefix.join("lib/pkgconfig"))
-        .read()?;
+    let said = package.env("PKG_CONFIG_PATH", prefix.join("lib/pkgconfig")).read()?;
     let (program, words) = (folder.join("loop"), said.split_whitespace());
     let strict = STRICT.split(' ');
     command!("gcc {strict...} {example} {words...} -o {program}").run()?;
@@ -189,11 +157,7 @@ fn is_found_when_installed(built: &Path) -> Result<()> {
 /// A program that was compiled for `float` must not link with the library of `double`: its structures are of other sizes.
 fn does_not_link_for_other_numbers(double: &str) -> Result<()> {
     let mut gcc = compiler("gcc", "loop_20hz", &in_target("firmware/loop_20hz-mixed"));
-    let output = gcc
-        .args(SINGLE.define)
-        .arg(double)
-        .args(HOST_LINKER.split(' '))
-        .outcome()?;
+    let output = gcc.args(SINGLE.define).arg(double).args(HOST_LINKER.split(' ')).outcome()?;
     let printed = String::from_utf8_lossy(&output.stderr);
     let is_told = printed.contains("seatrial_trial_new_abi1_single");
     ensure!(
@@ -238,10 +202,7 @@ fn code_bytes(prefixes: &[&str], library: &str) -> Result<u64> {
     let m4f = M4F.split(' ');
     command!("arm-none-eabi-gcc {m4f...} -nostdlib -Wl,--gc-sections -Wl,--entry=seatrial_status_text {declared...} {library} -lgcc -o {image}").run()?;
     let table = command!("arm-none-eabi-size {image}").read()?;
-    let row = table
-        .lines()
-        .nth(1)
-        .and_then(|row| row.split_whitespace().next());
+    let row = table.lines().nth(1).and_then(|row| row.split_whitespace().next());
     Ok(row.context("arm-none-eabi-size prints no row")?.parse()?)
 }
 

@@ -50,14 +50,9 @@ mod tests {
     fn faults(text: &str) -> Vec<String> {
         let json = |name: &str| {
             let value = serde_json::from_str(label(text, name)?);
-            value
-                .ok()
-                .filter(|value: &Value| value.is_array() || value.is_object())
+            value.ok().filter(|value: &Value| value.is_array() || value.is_object())
         };
-        let mut ids = instructions(text, "USER")
-            .last()
-            .unwrap_or("root")
-            .split(':');
+        let mut ids = instructions(text, "USER").last().unwrap_or("root").split(':');
         let is_user = ids.all(|id| id.parse::<u32>().is_ok_and(|id| id > 0));
         let has_version = label(text, "version") == Some(env!("CARGO_PKG_VERSION"));
         let mut faults = runtime_faults(text, &json("permissions").unwrap_or_default());
@@ -70,10 +65,7 @@ mod tests {
                 format!("the label {name} is no JSON list or object"),
             ));
         }
-        faults.push((
-            !has_version,
-            "the label version is not that of the workspace".into(),
-        ));
+        faults.push((!has_version, "the label version is not that of the workspace".into()));
         faults.push((!is_user, "USER is not a number other than root's".into()));
         let found = faults.into_iter().filter(|(is_found, _)| *is_found);
         found.map(|(_, fault)| fault).collect()
@@ -94,30 +86,16 @@ mod tests {
         // Docker makes a folder of the host that is not there as root's, and a volume as the image's folder is.
         let is_volume = binds.contains(":/data\"") && !binds.contains("\"/");
         let faults = [
-            (
-                !ports.all(is_open),
-                "a port is exposed that the permissions do not open",
-            ),
+            (!ports.all(is_open), "a port is exposed that the permissions do not open"),
             (
                 !instructions(text, "EXPOSE").all(listens),
                 "the command does not listen on the exposed port",
             ),
-            (
-                host["Memory"].as_u64() != Some(MEMORY),
-                "the memory is not limited to 100 MiB",
-            ),
-            (
-                !host["Privileged"].is_null(),
-                "an extension is not privileged",
-            ),
-            (
-                !is_volume,
-                "/data is a folder of the host, which the user may not write, or none",
-            ),
+            (host["Memory"].as_u64() != Some(MEMORY), "the memory is not limited to 100 MiB"),
+            (!host["Privileged"].is_null(), "an extension is not privileged"),
+            (!is_volume, "/data is a folder of the host, which the user may not write, or none"),
         ];
-        faults
-            .map(|(is_found, fault)| (is_found, fault.to_owned()))
-            .into()
+        faults.map(|(is_found, fault)| (is_found, fault.to_owned())).into()
     }
 
     #[test]
@@ -133,18 +111,11 @@ mod tests {
             ("0.0.0.0:8042", "0.0.0.0:80", "does not listen"),
             ("104857600", "1", "memory"),
             ("tags='[", "tags='", "the label tags"),
-            (
-                "seatrial:/data",
-                "/var/seatrial:/data",
-                "folder of the host",
-            ),
+            ("seatrial:/data", "/var/seatrial:/data", "folder of the host"),
             ("version=\"", "version=\"9", "the label version"),
         ] {
             let faults = faults(&text().unwrap().replacen(part, by, 1));
-            assert!(
-                faults.iter().any(|found| found.contains(fault)),
-                "{part}: {faults:?}"
-            );
+            assert!(faults.iter().any(|found| found.contains(fault)), "{part}: {faults:?}");
         }
     }
 }

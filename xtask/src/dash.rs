@@ -29,17 +29,11 @@ pub fn check() -> Result<()> {
     let logbook = folder.join("logbook.db");
     command!("{seatrial} trial --logbook {logbook}").read()?;
     let mut server = command!("{seatrial} serve --listen 127.0.0.1:0 --logbook {logbook}");
-    let mut server = server
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null())
-        .begin()?;
+    let mut server = server.stdout(Stdio::piped()).stderr(Stdio::null()).begin()?;
     let mut url = String::new();
     let stdout = server.0.stdout.as_mut().context("no pipe")?;
     BufReader::new(stdout).read_line(&mut url)?;
-    let address = url
-        .trim()
-        .trim_start_matches("http://")
-        .trim_end_matches('/');
+    let address = url.trim().trim_start_matches("http://").trim_end_matches('/');
     // With control, so that commands are looked at.
     let control =
         Client::of(address)?.order("/api/v1/control", &json!({"name": "schemathesis"}))?;

@@ -25,12 +25,7 @@ pub struct Board {
 
 /// The M7's image uses its double-precision unit; on the M4F `f64` is software.
 pub const BOARDS: [Board; 2] = [
-    Board {
-        name: "Cortex-M4F",
-        machine: "mps2-an386",
-        rust_flags: "",
-        limits: &M4F_LIMITS,
-    },
+    Board { name: "Cortex-M4F", machine: "mps2-an386", rust_flags: "", limits: &M4F_LIMITS },
     Board {
         name: "Cortex-M7",
         machine: "mps2-an500",
@@ -93,18 +88,13 @@ pub fn check() -> Result<String> {
     }
     needs_library(CORTEX_M)?;
     command!("cargo fmt --manifest-path firmware/Cargo.toml --all --check").run()?;
-    firmware("clippy", &BOARDS[0])
-        .args(["--", "-D", "warnings"])
-        .run()?;
+    firmware("clippy", &BOARDS[0]).args(["--", "-D", "warnings"]).run()?;
     let expected = command!("cargo run --quiet --release -p seatrial-parity").read()?;
     for board in &BOARDS {
         let found = run_on(board, &build(board, "parity")?, PLAIN, &[])?;
         same(board.name, &expected, &found)?;
         let lines = found.lines().count();
-        eprintln!(
-            "{}: {lines} lines of parity vectors equal bit for bit",
-            board.name
-        );
+        eprintln!("{}: {lines} lines of parity vectors equal bit for bit", board.name);
     }
     a_panic_path_does_not_link()?;
     BOARDS.iter().try_for_each(costs)?;
@@ -149,19 +139,14 @@ fn same(name: &str, expected: &str, found: &str) -> Result<()> {
         let number = line + 1;
         bail!("{name}: line {number} of the parity vectors differs\nhere  {here}\nthere {there}");
     }
-    ensure!(
-        expected.len() == found.len(),
-        "{name}: not as many parity vectors as here"
-    );
+    ensure!(expected.len() == found.len(), "{name}: not as many parity vectors as here");
     Ok(())
 }
 
 /// The images link only because nothing in them can panic: with one panic path the same image does not.
 fn a_panic_path_does_not_link() -> Result<()> {
     let mut build = firmware("build", &BOARDS[0]);
-    let output = build
-        .args(["--bin", "parity", "--features", "panic-path"])
-        .outcome()?;
+    let output = build.args(["--bin", "parity", "--features", "panic-path"]).outcome()?;
     let message = String::from_utf8_lossy(&output.stderr);
     let is_told = message.contains("seatrial_has_a_panic_path");
     ensure!(
@@ -184,17 +169,10 @@ fn costs(board: &Board) -> Result<()> {
     }
     eprintln!("{}, largest over a rehearsed trial:\n{text}", board.name);
     for &(name, quantity, limit) in board.limits {
-        let value = text
-            .lines()
-            .find_map(|line| line.strip_prefix(&format!("{name},{quantity},")));
-        let value: u64 = value
-            .with_context(|| format!("{name}: {quantity} not reported"))?
-            .parse()?;
-        ensure!(
-            value <= limit,
-            "{}, {name}: {value} {quantity}, at most {limit}",
-            board.name
-        );
+        let value = text.lines().find_map(|line| line.strip_prefix(&format!("{name},{quantity},")));
+        let value: u64 =
+            value.with_context(|| format!("{name}: {quantity} not reported"))?.parse()?;
+        ensure!(value <= limit, "{}, {name}: {value} {quantity}, at most {limit}", board.name);
     }
     Ok(())
 }
@@ -202,18 +180,13 @@ fn costs(board: &Board) -> Result<()> {
 /// Code of a lean step, which calls nothing.
 fn code_size(image: &Path, name: &str) -> Result<u64> {
     let symbols = command!("arm-none-eabi-nm --print-size {image}").read()?;
-    let symbol = symbols
-        .lines()
-        .find(|line| line.ends_with(&format!(" {name}")));
+    let symbol = symbols.lines().find(|line| line.ends_with(&format!(" {name}")));
     let size = symbol.and_then(|symbol| symbol.split_whitespace().nth(1));
     let listing = command!("arm-none-eabi-objdump --disassemble={name} {image}").read()?;
     let instructions = listing.lines().filter_map(|line| line.split('\t').nth(2));
     let mut calls = instructions
         .filter(|word| word.trim() == "bl" || word.starts_with("bl ") || word.starts_with("blx"));
-    ensure!(
-        calls.next().is_none(),
-        "{name}: calls another function, its own size says nothing"
-    );
+    ensure!(calls.next().is_none(), "{name}: calls another function, its own size says nothing");
     let size = size.with_context(|| format!("{name}: no such symbol"))?;
     Ok(u64::from_str_radix(size, 16)?)
 }

@@ -14,10 +14,8 @@ const TARGET: &str = "examples";
 /// A log that is opened through the module.
 const LOG_MB: &str = "4";
 /// What a program in the place of Foxglove says of it: topic, encoding, messages, least and greatest.
-const SAID: [&str; 2] = [
-    "/heading_rad cdr 45000 0.646 1.370",
-    "/rudder_fraction cdr 45000 -0.500 0.500",
-];
+const SAID: [&str; 2] =
+    ["/heading_rad cdr 45000 0.646 1.370", "/rudder_fraction cdr 45000 -0.500 0.500"];
 
 /// Builds the library, the command and the tests of the program that extends seatrial, and runs the tests.
 pub fn check() -> Result<()> {
@@ -32,23 +30,15 @@ pub fn check_loader() -> Result<()> {
 /// Runs the tests of the data loader, builds the module and opens a log through it.
 pub fn build_loader() -> Result<()> {
     check_loader()?;
-    cargo(
-        &format!("build --release --lib --target {BROWSER}"),
-        "foxglove-loader",
-    )?;
-    let module = in_target(TARGET)
-        .join(BROWSER)
-        .join("release/seatrial_foxglove_loader.wasm");
+    cargo(&format!("build --release --lib --target {BROWSER}"), "foxglove-loader")?;
+    let module = in_target(TARGET).join(BROWSER).join("release/seatrial_foxglove_loader.wasm");
     tell_size(&module)?;
     if !has("node") {
         return missing("node, in which the module is loaded, is missing");
     }
     let log = long_log("examples/log.bin", LOG_MB)?;
     let said = command!("node examples/foxglove-loader/tests/host.mjs {module} {log}").read()?;
-    ensure!(
-        SAID.iter().all(|topic| said.contains(topic)),
-        "{said}\nexpected {SAID:?}"
-    );
+    ensure!(SAID.iter().all(|topic| said.contains(topic)), "{said}\nexpected {SAID:?}");
     Ok(())
 }
 
@@ -65,30 +55,20 @@ mod tests {
     use std::path::{Path, PathBuf};
 
     fn files(folder: &str, ending: &str) -> Vec<(PathBuf, String)> {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("..")
-            .join(folder);
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(folder);
         let entries = std::fs::read_dir(folder).unwrap();
         let paths = entries.map(|entry| entry.unwrap().path());
         let named = paths.filter(|path| path.extension().is_some_and(|e| e == ending));
-        named
-            .map(|path| (path.clone(), std::fs::read_to_string(path).unwrap()))
-            .collect()
+        named.map(|path| (path.clone(), std::fs::read_to_string(path).unwrap())).collect()
     }
 
     #[test]
     fn exact_the_pages_on_extending_show_code_that_is_tested() {
-        let mut sources = [
-            files("examples/extending/src", "rs"),
-            files("examples/extending/tests", "rs"),
-        ]
-        .concat();
+        let mut sources =
+            [files("examples/extending/src", "rs"), files("examples/extending/tests", "rs")]
+                .concat();
         let with_fleet = files("crates/seatrial-app/tests", "rs");
-        sources.extend(
-            with_fleet
-                .into_iter()
-                .filter(|(path, _)| path.ends_with("own_format.rs")),
-        );
+        sources.extend(with_fleet.into_iter().filter(|(path, _)| path.ends_with("own_format.rs")));
         let pages = files("docs/extending", "md");
         assert_eq!(pages.len(), 3);
         for (page, text) in pages {

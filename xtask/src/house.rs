@@ -47,11 +47,9 @@ struct Survey {
 /// Fails on what breaks the plan. `list` prints the long functions that it still allows.
 pub fn check(list: bool) -> Result<()> {
     let mut survey = Survey::default();
-    survey.faults.extend(
-        floors::violations(metadata()?)
-            .into_iter()
-            .map(|arrow| format!("floor {arrow}")),
-    );
+    survey
+        .faults
+        .extend(floors::violations(metadata()?).into_iter().map(|arrow| format!("floor {arrow}")));
     for page in [PLAN, "CONTRIBUTING.md"] {
         let text = shell().read_file(page)?;
         survey.faults.extend(
@@ -64,15 +62,10 @@ pub fn check(list: bool) -> Result<()> {
         survey.add_forgotten_tests(text(package, "name"));
     }
     let above = survey.counts.faults()?.into_iter();
-    survey
-        .faults
-        .extend(above.map(|fault| format!("count {fault}  ({})", gates::LIMITS)));
+    survey.faults.extend(above.map(|fault| format!("count {fault}  ({})", gates::LIMITS)));
     survey.print_lines();
     if list {
-        survey
-            .long_functions
-            .iter()
-            .for_each(|function| println!("long-function {function}"));
+        survey.long_functions.iter().for_each(|function| println!("long-function {function}"));
     }
     ensure!(survey.faults.is_empty(), "{}", survey.faults.join("\n"));
     Ok(())
@@ -98,9 +91,7 @@ impl Survey {
             if let Some(rooms) = rooms_of(plan, name)
                 .filter(|_| path.ends_with("lib.rs") && name != HAS_A_FILE_A_VERB)
             {
-                let unnamed = modules
-                    .rooms()
-                    .filter(|module| !rooms.contains(&module.as_str()));
+                let unnamed = modules.rooms().filter(|module| !rooms.contains(&module.as_str()));
                 self.faults.extend(
                     unnamed.map(|module| format!("room {name}/{module}  (is not in {PLAN})")),
                 );
@@ -109,8 +100,7 @@ impl Survey {
                 if seen.insert(path.clone()) {
                     self.counts.add(name, path, source);
                     self.add_file(name, path, source);
-                    self.faults
-                        .extend(owners::faults(name, path, &source.text, plan));
+                    self.faults.extend(owners::faults(name, path, &source.text, plan));
                 }
             }
         }
@@ -130,9 +120,7 @@ impl Survey {
             let is_named = path.ends_with(TEST_PROGRAM)
                 || suite.lines().any(|line| line == format!("mod {module};"));
             if is_module && !is_named {
-                self.faults.push(format!(
-                    "test {name}/tests/{module}  (is not in {TEST_PROGRAM})"
-                ));
+                self.faults.push(format!("test {name}/tests/{module}  (is not in {TEST_PROGRAM})"));
             }
         }
     }
@@ -140,16 +128,13 @@ impl Survey {
     fn add_file(&mut self, package: &str, path: &Path, source: &Source) {
         let path = path.display();
         if source.production_lines > FILE_LINES {
-            self.faults
-                .push(format!("file {path}  ({} lines)", source.production_lines));
+            self.faults.push(format!("file {path}  ({} lines)", source.production_lines));
         }
         self.example_lines += source.example_lines;
         for function in &source.functions {
             self.function_lengths.push(function.lines);
-            let place = format!(
-                "{} at {path}:{}: {} lines",
-                function.name, function.line, function.lines
-            );
+            let place =
+                format!("{} at {path}:{}: {} lines", function.name, function.line, function.lines);
             if function.lines > FUNCTION_LINES {
                 self.faults.push(format!("function {package} {place}"));
             }
@@ -159,14 +144,10 @@ impl Survey {
             }
         }
         for (number, line) in (1..).zip(source.text.lines().map(str::trim_start)) {
-            let comment = line
-                .strip_prefix("///")
-                .or_else(|| line.strip_prefix("//!"));
+            let comment = line.strip_prefix("///").or_else(|| line.strip_prefix("//!"));
             let comment = comment.unwrap_or_default().trim_start();
             if LEANING.iter().any(|opening| comment.starts_with(opening)) {
-                self.faults.push(format!(
-                    "comment that does not stand alone  ({path}:{number})"
-                ));
+                self.faults.push(format!("comment that does not stand alone  ({path}:{number})"));
             }
         }
         if !floors::is_edge(package) {
@@ -196,17 +177,12 @@ impl Survey {
 
 /// The words of a crate in the list of rooms; `None` where it is not in the list.
 fn rooms_of<'a>(plan: &'a str, package: &str) -> Option<Vec<&'a str>> {
-    let is_of_package = |section: &&str| {
-        section
-            .strip_prefix(package)
-            .is_some_and(|rest| rest.starts_with('/'))
-    };
+    let is_of_package =
+        |section: &&str| section.strip_prefix(package).is_some_and(|rest| rest.starts_with('/'));
     let sections = plan.split("\ncrates/").skip(1).filter(is_of_package);
     let lists = sections.filter_map(|section| section.split("\n```").next());
     let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    let words: Vec<&str> = lists
-        .flat_map(|list| list.split(move |c| !is_word(c)))
-        .collect();
+    let words: Vec<&str> = lists.flat_map(|list| list.split(move |c| !is_word(c))).collect();
     (!words.is_empty()).then_some(words)
 }
 

@@ -26,11 +26,7 @@ impl Client {
         if !has("curl") {
             return missing("curl is missing");
         }
-        Ok(Self {
-            address: address.into(),
-            host: address.into(),
-            headers: Vec::new(),
-        })
+        Ok(Self { address: address.into(), host: address.into(), headers: Vec::new() })
     }
 
     /// The body of the answer to GET.
@@ -48,12 +44,7 @@ impl Client {
         let content = format!("@{}", file.display());
         json(&self.ask(
             path,
-            &[
-                "--data-binary",
-                &content,
-                "-H",
-                "Content-Type: application/octet-stream",
-            ],
+            &["--data-binary", &content, "-H", "Content-Type: application/octet-stream"],
         )?)
     }
 
@@ -61,22 +52,14 @@ impl Client {
     pub fn order(&self, path: &str, body: &Value) -> Result<Value> {
         json(&self.ask(
             path,
-            &[
-                "--data-raw",
-                &body.to_string(),
-                "-H",
-                "Content-Type: application/json",
-            ],
+            &["--data-raw", &body.to_string(), "-H", "Content-Type: application/json"],
         )?)
     }
 
     /// The files that the page names, each with its text.
     pub fn page(&self) -> Result<Vec<(String, String)>> {
         let page = self.get("/")?;
-        let named = page
-            .split("\"./")
-            .skip(1)
-            .filter_map(|rest| rest.split('"').next());
+        let named = page.split("\"./").skip(1).filter_map(|rest| rest.split('"').next());
         let files = named.filter(|name| name.starts_with("assets/"));
         let files = files.map(|name| Ok((name.to_owned(), self.get(&format!("/{name}"))?)));
         let files: Vec<_> = files.collect::<Result<_>>()?;

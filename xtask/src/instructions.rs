@@ -38,9 +38,7 @@ pub fn check() -> Result<()> {
     let counts = command!("callgrind_annotate --inclusive=yes --threshold=100 {counts}").read()?;
     let mut slower = Vec::new();
     for (kernel, unit, units, stated) in KERNELS {
-        let counted = counts
-            .lines()
-            .find(|line| line.contains(kernel) && line.contains('('));
+        let counted = counts.lines().find(|line| line.contains(kernel) && line.contains('('));
         let count = counted.and_then(|line| line.split_whitespace().next());
         let count = count.with_context(|| format!("callgrind.out has no {kernel}"))?;
         let count: f64 = count.replace(',', "").parse()?;
@@ -50,9 +48,6 @@ pub fn check() -> Result<()> {
             slower.push(kernel);
         }
     }
-    ensure!(
-        slower.is_empty(),
-        "more than {MARGIN} times the stated instructions: {slower:?}"
-    );
+    ensure!(slower.is_empty(), "more than {MARGIN} times the stated instructions: {slower:?}");
     Ok(())
 }

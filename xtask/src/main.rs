@@ -117,14 +117,8 @@ struct Target {
 /// Names, and the cargo commands that run in the order in which they fail fastest; `ROS2` stands for its features, where they are wanted.
 const CHECKS: [(&str, &str); 6] = [
     ("format", "fmt --all --check"),
-    (
-        "lints",
-        "clippy --workspace --all-targets ROS2 -- -D warnings",
-    ),
-    (
-        "core on Cortex-M",
-        "build -p seatrial-core --target thumbv7em-none-eabihf",
-    ),
+    ("lints", "clippy --workspace --all-targets ROS2 -- -D warnings"),
+    ("core on Cortex-M", "build -p seatrial-core --target thumbv7em-none-eabihf"),
     (
         "tests",
         "nextest run --workspace ROS2 --no-fail-fast --test-threads 6 -E not(test(/^ros2::/))",
@@ -213,18 +207,8 @@ fn beside_the_tests() -> bool {
     beside::end_with_the_other();
     let browser = "the program of the page without a server";
     side_by_side(&[
-        &[
-            ("tools", prepare_tools),
-            INSTRUCTIONS,
-            MICROCONTROLLERS,
-            OLDEST,
-            PYTHON_PACKAGE,
-        ],
-        &[
-            (browser, alone::compile),
-            EXTENDING,
-            ("logs in Foxglove", extending::check_loader),
-        ],
+        &[("tools", prepare_tools), INSTRUCTIONS, MICROCONTROLLERS, OLDEST, PYTHON_PACKAGE],
+        &[(browser, alone::compile), EXTENDING, ("logs in Foxglove", extending::check_loader)],
     ])
 }
 
@@ -249,10 +233,7 @@ fn with_cargo(ros2: &str) -> bool {
             cargo.env("SEATRIAL_SKIPPED", &skipped_tests).run()
         })
     });
-    eprint!(
-        "{}",
-        std::fs::read_to_string(&skipped_tests).unwrap_or_default()
-    );
+    eprint!("{}", std::fs::read_to_string(&skipped_tests).unwrap_or_default());
     passed
 }
 

@@ -63,10 +63,7 @@ mod tests {
             {"name": "edge", "rust_version": "1.95", "publish": null},
             {"name": "own", "rust_version": "1.80", "publish": []},
         ]});
-        let expected = Promise {
-            name: "core".into(),
-            compiler: "1.88.0".into(),
-        };
+        let expected = Promise { name: "core".into(), compiler: "1.88.0".into() };
         assert_eq!(promises(&metadata, "1.95"), [expected]);
     }
 }

@@ -18,15 +18,10 @@ pub fn check(builds: bool) -> Result<()> {
     for name in published.iter().map(|package| text(package, "name")) {
         let listed = command!("cargo package --list --allow-dirty -p {name}").read()?;
         for file in FILES {
-            ensure!(
-                listed.lines().any(|line| line == file),
-                "{name}: the package lacks {file}"
-            );
+            ensure!(listed.lines().any(|line| line == file), "{name}: the package lacks {file}");
         }
     }
-    let others = others
-        .iter()
-        .flat_map(|package| ["--exclude", text(package, "name")]);
+    let others = others.iter().flat_map(|package| ["--exclude", text(package, "name")]);
     let what = if builds {
         forget_unpacked()?;
         ["publish", "--dry-run"]
@@ -55,11 +50,7 @@ fn forget_unpacked() -> Result<()> {
         let name = registry.file_name().unwrap_or_default();
         name.to_string_lossy().starts_with('-')
     };
-    for registry in registries
-        .unwrap_or_default()
-        .iter()
-        .filter(|r| is_of_check(r))
-    {
+    for registry in registries.unwrap_or_default().iter().filter(|r| is_of_check(r)) {
         for package in packages(metadata()?) {
             let [name, version] = ["name", "version"].map(|field| text(package, field));
             shell().remove_path(registry.join(format!("{name}-{version}")))?;
@@ -89,18 +80,10 @@ mod tests {
     }
 
     fn faults_of(package: &Value) -> Vec<String> {
-        const TEXTS: [&str; 5] = [
-            "description",
-            "license",
-            "readme",
-            "repository",
-            "rust_version",
-        ];
+        const TEXTS: [&str; 5] = ["description", "license", "readme", "repository", "rust_version"];
         let name = text(package, "name");
         let list = |field: &str| package[field].as_array().cloned().unwrap_or_default();
-        let without = TEXTS
-            .into_iter()
-            .filter(|field| text(package, field).is_empty());
+        let without = TEXTS.into_iter().filter(|field| text(package, field).is_empty());
         let mut faults: Vec<String> = without.map(|field| format!("{name}: no {field}")).collect();
         let (most, longest) = KEYWORDS;
         let keywords = list("keywords");
@@ -128,9 +111,8 @@ mod tests {
 
     #[test]
     fn exact_every_published_crate_has_what_its_page_needs() {
-        let published = packages(metadata().unwrap())
-            .iter()
-            .filter(|package| is_published(package));
+        let published =
+            packages(metadata().unwrap()).iter().filter(|package| is_published(package));
         let faults: Vec<String> = published.flat_map(faults_of).collect();
         assert_eq!(faults, Vec::<String>::new());
     }
@@ -139,17 +121,10 @@ mod tests {
     fn exact_a_crate_whose_page_would_lack_something_is_named() {
         let whole = r#"{"name": "boat", "description": "d", "license": "MIT", "readme": "README.md", "repository": "r",
             "rust_version": "1.95", "keywords": ["marine"], "categories": ["simulation"]}"#;
-        assert_eq!(
-            faults_of(&serde_json::from_str(whole).unwrap()),
-            Vec::<String>::new()
-        );
+        assert_eq!(faults_of(&serde_json::from_str(whole).unwrap()), Vec::<String>::new());
         for (part, by, fault) in [
             ("\"d\"", "null", "boat: no description"),
-            (
-                "[\"marine\"]",
-                "[\"a-keyword-that-is-too-long\"]",
-                "keywords",
-            ),
+            ("[\"marine\"]", "[\"a-keyword-that-is-too-long\"]", "keywords"),
             ("[\"simulation\"]", "[]", "boat: no categories"),
         ] {
             let faults = faults_of(&serde_json::from_str(&whole.replace(part, by)).unwrap());

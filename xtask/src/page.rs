@@ -17,10 +17,7 @@ const BROWSER: &str = "/usr/bin/chromium";
 pub fn prepare() -> Result<()> {
     let lock = shell().read_file("web/package-lock.json")?;
     let installed = Path::new(SOURCE).join("node_modules/installed.json");
-    if shell()
-        .read_file(&installed)
-        .is_ok_and(|installed| installed == lock)
-    {
+    if shell().read_file(&installed).is_ok_and(|installed| installed == lock) {
         return Ok(());
     }
     let mut npm = command!("npm ci --no-audit --no-fund --loglevel=error");
@@ -73,14 +70,8 @@ pub fn node(words: &str) -> Command {
         "aarch64" => "arm64",
         _ => "x64",
     };
-    let pinned = root().join(format!(
-        "{SOURCE}/node_modules/node-linux-{architecture}/bin/node"
-    ));
-    let program = if pinned.exists() {
-        pinned
-    } else {
-        PathBuf::from("node")
-    };
+    let pinned = root().join(format!("{SOURCE}/node_modules/node-linux-{architecture}/bin/node"));
+    let program = if pinned.exists() { pinned } else { PathBuf::from("node") };
     let words = words.split(' ');
     let mut node = command!("{program} {words...}");
     node.current_dir(SOURCE);

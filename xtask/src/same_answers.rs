@@ -51,9 +51,7 @@ fn absolute(path: &str) -> std::io::Result<PathBuf> {
 /// Records and compares. `true`: the answers are the same, or were not compared.
 pub fn run(options: &Options) -> Result<bool> {
     let data = data();
-    let data = data
-        .canonicalize()
-        .with_context(|| data.display().to_string())?;
+    let data = data.canonicalize().with_context(|| data.display().to_string())?;
     let or_in_target = |path: &Option<PathBuf>, otherwise: &str| {
         path.clone().unwrap_or_else(|| in_target(otherwise))
     };
@@ -84,12 +82,7 @@ pub fn run(options: &Options) -> Result<bool> {
         shell().write_file(out.join(format!("{}.json", document.name)), text)?;
     }
     now.write(&out.join("manifest.txt"))?;
-    println!(
-        "{} documents of {} in {}",
-        documents.len(),
-        binary.display(),
-        out.display()
-    );
+    println!("{} documents of {} in {}", documents.len(), binary.display(), out.display());
     Ok(before.is_none_or(|before| manifest::compare(&before, &now, &documents, !options.quick)))
 }
 

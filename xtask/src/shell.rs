@@ -194,9 +194,7 @@ pub fn files(folder: &Path, suffix: &str) -> Result<Vec<PathBuf>> {
 
 /// Prints a file's place and size.
 pub fn tell_size(file: &Path) -> Result<()> {
-    let bytes = std::fs::metadata(file)
-        .with_context(|| file.display().to_string())?
-        .len();
+    let bytes = std::fs::metadata(file).with_context(|| file.display().to_string())?.len();
     let megabytes = bytes as f64 / 1e6;
     eprintln!("== {} of {megabytes:.1} MB", file.display());
     Ok(())

@@ -59,9 +59,7 @@ pub fn in_order(steps: &[Step]) -> bool {
 /// Rows of steps, each row until its first that fails; did all pass?
 pub fn side_by_side(rows: &[&[Step]]) -> bool {
     std::thread::scope(|scope| {
-        let running: Vec<_> = (rows.iter())
-            .map(|row| scope.spawn(|| in_order(row)))
-            .collect();
+        let running: Vec<_> = (rows.iter()).map(|row| scope.spawn(|| in_order(row))).collect();
         (running.into_iter()).all(|row| row.join().unwrap_or(false))
     })
 }
@@ -81,9 +79,7 @@ mod tests {
             std::thread::sleep(std::time::Duration::from_millis(200));
             anyhow::bail!("as it should")
         });
-        let after: Step = ("one after it", || {
-            panic!("nothing begins after a failure in its row")
-        });
+        let after: Step = ("one after it", || panic!("nothing begins after a failure in its row"));
         assert!(!side_by_side(&[&[waits, after], &[fails, after]]));
         assert!(begun.elapsed().as_secs() < 30);
         assert!(!command!("true").works());

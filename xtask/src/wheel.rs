@@ -11,11 +11,8 @@ use crate::shell::{Run, command, empty_folder, files, in_time, put, shell, tell_
 use crate::toolchain::needs_library;
 use crate::workspace::{in_target, target};
 
-const TOOLS: Environment = Environment {
-    python: "python3",
-    folder: "packaging",
-    requirements: &["xtask/packaging.txt"],
-};
+const TOOLS: Environment =
+    Environment { python: "python3", folder: "packaging", requirements: &["xtask/packaging.txt"] };
 const PACKAGE: &str = "crates/seatrial-py";
 /// glibc 2.28: Debian 10, Ubuntu 20.04, RHEL 8 and what is newer.
 const GLIBC: &str = "2.28";
@@ -35,11 +32,7 @@ pub fn check(target: Option<&str>) -> Result<()> {
         eprintln!("== {target}: built, not tried");
         return Ok(());
     }
-    in_time(
-        "from the wheel to a model",
-        install_and_identify(&wheel)?,
-        GOAL_S,
-    )
+    in_time("from the wheel to a model", install_and_identify(&wheel)?, GOAL_S)
 }
 
 /// A program of the environment, which finds the others there, too.
@@ -62,29 +55,20 @@ pub fn command_for(target: &str) -> Result<PathBuf> {
 
 fn build(platform: &str) -> Result<PathBuf> {
     let is_for_glibc = platform.ends_with("gnu");
-    let tag = if is_for_glibc {
-        "manylinux_2_28"
-    } else {
-        "musllinux_1_2"
-    };
+    let tag = if is_for_glibc { "manylinux_2_28" } else { "musllinux_1_2" };
     // maturin takes what is in the folder of this name along.
     let data = Path::new(PACKAGE).join("seatrial._native.data");
     put(command_for(platform)?, data.join("scripts/seatrial"))?;
     let out = target().join("wheels");
     let words =
         format!("build --release --strip --zig --compatibility {tag} --target {platform} --out");
-    let built = tool("maturin", &words)?
-        .arg(&out)
-        .current_dir(PACKAGE)
-        .run();
+    let built = tool("maturin", &words)?.arg(&out).current_dir(PACKAGE).run();
     shell().remove_path(&data)?;
     built?;
     let architecture = platform.split('-').next().unwrap_or_default();
     let is_tagged = |wheel: &PathBuf| {
         let name = wheel.to_string_lossy();
-        ["cp310-abi3", tag, architecture]
-            .iter()
-            .all(|tag| name.contains(tag))
+        ["cp310-abi3", tag, architecture].iter().all(|tag| name.contains(tag))
     };
     let wheel = files(&out, "whl")?.into_iter().find(is_tagged);
     wheel.with_context(|| format!("{}: no wheel for abi3 and {tag}", out.display()))

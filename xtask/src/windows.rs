@@ -53,9 +53,7 @@ fn prepare(exe: &Path) -> Result<()> {
     for side in ["here", "wine"].map(folder) {
         shell().write_file(side.join("plan.toml"), PLAN)?;
         for log in LOGS {
-            here(&format!("sim log --seed 1 --out {log}"))
-                .current_dir(&side)
-                .read()?;
+            here(&format!("sim log --seed 1 --out {log}")).current_dir(&side).read()?;
         }
     }
     shell().copy_file(exe, folder("wine"))?;
@@ -85,9 +83,7 @@ fn wine(words: &str) -> Command {
 }
 
 fn in_own_prefix(mut command: Command) -> Command {
-    command
-        .current_dir(folder("wine"))
-        .env("WINEPREFIX", folder("prefix"));
+    command.current_dir(folder("wine")).env("WINEPREFIX", folder("prefix"));
     command.env("WINEDEBUG", "-all").env_remove("DISPLAY");
     command
 }
@@ -95,19 +91,14 @@ fn in_own_prefix(mut command: Command) -> Command {
 /// Both print equal bytes for a trial and for a model from each format.
 fn says_the_same() -> Result<()> {
     let identify = LOGS.map(|log| format!("identify --json {log}"));
-    for words in ["trial --yes --json --seed 7 --plan plan.toml".to_owned()]
-        .iter()
-        .chain(&identify)
+    for words in ["trial --yes --json --seed 7 --plan plan.toml".to_owned()].iter().chain(&identify)
     {
         let [here, wine] = [here(words).outcome()?, wine(words).outcome()?];
         // A log of one pair of doublets may leave a model that is not validated.
         let is_done = matches!(here.status.code(), Some(0 | 4));
         let is_same = here.status.code() == wine.status.code() && here.stdout == wine.stdout;
         let text = String::from_utf8_lossy(&wine.stdout);
-        ensure!(
-            is_done && is_same,
-            "{words}: another answer under Wine:\n{text}"
-        );
+        ensure!(is_done && is_same, "{words}: another answer under Wine:\n{text}");
         eprintln!("Windows: {words}: the same {} bytes", text.len());
     }
     Ok(())
@@ -124,10 +115,7 @@ fn serves_the_page() -> Result<()> {
         let expected = shell().read_file(format!("crates/seatrial-dash/dist/{name}"))?;
         ensure!(*text == expected, "{name} is served with other bytes");
     }
-    eprintln!(
-        "Windows: the dashboard serves its page and {} files",
-        files.len()
-    );
+    eprintln!("Windows: the dashboard serves its page and {} files", files.len());
     Ok(())
 }
 
@@ -136,10 +124,8 @@ fn tries_over_mavlink() -> Result<()> {
     let mut vehicle = here(&format!("sim serve --udp {VEHICLE}"));
     let _vehicle = vehicle.silent().begin()?;
     let words = "--full-rudder-deg 14.9 --plan plan.toml --logbook mavlink.db";
-    let trial = wine(&format!(
-        "trial --yes --json --vehicle mavlink:udp:{VEHICLE} {words}"
-    ))
-    .read()?;
+    let trial =
+        wine(&format!("trial --yes --json --vehicle mavlink:udp:{VEHICLE} {words}")).read()?;
     let trial: Value = serde_json::from_str(&trial)?;
     let a22 = &trial["runs"][0]["identification"]["refined"]["a22_per_s"];
     let mut replay = here("replay --json ../wine/mavlink.db");
@@ -157,27 +143,14 @@ fn is_interrupted() -> Result<()> {
     let mut console = in_own_prefix(command!(
         "script -qec 'wine seatrial.exe trial --yes --realtime --logbook broken_off.db' /dev/null"
     ));
-    console
-        .env("TERM", "xterm")
-        .stdin(Stdio::piped())
-        .stdout(Stdio::null());
+    console.env("TERM", "xterm").stdin(Stdio::piped()).stdout(Stdio::null());
     let mut trial = console.begin()?;
     let logbook = folder("wine/broken_off.db");
-    patiently(PATIENCE, "a logbook under Wine", || {
-        Ok(logbook.exists().then_some(()))
-    })?;
+    patiently(PATIENCE, "a logbook under Wine", || Ok(logbook.exists().then_some(())))?;
     std::thread::sleep(Duration::from_secs(5));
-    trial
-        .0
-        .stdin
-        .take()
-        .context("no keyboard")?
-        .write_all(b"\x03")?;
+    trial.0.stdin.take().context("no keyboard")?.write_all(b"\x03")?;
     let status = trial.0.wait()?;
-    ensure!(
-        status.code() == Some(5),
-        "a trial that Ctrl-C ends: {status}"
-    );
+    ensure!(status.code() == Some(5), "a trial that Ctrl-C ends: {status}");
     eprintln!("Windows: Ctrl-C in a console aborts a trial");
     Ok(())
 }

@@ -77,12 +77,7 @@ fn started_peers(folder: &Path) -> [Option<Peer>; 3] {
     );
     let cpp = env::var_os("REFBENCH_CPP")
         .and_then(|program| Peer::start(&mut Command::new(program), folder));
-    let octave = Peer::start(
-        Command::new("octave-cli")
-            .arg("-q")
-            .arg(here.join("peer.m")),
-        folder,
-    );
+    let octave = Peer::start(Command::new("octave-cli").arg("-q").arg(here.join("peer.m")), folder);
     [cpp, octave, python]
 }
 

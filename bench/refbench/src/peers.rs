@@ -16,21 +16,13 @@ impl Peer {
     /// `None`, and a line about it, where the program is missing.
     pub fn start(command: &mut Command, folder: &Path) -> Option<Self> {
         let name = format!("{command:?}");
-        let started = command
-            .arg(folder)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn();
+        let started = command.arg(folder).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
         let Ok(mut child) = started else {
             eprintln!("refbench: {name} does not start: its lines are left out");
             return None;
         };
         let (ask, answers) = (child.stdin.take()?, child.stdout.take()?);
-        Some(Self {
-            child,
-            ask,
-            answers: BufReader::new(answers),
-        })
+        Some(Self { child, ask, answers: BufReader::new(answers) })
     }
 
     /// Seconds for one unit of work, and the numbers it gave.
@@ -39,10 +31,8 @@ impl Peer {
         self.ask.flush()?;
         let mut line = String::new();
         self.answers.read_line(&mut line)?;
-        let numbers: Vec<f64> = line
-            .split_whitespace()
-            .map(str::parse)
-            .collect::<Result<_, _>>()?;
+        let numbers: Vec<f64> =
+            line.split_whitespace().map(str::parse).collect::<Result<_, _>>()?;
         match numbers.split_first() {
             Some((seconds, rest)) => Ok((*seconds, rest.to_vec())),
             None => Err(format!("{work}: the peer stopped").into()),

@@ -61,19 +61,9 @@ impl Rounds {
     pub fn times(&self) -> String {
         let mut text = String::from("| work | median | least | most |\n|---|---|---|---|\n");
         for (work, seconds) in &self.0 {
-            if let Some(Spread {
-                median,
-                least,
-                most,
-            }) = Spread::of(seconds)
-            {
-                let _ = writeln!(
-                    text,
-                    "| {work} | {} | {} | {} |",
-                    ns(median),
-                    ns(least),
-                    ns(most)
-                );
+            if let Some(Spread { median, least, most }) = Spread::of(seconds) {
+                let _ =
+                    writeln!(text, "| {work} | {} | {} | {} |", ns(median), ns(least), ns(most));
             }
         }
         text
@@ -85,12 +75,7 @@ impl Rounds {
         );
         let mut lines = Vec::new();
         for goal in goals {
-            let Goal {
-                work,
-                beside,
-                most,
-                text: asked,
-            } = goal;
+            let Goal { work, beside, most, text: asked } = goal;
             let Some(ratio) = self.ratio(work, beside) else {
                 let _ = writeln!(text, "| {work} | {beside} | {asked} | not measured | | |");
                 continue;

@@ -35,19 +35,13 @@ pub struct Entry<'a> {
 }
 
 fn entry<'a>(name: &'static str, run: impl FnMut() -> Outcome<f64> + 'a) -> Entry<'a> {
-    Entry {
-        name,
-        run: Box::new(run),
-    }
+    Entry { name, run: Box::new(run) }
 }
 
 pub fn agree(name: &str, found: &[f64], expected: [f64; 3]) -> Outcome<()> {
     let scale = expected[0].abs().max(expected[1].abs());
     let is_close = found.len() >= 3
-        && found
-            .iter()
-            .zip(expected)
-            .all(|(a, b)| (a - b).abs() < AGREEMENT * scale);
+        && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < AGREEMENT * scale);
     match is_close {
         true => Ok(()),
         false => Err(format!("{name} gives {found:?}, expected {expected:?}").into()),
@@ -70,11 +64,7 @@ pub fn model_of(heading: &[f64], rudder: &[f64]) -> Outcome<YawModel<f64>> {
 }
 
 fn least_squares(times: &[f64], heading: &[f64], rudder: &[f64]) -> Outcome<YawModel<f64>> {
-    let record = EvenlySampled {
-        time_s: times,
-        heading_rad: heading,
-        rudder_rad: rudder,
-    };
+    let record = EvenlySampled { time_s: times, heading_rad: heading, rudder_rad: rudder };
     Ok(record.least_squares(LAMBDA_RAD_S)?.model)
 }
 
@@ -151,10 +141,7 @@ fn of_the_long_record(data: &Data) -> Outcome<Vec<Entry<'_>>> {
             Ok(seconds / LONG as f64)
         }),
         entry("reading long", move || {
-            per(
-                LONG,
-                timed(|| machine::read(black_box(heading), black_box(rudder))),
-            )
+            per(LONG, timed(|| machine::read(black_box(heading), black_box(rudder))))
         }),
     ])
 }
@@ -164,10 +151,7 @@ fn of_the_refined_estimate(data: &Data) -> Vec<Entry<'_>> {
         entry("refined", || {
             let one = || output_error(black_box(&data.samples), Some(data.start));
             let found = || (0..TOGETHER).filter_map(|_| one().ok());
-            per(
-                TOGETHER,
-                timed(|| found().map(|found| found.residual_rms_rad).sum()),
-            )
+            per(TOGETHER, timed(|| found().map(|found| found.residual_rms_rad).sum()))
         }),
         entry("refined, own simplex + RK4", || {
             let one = || fit_as_paper(black_box(&data.samples));

@@ -21,9 +21,8 @@ const DISTURBANCES: [(f64, f64); 4] = [(0.0, 1.0), (0.005, 2.0), (0.005, 0.5), (
 const NOISES_DEG: [f64; 4] = [0.2, 0.5, 1.0, 2.0];
 
 fn main() {
-    let cases: u64 = std::env::args()
-        .nth(1)
-        .map_or(100, |text| text.parse().expect("a number of cases"));
+    let cases: u64 =
+        std::env::args().nth(1).map_or(100, |text| text.parse().expect("a number of cases"));
     let named: Vec<String> = std::env::args().skip(2).collect();
     println!(
         "accepted of {cases} cases each, and without the note that the validation data could not tell; compass noise, deg: {NOISES_DEG:?}\n"
@@ -35,10 +34,7 @@ fn main() {
             let cells = thread::scope(|scope| {
                 NOISES_DEG
                     .map(|noise_deg| {
-                        let sea = Sea {
-                            noise_deg,
-                            disturbance,
-                        };
+                        let sea = Sea { noise_deg, disturbance };
                         scope.spawn(move || {
                             let judged = (1..=cases).filter_map(|seed| verdict(kind, sea, seed));
                             let (mut accepted, mut sure) = (0, 0);

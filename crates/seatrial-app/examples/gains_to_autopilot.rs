@@ -43,13 +43,7 @@ pub fn run(log: Option<PathBuf>) -> Result<String, Box<dyn Error>> {
             point.surge_speed_m_s, point.proportional_gain
         );
     }
-    let file = GainsFile::new(
-        Format::Ardupilot,
-        &wanted,
-        &models,
-        VehicleType::Surface,
-        false,
-    )?;
+    let file = GainsFile::new(Format::Ardupilot, &wanted, &models, VehicleType::Surface, false)?;
     println!("{}", file.text);
     Ok(file.text)
 }

@@ -36,9 +36,7 @@ fn identified(log: &Path) -> Result<IdentifiedLog, Box<dyn Error>> {
         let model = identification.model();
         println!(
             "{} m/s: a22 {:.3} 1/s, b2 {:.3} 1/s^2, accepted: {}",
-            speed
-                .surge_speed_m_s
-                .map_or("unknown".into(), |speed| format!("{speed:.2}")),
+            speed.surge_speed_m_s.map_or("unknown".into(), |speed| format!("{speed:.2}")),
             model.a22_per_s,
             model.b2_per_s2,
             speed.verdict.accepted

@@ -37,10 +37,7 @@ pub fn run() -> Result<Campaign, Box<dyn Error>> {
         // Set it from another thread to have the vehicle back.
         stop: Arc::new(AtomicBool::new(false)),
     };
-    let sinks = Sinks {
-        logbook: logbook.clone(),
-        ..Sinks::default()
-    };
+    let sinks = Sinks { logbook: logbook.clone(), ..Sinks::default() };
     let vehicle = Simulator::new("sim:starfish", None)?;
     let ended = begin(&vehicle, order, sinks)?.conduct();
     for why in ended.fault.iter().chain(&ended.unsaved) {

@@ -69,9 +69,7 @@ pub fn addressed(text: &str, reader: Reader) -> String {
         return text.to_owned();
     }
     // Both ends of a window are one field and one argument.
-    let text = text
-        .replace(" and --to", "")
-        .replace(" and --validate-to", "");
+    let text = text.replace(" and --to", "").replace(" and --validate-to", "");
     let mut parts = text.split("--");
     let mut addressed = parts.next().unwrap_or_default().to_owned();
     let mut is_behind_option = false;
@@ -132,9 +130,7 @@ fn said(text: &str, reader: Reader) -> Option<(String, &str)> {
 
 /// A column by its quantity, `--yaw-rate NAME`, or `--yaw-rate none`, which leaves it out; or a unit, `--unit heading=deg`.
 fn of_log(name: &str, value: Option<&str>, reader: Reader) -> Option<String> {
-    let unit = value
-        .filter(|_| name == "unit")
-        .and_then(|value| value.split_once('='));
+    let unit = value.filter(|_| name == "unit").and_then(|value| value.split_once('='));
     let quantity: Quantity = unit.map_or(name, |(quantity, _)| quantity).parse().ok()?;
     let label = match quantity {
         Quantity::Speed => "Forward speed".to_owned(),
@@ -215,21 +211,14 @@ mod tests {
                 columns: columns.clone(),
                 nearest: None,
             },
-            Fault::AmbiguousColumn {
-                quantity: Quantity::Speed,
-                candidates: columns,
-            },
+            Fault::AmbiguousColumn { quantity: Quantity::Speed, candidates: columns },
             Fault::UnknownUnit {
                 column: "x".into(),
                 found: "furlong".into(),
                 quantity: Quantity::YawRate,
                 expected: "deg/s".into(),
             },
-            Fault::NotFinite {
-                place: Place::Line(3),
-                column: "x".into(),
-                found: f64::NAN,
-            },
+            Fault::NotFinite { place: Place::Line(3), column: "x".into(), found: f64::NAN },
             Fault::NoSamples { rows: 3 },
         ]
     }
@@ -242,10 +231,7 @@ mod tests {
             assert_eq!(addressed(&text, Reader::Terminal), text);
             for reader in [Reader::Dashboard, Reader::Python] {
                 let shown = addressed(&text, reader);
-                assert!(
-                    !shown.contains("--") && !shown.contains("NAME under"),
-                    "{shown}"
-                );
+                assert!(!shown.contains("--") && !shown.contains("NAME under"), "{shown}");
             }
         }
         for (text, dashboard, python) in [

@@ -18,9 +18,8 @@ pub fn without_lines_of_files(error: &str) -> String {
     // Behind its place an error of TOML quotes lines and says what stands in them.
     let mut is_quoting = false;
     for line in error.lines() {
-        let is_quoted = line
-            .trim_start_matches(|c: char| c.is_ascii_digit() || c == ' ')
-            .starts_with('|');
+        let is_quoted =
+            line.trim_start_matches(|c: char| c.is_ascii_digit() || c == ' ').starts_with('|');
         is_quoting |= is_quoted || line.contains("TOML parse error at line");
         if !is_quoted {
             told.push(match is_quoting {
@@ -43,25 +42,16 @@ fn without_what_is_found(line: &str) -> String {
 }
 
 /// What an error says before it quotes a name or a value.
-const QUOTING: [&str; 5] = [
-    "invalid type: ",
-    "invalid value: ",
-    "unknown field ",
-    "unknown variant ",
-    "duplicate field ",
-];
+const QUOTING: [&str; 5] =
+    ["invalid type: ", "invalid value: ", "unknown field ", "unknown variant ", "duplicate field "];
 
 fn without_what_was_of_another_type(line: &str) -> String {
-    let said = QUOTING
-        .iter()
-        .find_map(|said| Some(line.find(said)? + said.trim_end().len()));
+    let said = QUOTING.iter().find_map(|said| Some(line.find(said)? + said.trim_end().len()));
     let Some(at) = said else {
         return line.to_owned();
     };
     let (before, found) = line.split_at(at);
-    let rest = found
-        .rfind(", expected")
-        .or_else(|| found.rfind(" at line "));
+    let rest = found.rfind(", expected").or_else(|| found.rfind(" at line "));
     format!("{before} not shown{}", rest.map_or("", |at| &found[at..]))
 }
 
@@ -189,12 +179,7 @@ impl ReportedModel {
                 valid_range: identification.valid_range,
             }
         };
-        Self {
-            thrust: speed.0,
-            surge_speed_m_s: speed.1,
-            model: shown.map(numbers),
-            verdict,
-        }
+        Self { thrust: speed.0, surge_speed_m_s: speed.1, model: shown.map(numbers), verdict }
     }
 }
 
@@ -223,12 +208,7 @@ impl ReportedLog {
                 .collect(),
             None => {
                 let identification = found.identification();
-                vec![ReportedModel::of(
-                    (None, None),
-                    found.verdict(),
-                    identification,
-                    unit,
-                )]
+                vec![ReportedModel::of((None, None), found.verdict(), identification, unit)]
             }
         };
         Self {

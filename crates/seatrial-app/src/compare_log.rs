@@ -47,9 +47,7 @@ pub fn compare_log(
     lambda_rad_s: Option<f64>,
     observer: &mut dyn Observer,
 ) -> Result<ComparedLog, Error> {
-    let logs = windows
-        .validated_on_the_rest()
-        .open(path, reading, observer)?;
+    let logs = windows.validated_on_the_rest().open(path, reading, observer)?;
     let selection = Selection::of(windows, &logs, observer)?;
     let begun = Instant::now();
     let clock_ms = || begun.elapsed().as_secs_f64() * 1e3;
@@ -103,11 +101,9 @@ impl<'a> Selection<'a> {
             return Ok(on_this_log(*training, validation, &windows.because));
         }
         Ok(match split(record).filter(|_| training == Window::ALL) {
-            Some((training, validation)) => on_this_log(
-                training,
-                validation,
-                "the log was split in the middle of its strokes",
-            ),
+            Some((training, validation)) => {
+                on_this_log(training, validation, "the log was split in the middle of its strokes")
+            }
             None => on_this_log(
                 training,
                 training,

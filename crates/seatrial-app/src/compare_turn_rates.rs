@@ -79,10 +79,7 @@ pub fn compare_turn_rates(
     reading: &ReadSettings,
     observer: &mut dyn Observer,
 ) -> Result<TurnRates, Error> {
-    let options = Options {
-        reading: reading.clone(),
-        ..Options::default()
-    };
+    let options = Options { reading: reading.clone(), ..Options::default() };
     let mut sources = Vec::new();
     let mut models = Vec::new();
     for (log, path) in paths.iter().enumerate() {
@@ -90,16 +87,8 @@ pub fn compare_turn_rates(
         sources.push(found.logs.log.source());
         models.extend(models_of(log, &found));
     }
-    let speeds = groups(&models)
-        .into_iter()
-        .map(|group| OneSpeed::of(group, &models))
-        .collect();
-    Ok(TurnRates {
-        schema: "seatrial.turn_rates.v1",
-        sources,
-        models,
-        speeds,
-    })
+    let speeds = groups(&models).into_iter().map(|group| OneSpeed::of(group, &models)).collect();
+    Ok(TurnRates { schema: "seatrial.turn_rates.v1", sources, models, speeds })
 }
 
 fn models_of(log: usize, found: &IdentifiedLog) -> Vec<LogModel> {
@@ -140,9 +129,8 @@ impl LogModel {
         let rudder_amplitude = range.map(|range| 0.5 * (range.rudder[1] - range.rudder[0]));
         let amplitude = (refined.zip(rudder_amplitude))
             .and_then(|(refined, rudder)| seen_amplitude_rad_s(refined, rudder, &parts));
-        let seen = refined
-            .zip(amplitude)
-            .map(|(refined, amplitude)| SeenModel::of(refined, amplitude));
+        let seen =
+            refined.zip(amplitude).map(|(refined, amplitude)| SeenModel::of(refined, amplitude));
         Self {
             log,
             thrust: None,
@@ -213,9 +201,7 @@ impl OneSpeed {
         let seen: Vec<SeenModel> = usable().filter_map(|model| model.seen).collect();
         let unit = usable().next().map(|model| model.rudder_unit);
         let has_one_unit = usable().all(|model| Some(model.rudder_unit) == unit);
-        let has_one_side = seen
-            .iter()
-            .all(|model| model.b2_per_s2 * seen[0].b2_per_s2 > 0.0);
+        let has_one_side = seen.iter().all(|model| model.b2_per_s2 * seen[0].b2_per_s2 > 0.0);
         let over_amplitude = OverAmplitude::of(&seen).filter(|_| has_one_unit && has_one_side);
         let text = match &over_amplitude {
             Some(together) => together.text(),
@@ -230,12 +216,7 @@ impl OneSpeed {
         };
         let speed = members().map(|model| model.surge_speed_m_s).next();
         let thrust = members().next().and_then(|model| model.thrust);
-        Self {
-            name: speed_text(thrust, speed.flatten()),
-            over_amplitude,
-            text,
-            models: group,
-        }
+        Self { name: speed_text(thrust, speed.flatten()), over_amplitude, text, models: group }
     }
 }
 
@@ -245,24 +226,16 @@ impl TurnRates {
         match &self.speeds[..] {
             [only] => only.text.clone(),
             several => {
-                let lines = several
-                    .iter()
-                    .map(|speed| format!("{}: {}", speed.name, speed.text));
+                let lines = several.iter().map(|speed| format!("{}: {}", speed.name, speed.text));
                 let together = "The speeds differ by more than 10 %: each is compared by itself.";
-                [together.into()]
-                    .into_iter()
-                    .chain(lines)
-                    .collect::<Vec<String>>()
-                    .join("\n")
+                [together.into()].into_iter().chain(lines).collect::<Vec<String>>().join("\n")
             }
         }
     }
 
     /// Was anything compared?
     pub fn has_compared(&self) -> bool {
-        self.speeds
-            .iter()
-            .any(|speed| speed.over_amplitude.is_some())
+        self.speeds.iter().any(|speed| speed.over_amplitude.is_some())
     }
 }
 
@@ -300,10 +273,6 @@ mod tests {
         let alone = OneSpeed::of(vec![0], &models);
         assert!(alone.over_amplitude.is_none());
         assert_eq!(alone.name, "1.30 m/s");
-        assert!(
-            alone.text.contains("0 of 1 models may be used"),
-            "{}",
-            alone.text
-        );
+        assert!(alone.text.contains("0 of 1 models may be used"), "{}", alone.text);
     }
 }

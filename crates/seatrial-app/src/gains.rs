@@ -208,10 +208,7 @@ impl LoopRequirements {
             rudder_limit_rad: models.rudder_limit_rad,
             rudder_unit: models.rudder_unit,
             trial: models.trial.as_ref().map(TrialOrigin::text),
-            is_rehearsal: models
-                .trial
-                .as_ref()
-                .is_some_and(|trial| trial.is_rehearsal),
+            is_rehearsal: models.trial.as_ref().is_some_and(|trial| trial.is_rehearsal),
             rejected: models.rejected.clone(),
             first_answer: models.promised.filter(|_| self.is_of(models)),
             timing,
@@ -242,21 +239,14 @@ impl LoopRequirements {
         let tuned = match (at, models.points.as_slice()) {
             (Some((key, value)), _) => {
                 let refused = |error| self.no_such_place(key, value, error);
-                let model = models
-                    .schedule(key)?
-                    .lookup(value, self.beyond)
-                    .map_err(refused)?;
+                let model = models.schedule(key)?.lookup(value, self.beyond).map_err(refused)?;
                 let (cautious, timing) = cautious(models, key)?;
                 let cautious = cautious.lookup(value, self.beyond).map_err(refused)?;
                 let allowance = GainAllowance {
                     damping_per_s: cautious.value().model.a22_per_s - model.value().model.a22_per_s,
                     timing,
                 };
-                TuningPoint {
-                    at: *model.value(),
-                    allowance,
-                    covariance: None,
-                }
+                TuningPoint { at: *model.value(), allowance, covariance: None }
             }
             (None, [.., fastest]) => {
                 self.check_gain(models, fastest)?;
@@ -281,10 +271,7 @@ impl LoopRequirements {
 
     /// Refuses a model without a gain.
     fn check_gain(&self, models: &Models, point: &ModelPoint) -> Result<(), Error> {
-        match point
-            .allowance
-            .design(&point.point.model, self.damping_ratio)
-        {
+        match point.allowance.design(&point.point.model, self.damping_ratio) {
             Ok(_) => Ok(()),
             Err(reason) => Err(Error::Input(format!(
                 "{}: no gain for {}: {reason}",
@@ -362,10 +349,7 @@ pub(crate) fn unsure_at(places: &str) -> String {
 impl PointGains {
     /// Does the interval of its gain hold 0, so that even its sign is not known?
     pub fn sign_is_unknown(&self) -> bool {
-        let interval = self
-            .proportional_gain
-            .as_ref()
-            .and_then(|gain| gain.interval_95);
+        let interval = self.proportional_gain.as_ref().and_then(|gain| gain.interval_95);
         interval.is_some_and(|[low, high]| low <= 0.0 && 0.0 <= high)
     }
 }
@@ -442,10 +426,8 @@ fn interpolated_interval(
         return None;
     }
     known.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let pair = known
-        .windows(2)
-        .find(|pair| value <= pair[1].0)
-        .or_else(|| known.windows(2).last())?;
+    let pair =
+        known.windows(2).find(|pair| value <= pair[1].0).or_else(|| known.windows(2).last())?;
     let fraction = (value - pair[0].0) / (pair[1].0 - pair[0].0);
     let half_width = libm::hypot((1.0 - fraction) * pair[0].1, fraction * pair[1].1);
     Some([gain - half_width, gain + half_width])

@@ -105,10 +105,9 @@ pub fn check_usable(wanted: &LoopRequirements, models: &Models) -> Result<(), Er
     let why = models.rejected.first().cloned();
     match why.or(wanted.gains(models)?.unsure()) {
         None => Ok(()),
-        Some(why) => Err(Error::Rejected(format!(
-            "{}: no file of gains is written: {why}",
-            models.origin
-        ))),
+        Some(why) => {
+            Err(Error::Rejected(format!("{}: no file of gains is written: {why}", models.origin)))
+        }
     }
 }
 
@@ -146,10 +145,7 @@ impl GainsFile {
                 text.map_err(|error| Error::Rejected(error.to_string()))? + "\n"
             }
         };
-        Ok(Self {
-            text,
-            notes: Vec::new(),
-        })
+        Ok(Self { text, notes: Vec::new() })
     }
 
     /// One set of parameters, telling whose and what to know about them.
@@ -169,9 +165,6 @@ impl GainsFile {
             ));
         }
         notes.extend(point.notes.iter().cloned().chain(point.extrapolation()));
-        Ok(Self {
-            text: write(&point, vehicle),
-            notes,
-        })
+        Ok(Self { text: write(&point, vehicle), notes })
     }
 }

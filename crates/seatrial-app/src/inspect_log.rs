@@ -119,10 +119,7 @@ impl Sampling {
         let samples = &opened.record.samples;
         let median_interval_s = opened.record.median_interval_s();
         let intervals = || {
-            samples.windows(2).map(|pair| Window {
-                from_s: pair[0].time_s,
-                to_s: pair[1].time_s,
-            })
+            samples.windows(2).map(|pair| Window { from_s: pair[0].time_s, to_s: pair[1].time_s })
         };
         let length = |window: &Window| window.to_s - window.from_s;
         let is_gap = |window: &Window| {
@@ -135,22 +132,15 @@ impl Sampling {
         Self {
             samples: samples.len(),
             span: match samples.as_slice() {
-                [first, .., last] => Some(Window {
-                    from_s: first.time_s,
-                    to_s: last.time_s,
-                }),
+                [first, .., last] => Some(Window { from_s: first.time_s, to_s: last.time_s }),
                 _ => None,
             },
             median_interval_s,
             rate_hz: median_interval_s.map(|interval| 1.0 / interval),
             // 1.4826 median absolute deviations are one standard deviation of a normal distribution.
-            jitter_s: deviations
-                .get(deviations.len() / 2)
-                .map(|median| 1.4826 * median),
+            jitter_s: deviations.get(deviations.len() / 2).map(|median| 1.4826 * median),
             gaps: intervals().filter(is_gap).count(),
-            largest_gap: intervals()
-                .filter(is_gap)
-                .max_by(|a, b| length(a).total_cmp(&length(b))),
+            largest_gap: intervals().filter(is_gap).max_by(|a, b| length(a).total_cmp(&length(b))),
         }
     }
 }
@@ -210,10 +200,7 @@ fn positive_rudder_turns_up(samples: &[Sample<f64>], strokes: &[Stroke]) -> Opti
     let heading = series(samples, Quantity::Heading);
     let at = |time_s: f64| {
         let index = samples.partition_point(|sample| sample.time_s < time_s);
-        heading
-            .get(index.min(samples.len().saturating_sub(1)))
-            .copied()
-            .flatten()
+        heading.get(index.min(samples.len().saturating_sub(1))).copied().flatten()
     };
     let mut votes = [0_usize; 2];
     for stroke in strokes {
@@ -263,20 +250,9 @@ mod tests {
     fn exact_the_side_to_which_positive_rudder_turns() {
         let samples = doublet();
         let rudder = Manoeuvre::find(&samples).unwrap();
-        assert_eq!(
-            positive_rudder_turns_up(&samples, &rudder.strokes),
-            Some(true)
-        );
-        let mirrored: Vec<_> = samples
-            .iter()
-            .map(|s| Sample {
-                heading_rad: -s.heading_rad,
-                ..*s
-            })
-            .collect();
-        assert_eq!(
-            positive_rudder_turns_up(&mirrored, &rudder.strokes),
-            Some(false)
-        );
+        assert_eq!(positive_rudder_turns_up(&samples, &rudder.strokes), Some(true));
+        let mirrored: Vec<_> =
+            samples.iter().map(|s| Sample { heading_rad: -s.heading_rad, ..*s }).collect();
+        assert_eq!(positive_rudder_turns_up(&mirrored, &rudder.strokes), Some(false));
     }
 }

@@ -21,11 +21,7 @@ pub fn page(found: &IdentifiedLog, path: &Path) -> String {
     let windows = foremost(models).map(|model| ("Windows", windows_text(&model.windows)));
     provenance.extend(windows);
     provenance.extend(found.law_text().map(|text| ("Law over speed", text)));
-    provenance.extend(
-        logs.validation_log
-            .iter()
-            .flat_map(|log| source("Validated on", log)),
-    );
+    provenance.extend(logs.validation_log.iter().flat_map(|log| source("Validated on", log)));
     let name = path.file_name().unwrap_or(path.as_os_str());
     let rows = speed_rows(found);
     let command = next::after_log(found, &identify_call(path), None);
@@ -46,19 +42,14 @@ pub fn page(found: &IdentifiedLog, path: &Path) -> String {
 /// When a log was recorded and on what, as far as it says.
 fn about(log: &OpenedLog) -> Vec<Fact> {
     let described = &log.description;
-    let date = described
-        .start_utc
-        .as_ref()
-        .map(|start| start.replace('T', " ").replace('Z', " UTC"));
+    let date =
+        described.start_utc.as_ref().map(|start| start.replace('T', " ").replace('Z', " UTC"));
     let known = [
         ("Date", date),
         ("Firmware", described.firmware.clone()),
         ("Format", Some(described.format.to_string())),
     ];
-    known
-        .into_iter()
-        .filter_map(|(name, value)| Some((name, value?)))
-        .collect()
+    known.into_iter().filter_map(|(name, value)| Some((name, value?))).collect()
 }
 
 /// Where samples came from and how they were read.
@@ -122,10 +113,7 @@ pub fn channel_text(description: &LogDescription) -> String {
                 (UnitSource::Chosen, Some(because)) => format!(", {because}"),
                 (UnitSource::Chosen | UnitSource::Stated, _) => String::new(),
             };
-            format!(
-                "{} from {} [{}{assumed}]",
-                channel.quantity, channel.column, channel.unit
-            )
+            format!("{} from {} [{}{assumed}]", channel.quantity, channel.column, channel.unit)
         })
         .collect();
     let start = description
@@ -143,10 +131,7 @@ pub fn windows_text(proposal: &Proposal) -> String {
         "{}: training {}, validation {}: {}",
         speed_text(proposal.thrust, proposal.surge_speed_m_s),
         training.join(" and "),
-        proposal
-            .validation
-            .as_ref()
-            .map_or_else(|| "none".into(), span),
+        proposal.validation.as_ref().map_or_else(|| "none".into(), span),
         proposal.because
     )
 }
@@ -157,10 +142,6 @@ pub fn speed_text(thrust: Option<f64>, surge_speed_m_s: Option<f64>) -> String {
     let speed = surge_speed_m_s.map(|speed| format!("{speed:.2} m/s"));
     match (thrust, speed) {
         (None, None) => "unknown speed".into(),
-        (thrust, speed) => [thrust, speed]
-            .into_iter()
-            .flatten()
-            .collect::<Vec<_>>()
-            .join(", "),
+        (thrust, speed) => [thrust, speed].into_iter().flatten().collect::<Vec<_>>().join(", "),
     }
 }

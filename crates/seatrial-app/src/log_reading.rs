@@ -116,11 +116,7 @@ impl LogReading {
         channels.rudder_trim = self.rudder_trim_us;
         channels.full_rudder_rad = self.rudder_range_deg.map(f64::to_radians);
         channels.drop_invalid = self.drop_invalid.unwrap_or(false);
-        Ok(ReadSettings {
-            channels,
-            servo,
-            ..ReadSettings::default()
-        })
+        Ok(ReadSettings { channels, servo, ..ReadSettings::default() })
     }
 }
 
@@ -131,13 +127,9 @@ impl LogReading {
 pub fn quantity_and_unit(text: &str) -> Result<(Quantity, Unit), Error> {
     let refused = |what: &dyn Display| Error::Setting(what.to_string());
     let (quantity, unit) = text.split_once('=').ok_or_else(|| {
-        refused(&format_args!(
-            "`{text}`: expected QUANTITY=UNIT, such as heading=deg"
-        ))
+        refused(&format_args!("`{text}`: expected QUANTITY=UNIT, such as heading=deg"))
     })?;
-    let quantity = quantity
-        .parse()
-        .map_err(|error: UnknownQuantity| refused(&error))?;
+    let quantity = quantity.parse().map_err(|error: UnknownQuantity| refused(&error))?;
     let unit = unit.parse().map_err(|error: UnknownUnit| refused(&error))?;
     Ok((quantity, unit))
 }

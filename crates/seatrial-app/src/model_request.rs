@@ -138,13 +138,9 @@ impl<'de> Deserialize<'de> for ModelFile {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let name = String::deserialize(deserializer)?;
         Self::all().find(|file| file.name() == name).ok_or_else(|| {
-            let names: Vec<String> = Self::all()
-                .map(|file| format!("`{}`", file.name()))
-                .collect();
+            let names: Vec<String> = Self::all().map(|file| format!("`{}`", file.name())).collect();
             let expected = names.join(", ");
-            D::Error::custom(format!(
-                "unknown variant `{name}`, expected one of {expected}"
-            ))
+            D::Error::custom(format!("unknown variant `{name}`, expected one of {expected}"))
         })
     }
 }
@@ -203,10 +199,7 @@ pub struct GainsAndLimits {
 /// is started.
 fn on_page(text: String) -> String {
     let field = "“Rudder at full steering” under “Choose damping, speed or rudder angle”";
-    addressed(
-        &text.replace("--full-rudder-deg DEG", field),
-        Reader::Dashboard,
-    )
+    addressed(&text.replace("--full-rudder-deg DEG", field), Reader::Dashboard)
 }
 
 impl ModelRequest {
@@ -219,9 +212,7 @@ impl ModelRequest {
         let wanted = self.wanted();
         Ok(GainsAndLimits {
             warnings: models.warnings().into_iter().map(on_page).collect(),
-            unusable: check_usable(&wanted, &models)
-                .err()
-                .map(|error| on_page(error.to_string())),
+            unusable: check_usable(&wanted, &models).err().map(|error| on_page(error.to_string())),
             gains: wanted.gains(&models)?,
             turning: TurningLimits::of(&models, std::f64::consts::PI, None, None)?,
             files: ModelFile::all().map(OfferedFile::from).collect(),
@@ -303,10 +294,7 @@ mod tests {
     fn exact_a_page_has_a_field_for_the_full_rudder_of_models() {
         let text = "if full steering is another angle, say --full-rudder-deg DEG";
         let shown = on_page(text.into());
-        assert!(
-            shown.contains("say “Rudder at full steering” under"),
-            "{shown}"
-        );
+        assert!(shown.contains("say “Rudder at full steering” under"), "{shown}");
         assert!(addressed(text, Reader::Dashboard).contains("in a terminal"));
     }
 

@@ -89,10 +89,7 @@ mod tests {
     #[test]
     fn exact_another_verb_keeps_what_was_typed_of_the_log() {
         for (call, expected) in [
-            (
-                "seatrial identify run.csv --time n --verbose",
-                "seatrial report run.csv --time n",
-            ),
+            ("seatrial identify run.csv --time n --verbose", "seatrial report run.csv --time n"),
             (
                 "seatrial identify --schedule a.toml 'my run.csv' --unit rudder=deg",
                 "seatrial report 'my run.csv' --unit rudder=deg",

@@ -43,9 +43,10 @@ pub fn series_of(record: &Record, validated: Option<(&Identification, Window)>) 
     let mut heading_rad: Option<f64> = None;
     for (place, sample) in samples.iter().enumerate() {
         if sample.heading_rad.is_finite() {
-            heading_rad = Some(heading_rad.map_or(sample.heading_rad, |last| {
-                last + (sample.heading_rad - last).wrapped()
-            }));
+            heading_rad =
+                Some(heading_rad.map_or(sample.heading_rad, |last| {
+                    last + (sample.heading_rad - last).wrapped()
+                }));
         }
         if place % stride != 0 {
             continue;
@@ -57,19 +58,11 @@ pub fn series_of(record: &Record, validated: Option<(&Identification, Window)>) 
             heading_rad + at.simulated_rad - at.measured_rad
         });
         series.time_s.push(finite(sample.time_s));
-        series
-            .heading_rad
-            .push(heading_rad.filter(|_| sample.heading_rad.is_finite()));
+        series.heading_rad.push(heading_rad.filter(|_| sample.heading_rad.is_finite()));
         series.rudder.push(finite(sample.rudder_rad));
-        series
-            .yaw_rate_rad_s
-            .push(sample.yaw_rate_rad_s.and_then(finite));
-        series
-            .simulated_heading_rad
-            .push(simulated_rad.and_then(finite));
-        series
-            .surge_speed_m_s
-            .push(sample.surge_speed_m_s.and_then(finite));
+        series.yaw_rate_rad_s.push(sample.yaw_rate_rad_s.and_then(finite));
+        series.simulated_heading_rad.push(simulated_rad.and_then(finite));
+        series.surge_speed_m_s.push(sample.surge_speed_m_s.and_then(finite));
         series.north_m.push(sample.north_m.and_then(finite));
         series.east_m.push(sample.east_m.and_then(finite));
     }
@@ -86,10 +79,7 @@ pub fn track_of_runs(
 ) -> Option<String> {
     let samples = runs.iter().flat_map(|run| &run.record.samples);
     let begin_s = samples.clone().next()?.time_s;
-    let since = |sample: &Sample<f64>| Sample {
-        time_s: sample.time_s - begin_s,
-        ..*sample
-    };
+    let since = |sample: &Sample<f64>| Sample { time_s: sample.time_s - begin_s, ..*sample };
     let samples: Vec<Sample<f64>> = samples.map(since).collect();
     write_track(format, &samples, origin_deg, Some(start_utc))
 }

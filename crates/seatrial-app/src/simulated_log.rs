@@ -60,18 +60,12 @@ impl SimulatedTruth {
         runs: &[SimulatedRun],
     ) -> Result<Self, ConfigError> {
         let true_run = |run: &SimulatedRun| {
-            Ok(TrueRun {
-                attempt: run.attempt,
-                truth: vehicle.truth(run.thrust)?,
-            })
+            Ok(TrueRun { attempt: run.attempt, truth: vehicle.truth(run.thrust)? })
         };
         Ok(Self {
             schema: "seatrial.truth.v1",
             seed,
-            runs: runs
-                .iter()
-                .map(true_run)
-                .collect::<Result<_, ConfigError>>()?,
+            runs: runs.iter().map(true_run).collect::<Result<_, ConfigError>>()?,
             vehicle,
         })
     }
@@ -119,10 +113,9 @@ impl SeaVehicle {
                     "[[sea.current]]\ndepth_m = 0.0\nnorth_m_s = 0.0\neast_m_s = {current_m_s:?}\n"
                 ),
             ),
-            Self::FirstOrder { rudder_lag_s } => (
-                "starfish",
-                format!("[servo]\ntime_constant_s = {rudder_lag_s:?}\n"),
-            ),
+            Self::FirstOrder { rudder_lag_s } => {
+                ("starfish", format!("[servo]\ntime_constant_s = {rudder_lag_s:?}\n"))
+            }
         }
     }
 }
@@ -134,18 +127,12 @@ impl SeaTrial {
         let (name, fields) = self.vehicle.parts();
         let vehicle = SimulatedConfig::built_in(name)
             .ok_or_else(|| Error::Setting(format!("no vehicle {name}")))?;
-        let fields = format!(
-            "{fields}\n[sensors.compass]\nnoise_rad = {:?}\n",
-            self.compass_noise_rad
-        );
+        let fields =
+            format!("{fields}\n[sensors.compass]\nnoise_rad = {:?}\n", self.compass_noise_rad);
         let fields = toml::from_str(&fields).map_err(|error| setting(&error))?;
         let vehicle = vehicle.with(fields).map_err(|error| setting(&error))?;
-        let truth = vehicle
-            .truth(self.thrust)
-            .map_err(|error| setting(&error))?;
-        let mut simulated = vehicle
-            .vehicle(self.seed)
-            .map_err(|error| setting(&error))?;
+        let truth = vehicle.truth(self.thrust).map_err(|error| setting(&error))?;
+        let mut simulated = vehicle.vehicle(self.seed).map_err(|error| setting(&error))?;
         let played = play(&mut simulated, self.plan()).map_err(|error| setting(&error))?;
         Ok((played, truth))
     }

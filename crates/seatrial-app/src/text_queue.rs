@@ -26,10 +26,7 @@ impl Default for TextQueue {
     fn default() -> Self {
         let (jobs, to_do) = sync_channel::<Job>(WAITING);
         std::thread::spawn(move || to_do.into_iter().for_each(|job| job()));
-        Self {
-            jobs,
-            left_out: AtomicU32::new(0),
-        }
+        Self { jobs, left_out: AtomicU32::new(0) }
     }
 }
 

@@ -38,12 +38,8 @@ pub struct TrialPlan {
 }
 
 /// What stands in a file beside the fields of [`Plan`].
-const CONDUCTORS_FIELDS: [&str; 4] = [
-    "rudder_delay_s",
-    "rudder_lag_s",
-    "time_constant_s",
-    "stop_when",
-];
+const CONDUCTORS_FIELDS: [&str; 4] =
+    ["rudder_delay_s", "rudder_lag_s", "time_constant_s", "stop_when"];
 
 /// The record of a run is kept in memory, some 200 bytes a sample.
 const MOST_SAMPLES_OF_A_RUN: f64 = 5e6;
@@ -85,18 +81,11 @@ impl TrialPlan {
         }
         Servo::new(self.rudder_delay_s, self.rudder_lag_s).map_err(
             |InvalidServo { name, .. }| InvalidSetting {
-                field: if name == "lag" {
-                    "rudder_lag_s"
-                } else {
-                    "rudder_delay_s"
-                },
+                field: if name == "lag" { "rudder_lag_s" } else { "rudder_delay_s" },
                 requirement: "a time from 0 to 100 s",
             },
         )?;
-        Ok(CheckedPlan {
-            settings: self,
-            trial,
-        })
+        Ok(CheckedPlan { settings: self, trial })
     }
 
     /// The plan with another servo behind the command that the vehicle reports; what is not given stays.
@@ -108,11 +97,7 @@ impl TrialPlan {
         let rudder_lag_s = lag_s.unwrap_or(self.rudder_lag_s);
         Servo::new(rudder_delay_s, rudder_lag_s)
             .map_err(|invalid| Error::Setting(format!("--rudder-{invalid}")))?;
-        Ok(Self {
-            rudder_delay_s,
-            rudder_lag_s,
-            ..self
-        })
+        Ok(Self { rudder_delay_s, rudder_lag_s, ..self })
     }
 
     /// The servo behind the command that the vehicle reports, where the rudder is late.
@@ -150,10 +135,7 @@ impl TrialPlan {
 
 impl From<Plan<f64>> for TrialPlan {
     fn from(plan: Plan<f64>) -> Self {
-        Self {
-            plan,
-            ..Self::default()
-        }
+        Self { plan, ..Self::default() }
     }
 }
 
@@ -192,9 +174,7 @@ impl Deref for CheckedPlan {
 pub fn load_plan(path: Option<&Path>, axis: Option<Axis>) -> Result<CheckedPlan, Error> {
     let Some(path) = path else {
         let plan = TrialPlan::from(own_plan(axis.unwrap_or_default()));
-        return plan
-            .checked()
-            .map_err(|error| Error::Setting(error.to_string()));
+        return plan.checked().map_err(|error| Error::Setting(error.to_string()));
     };
     let failure = |problem: String| Error::Input(format!("{}: {problem}", path.display()));
     let text = std::fs::read_to_string(path).map_err(|error| failure(error.to_string()))?;
@@ -264,32 +244,18 @@ mod tests {
             std::fs::write(&path, text).unwrap();
             load_plan(Some(&path), axis)
         };
-        let plan = load(
-            "thrusts = [0.8]\n[envelope]\nroll_max_rad = 0.3\n",
-            Some(Axis::Pitch),
-        )
-        .unwrap();
+        let plan =
+            load("thrusts = [0.8]\n[envelope]\nroll_max_rad = 0.3\n", Some(Axis::Pitch)).unwrap();
         let mut expected = Plan::pitch();
         expected.thrusts = seatrial_core::List::from_slice(&[0.8]).unwrap();
         expected.envelope.roll_max_rad = 0.3;
         assert_eq!(plan.plan, expected);
-        assert_eq!(
-            load("axis = \"pitch\"\n", None).unwrap().plan,
-            Plan::pitch()
-        );
+        assert_eq!(load("axis = \"pitch\"\n", None).unwrap().plan, Plan::pitch());
         assert_eq!(load("", None).unwrap().plan, Plan::paper());
         for (text, axis, said) in [
-            (
-                "axis = \"pitch\"\n",
-                Some(Axis::Yaw),
-                "a plan for pitch, not for heading",
-            ),
+            ("axis = \"pitch\"\n", Some(Axis::Yaw), "a plan for pitch, not for heading"),
             ("thrusts = []\n", Some(Axis::Pitch), "thrusts must be"),
-            (
-                "amplitude = 1\n",
-                Some(Axis::Pitch),
-                "unknown field `amplitude`",
-            ),
+            ("amplitude = 1\n", Some(Axis::Pitch), "unknown field `amplitude`"),
             ("axis = \"roll\"\n", None, "unknown variant `roll`"),
         ] {
             let refused = load(text, axis).unwrap_err().to_string();
@@ -300,26 +266,17 @@ mod tests {
     #[test]
     fn io_what_the_conductor_adds_stands_beside_the_plan() {
         let plan = TrialPlan {
-            stop_when: Some(Target {
-                a22: Some(0.1),
-                b2: None,
-            }),
+            stop_when: Some(Target { a22: Some(0.1), b2: None }),
             rudder_lag_s: 0.2,
             ..Plan::paper().into()
         };
         let text = toml::to_string_pretty(&plan).unwrap();
         assert_eq!(TrialPlan::parse(&text).unwrap(), plan);
         let json = serde_json::to_value(plan).unwrap();
-        assert_eq!(
-            (&json["stop_when"]["a22"], &json["max_repeats"]),
-            (&0.1.into(), &2.into())
-        );
+        assert_eq!((&json["stop_when"]["a22"], &json["max_repeats"]), (&0.1.into(), &2.into()));
         assert_eq!(serde_json::from_value::<TrialPlan>(json).unwrap(), plan);
         for (text, said) in [
-            (
-                "stop_when = { a22 = 0.1 }\nsail = 1\n",
-                "unknown field `sail`",
-            ),
+            ("stop_when = { a22 = 0.1 }\nsail = 1\n", "unknown field `sail`"),
             ("stop_when = { a22 = 0.1 }\nsail = 1\n", "line 2"),
             ("stop_when = { a22 = \"x\" }\n", "invalid type"),
             ("thrusts = [0.6]\nstop_when = { a22 = \"x\" }\n", "line 2"),

@@ -122,9 +122,7 @@ impl TurningLimits {
         measured: Option<MeasuredUTurn>,
     ) -> Result<Self, Error> {
         if !heading_change_rad.is_finite() {
-            return Err(Error::Setting(
-                "--heading-change-deg: expected a number".into(),
-            ));
+            return Err(Error::Setting("--heading-change-deg: expected a number".into()));
         }
         let u_turn_ratio = measured.map(|u_turn| ratio(u_turn, models)).transpose()?;
         let limits =
@@ -170,10 +168,7 @@ fn ratio(u_turn: MeasuredUTurn, source: &Models) -> Result<f64, Error> {
                 let turn = Turn::new(&known.point.model, source.rudder_limit_rad, side).ok()?;
                 Some(turn.steady_turning_radius_m(speed_m_s))
             };
-            Some([
-                speed_m_s,
-                0.5 * (radius(Side::Starboard)? + radius(Side::Port)?),
-            ])
+            Some([speed_m_s, 0.5 * (radius(Side::Starboard)? + radius(Side::Port)?)])
         })
         .collect();
     radii.sort_by(|a, b| a[0].total_cmp(&b[0]));
@@ -207,11 +202,8 @@ fn with_steady_turn(point: &ModelPoint, rudder_rad: f64) -> Option<ModelPoint> {
         return Some(*point);
     };
     let log_gain = turn.log_gain_at(rudder_rad);
-    let (model, covariance) = with_steady_gain(
-        &point.point.model,
-        &point.covariance.unwrap_or_default(),
-        log_gain,
-    )?;
+    let (model, covariance) =
+        with_steady_gain(&point.point.model, &point.covariance.unwrap_or_default(), log_gain)?;
     let mut turning = *point;
     turning.point.model = model;
     turning.covariance = point.covariance.and(Some(covariance));
@@ -224,11 +216,7 @@ fn point_limits(
     heading_change_rad: f64,
     u_turn_ratio: Option<f64>,
 ) -> PointLimits {
-    let SchedulePoint {
-        thrust,
-        surge_speed_m_s,
-        model,
-    } = point.point;
+    let SchedulePoint { thrust, surge_speed_m_s, model } = point.point;
     let turning = with_steady_turn(point, source.rudder_limit_rad);
     let limits = |side: Side| {
         let turn = |model: &YawModel<f64>| Turn::new(model, source.rudder_limit_rad, side);
@@ -271,12 +259,8 @@ fn point_limits(
 
 /// Both fits of b2 over speed, where at least two speeds are known.
 fn over_speed(source: &Models, up_to: Option<f64>) -> Result<Vec<OverSpeed>, Error> {
-    let points: Vec<SchedulePoint<f64>> = source
-        .points
-        .iter()
-        .map(|p| p.point)
-        .filter(|p| p.surge_speed_m_s.is_some())
-        .collect();
+    let points: Vec<SchedulePoint<f64>> =
+        source.points.iter().map(|p| p.point).filter(|p| p.surge_speed_m_s.is_some()).collect();
     let mean_a22_per_s =
         points.iter().map(|p| p.model.a22_per_s).sum::<f64>() / points.len() as f64;
     let mut fits = Vec::new();
@@ -289,10 +273,7 @@ fn over_speed(source: &Models, up_to: Option<f64>) -> Result<Vec<OverSpeed>, Err
             }
             return Ok(fits);
         };
-        let searched_m_s = [
-            fit.speed_range_m_s[0],
-            up_to.unwrap_or(fit.speed_range_m_s[1]),
-        ];
+        let searched_m_s = [fit.speed_range_m_s[0], up_to.unwrap_or(fit.speed_range_m_s[1])];
         let minimum = TurningOverSpeed {
             a22_per_s: mean_a22_per_s,
             authority: fit,

@@ -78,9 +78,9 @@ fn chosen(given: &ModelInput, log: &OpenedLog, window: Window) -> Result<Referen
         ModelInput::Numbers(model) if model.theta().iter().all(|p| p.is_finite()) => {
             Ok((*model, None, None))
         }
-        ModelInput::Numbers(_) => Err(Error::Setting(
-            "the model: a22, b2 and C0 must be finite numbers".into(),
-        )),
+        ModelInput::Numbers(_) => {
+            Err(Error::Setting("the model: a22, b2 and C0 must be finite numbers".into()))
+        }
         ModelInput::Models(models) if models.rudder_unit != log.rudder_unit() => {
             Err(other_unit(&models.origin))
         }

@@ -60,10 +60,7 @@ impl VehicleOverrides {
             surge: self.surge(models, &speeds, &mut assumptions),
             noise: noise(models),
             speeds,
-            provenance: Provenance {
-                assumptions,
-                ..provenance(models)
-            },
+            provenance: Provenance { assumptions, ..provenance(models) },
         };
         vehicle
             .check()
@@ -73,10 +70,7 @@ impl VehicleOverrides {
 
     fn name(&self, models: &Models) -> String {
         let of_trial = models.trial.as_ref().map(|trial| trial.vehicle.clone());
-        self.name
-            .clone()
-            .or(of_trial)
-            .unwrap_or_else(|| "vehicle".into())
+        self.name.clone().or(of_trial).unwrap_or_else(|| "vehicle".into())
     }
 
     /// How many rad a unit of the models' rudder is.
@@ -133,11 +127,7 @@ impl VehicleOverrides {
 }
 
 fn linear(time_constant_s: f64) -> SurgeLaw {
-    SurgeLaw {
-        time_constant_s,
-        drag_length_m: None,
-        turning_drag_m: None,
-    }
+    SurgeLaw { time_constant_s, drag_length_m: None, turning_drag_m: None }
 }
 
 /// To a microsecond: what the difference of two times in seconds leaves.
@@ -162,19 +152,12 @@ fn speeds(
     };
     let speeds_m_s: Vec<f64> = models.points.iter().map(known).collect::<Result<_, _>>()?;
     let fastest_m_s = speeds_m_s.iter().copied().fold(0.0, f64::max);
-    if models
-        .points
-        .iter()
-        .any(|point| point.point.thrust.is_none())
-    {
+    if models.points.iter().any(|point| point.point.thrust.is_none()) {
         assumptions.push(
             "thrust is ASSUMED proportional to speed, full at the fastest: the source does not tell it".into(),
         );
     }
-    let has_thrusts = models
-        .points
-        .iter()
-        .all(|point| point.point.thrust.is_some());
+    let has_thrusts = models.points.iter().all(|point| point.point.thrust.is_some());
     let speed = |(point, surge_speed_m_s): (&ModelPoint, &f64)| {
         let model = point.point.model;
         let scale = [1.0, 1.0 / angle_rad, 1.0];
@@ -192,9 +175,7 @@ fn speeds(
             b2_per_s2: model.b2_per_s2 / angle_rad,
             c0_rad_per_s2: model.c0_rad_per_s2,
             covariance: point.covariance.map(scaled),
-            seen_rudder_rad: point
-                .valid_range
-                .map(|range| range.largest_rudder() * angle_rad),
+            seen_rudder_rad: point.valid_range.map(|range| range.largest_rudder() * angle_rad),
         }
     };
     let mut found: Vec<IdentifiedSpeed> =
@@ -223,9 +204,7 @@ fn provenance(models: &Models) -> Provenance {
         source: models.origin.clone(),
         vehicle: trial.map_or(String::new(), |trial| trial.vehicle.clone()),
         configuration: trial.map_or(String::new(), |trial| trial.configuration.clone()),
-        trial_started: trial
-            .and_then(|trial| trial.started.clone())
-            .unwrap_or_default(),
+        trial_started: trial.and_then(|trial| trial.started.clone()).unwrap_or_default(),
         software_version: env!("CARGO_PKG_VERSION").into(),
         is_rehearsal: trial.is_some_and(|trial| trial.is_rehearsal),
         assumptions: Vec::new(),

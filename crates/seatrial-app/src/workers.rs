@@ -6,22 +6,15 @@ use std::thread;
 
 /// As many threads as asked for, or one for each core.
 pub fn threads(asked: Option<NonZeroUsize>) -> usize {
-    asked
-        .or_else(|| thread::available_parallelism().ok())
-        .map_or(1, NonZeroUsize::get)
+    asked.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get)
 }
 
 /// What `work` makes of each item, in their order, on a thread for each core; in place where there is one core or item, or no
 /// threads, as in a browser.
 pub fn of_each<I: Sync, T: Send>(items: &[I], work: impl Fn(&I) -> T + Sync) -> Vec<T> {
     let threads = threads(None).min(items.len()).max(1);
-    let workers = Workers {
-        threads,
-        done: &|| {},
-    };
-    workers.each(items.len() as u64, |index| {
-        Some(work(&items[index as usize]))
-    })
+    let workers = Workers { threads, done: &|| {} };
+    workers.each(items.len() as u64, |index| Some(work(&items[index as usize])))
 }
 
 /// Threads, and what is called after every run.

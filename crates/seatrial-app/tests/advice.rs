@@ -6,13 +6,8 @@ use seatrial::identification::Reader;
 use seatrial_app::advice::addressed;
 
 /// Crates whose texts are read in a terminal, on a page and in Python.
-const CRATES: [&str; 5] = [
-    "seatrial",
-    "seatrial-app",
-    "seatrial-links",
-    "seatrial-logs",
-    "seatrial-mavlink",
-];
+const CRATES: [&str; 5] =
+    ["seatrial", "seatrial-app", "seatrial-links", "seatrial-logs", "seatrial-mavlink"];
 
 /// What only the terminal shows: the checks of a machine's set-up, and what to type next.
 const OF_THE_TERMINAL: [&str; 3] = ["set_up.rs", "next.rs", "advice.rs"];
@@ -37,20 +32,14 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
 /// The texts of a source file, without those of its tests and comments.
 fn texts(source: &str) -> Vec<String> {
     let code = source.split("#[cfg(test)]").next().unwrap_or_default();
-    let lines = code
-        .lines()
-        .filter(|line| !line.trim_start().starts_with("//"));
+    let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
     let code = lines.collect::<Vec<_>>().join("\n").replace("'\"'", "' '");
     // What stands in the place of a name when it is said.
     let code = code
         .replace("\\\"", "'")
         .replace("{quantity}", "heading")
         .replace("--rudder-{invalid}", "--rudder-lag");
-    code.split('"')
-        .skip(1)
-        .step_by(2)
-        .map(str::to_owned)
-        .collect()
+    code.split('"').skip(1).step_by(2).map(str::to_owned).collect()
 }
 
 /// Is an option named outside of a command that is to be typed?
@@ -80,10 +69,7 @@ fn exact_no_text_names_an_option_to_a_page_or_python() {
                 continue;
             }
             let source = std::fs::read_to_string(&file).expect("a source");
-            for text in texts(&source)
-                .into_iter()
-                .filter(|text| names_an_option(text))
-            {
+            for text in texts(&source).into_iter().filter(|text| names_an_option(text)) {
                 read += 1;
                 for reader in [Reader::Dashboard, Reader::Python] {
                     let text = addressed(&text, reader);

@@ -61,9 +61,7 @@ fn recover_true_parameters_lie_inside_the_intervals() {
     let totals: [[u32; 2]; 3] =
         core::array::from_fn(|i| core::array::from_fn(|j| first[i][j] + second[i][j]));
     let share = |[inside, outside]: [u32; 2]| f64::from(inside) / f64::from(inside + outside);
-    let all = totals
-        .iter()
-        .fold([0, 0], |sum, count| [sum[0] + count[0], sum[1] + count[1]]);
+    let all = totals.iter().fold([0, 0], |sum, count| [sum[0] + count[0], sum[1] + count[1]]);
     println!(
         "inside: a22 {:.3}, b2 {:.3}, C0 {:.3}, all {:.3}",
         share(totals[0]),
@@ -78,10 +76,7 @@ fn recover_true_parameters_lie_inside_the_intervals() {
 /// The online estimate is named after the method of the plan.
 #[test]
 fn regress_a_plan_by_least_squares_says_so() {
-    let plan = Plan {
-        thrusts: List::from_slice(&[0.6]).unwrap(),
-        ..Plan::paper()
-    };
+    let plan = Plan { thrusts: List::from_slice(&[0.6]).unwrap(), ..Plan::paper() };
     let by_least_squares = Plan {
         estimator: Some(EstimatorSettings {
             method: Method::LeastSquares,
@@ -90,11 +85,7 @@ fn regress_a_plan_by_least_squares_says_so() {
         ..plan
     };
     let conducted = conduct(&mut starfish(1), by_least_squares, about(), &mut NoWatch).unwrap();
-    let online = &conducted.campaign.accepted_runs()[0]
-        .identification
-        .as_ref()
-        .unwrap()
-        .online;
+    let online = &conducted.campaign.accepted_runs()[0].identification.as_ref().unwrap().online;
     assert_eq!(online.model, online.least_squares.model);
     assert_eq!(online.method, EstimateMethod::LeastSquares);
 }
@@ -112,10 +103,7 @@ fn exact_noise_free_trial_recovers_every_speed() {
         let truth = vehicle.truth(run.thrust).model;
         for (found, truth) in model.theta().iter().zip(truth.theta()) {
             // Noise-free recovery to 1 %, as the README states.
-            assert!(
-                (found - truth).abs() <= 0.01 * truth.abs(),
-                "{found} {truth}"
-            );
+            assert!((found - truth).abs() <= 0.01 * truth.abs(), "{found} {truth}");
         }
     }
 }
@@ -142,10 +130,8 @@ fn parity_live_estimates_are_those_of_a_second_trial() {
     }
     for run in &conducted.campaign.runs {
         let identification = run.identification.as_ref().unwrap();
-        let (_, model) = last
-            .iter()
-            .rfind(|(time_s, _)| identification.training.contains(*time_s))
-            .unwrap();
+        let (_, model) =
+            last.iter().rfind(|(time_s, _)| identification.training.contains(*time_s)).unwrap();
         assert_eq!(identification.online.model, *model);
     }
 }
@@ -218,13 +204,7 @@ impl Vehicle<f64> for Faulty {
 
 impl Faulty {
     fn new(fault: Fault, from_s: f64) -> Self {
-        Self {
-            vehicle: starfish(1),
-            time_s: f64::NEG_INFINITY,
-            from_s,
-            fault,
-            actions: Vec::new(),
-        }
+        Self { vehicle: starfish(1), time_s: f64::NEG_INFINITY, from_s, fault, actions: Vec::new() }
     }
 }
 
@@ -242,11 +222,9 @@ fn with_fault(
 
 #[test]
 fn recover_partial_run_is_kept_when_the_link_is_lost() {
-    for (fault, expected) in [
-        (Fault::Ends, None),
-        (Fault::Fails, Some("cable cut")),
-        (Fault::Deaf, Some("cable cut")),
-    ] {
+    for (fault, expected) in
+        [(Fault::Ends, None), (Fault::Fails, Some("cable cut")), (Fault::Deaf, Some("cable cut"))]
+    {
         let (conducted, actions) = with_fault(fault, &mut NoWatch);
         // A deaf vehicle cannot be handed anything.
         if fault != Fault::Deaf {
@@ -254,10 +232,7 @@ fn recover_partial_run_is_kept_when_the_link_is_lost() {
         }
         assert_eq!(conducted.fault, expected);
         let campaign = conducted.campaign;
-        assert_eq!(
-            campaign.outcome,
-            Some(Outcome::Aborted(AbortReason::LinkLost))
-        );
+        assert_eq!(campaign.outcome, Some(Outcome::Aborted(AbortReason::LinkLost)));
         let [run] = campaign.runs.as_slice() else {
             panic!("one run was begun");
         };
@@ -272,10 +247,7 @@ fn recover_partial_run_is_kept_when_the_link_is_lost() {
 #[test]
 fn recover_garbage_aborts_and_hands_back() {
     let (conducted, actions) = with_fault(Fault::Garbage, &mut NoWatch);
-    assert_eq!(
-        conducted.campaign.outcome,
-        Some(Outcome::Aborted(AbortReason::StaleSamples))
-    );
+    assert_eq!(conducted.campaign.outcome, Some(Outcome::Aborted(AbortReason::StaleSamples)));
     assert_hands_back(&actions);
 }
 
@@ -298,20 +270,12 @@ fn exact_bursts_of_garbage_are_counted() {
 /// yaw rate show that it steers right.
 #[test]
 fn exact_a_drift_that_a_gyro_sees_through_repeats_nothing() {
-    let plan = Plan {
-        thrusts: List::from_slice(&[0.6, 0.8]).unwrap(),
-        ..Plan::paper()
-    };
+    let plan = Plan { thrusts: List::from_slice(&[0.6, 0.8]).unwrap(), ..Plan::paper() };
     let mut vehicle = Faulty::new(Fault::Drift, 28.5);
     let conducted = conduct(&mut vehicle, plan, about(), &mut NoWatch).unwrap();
     let runs = &conducted.campaign.runs;
     assert!(runs.len() == 2 && runs.iter().all(|run| run.verdict.accepted));
-    let codes: Vec<_> = runs[0]
-        .verdict
-        .reasons
-        .iter()
-        .map(|r| r.kind().to_string())
-        .collect();
+    let codes: Vec<_> = runs[0].verdict.reasons.iter().map(|r| r.kind().to_string()).collect();
     assert!(
         codes.contains(&"ok".into()) && codes.contains(&"drifted of offset".into()),
         "{codes:?}"
@@ -322,19 +286,9 @@ fn exact_a_drift_that_a_gyro_sees_through_repeats_nothing() {
         let [low, high] = refined.unwrap().interval_95.c0_rad_per_s2;
         0.5 * (high - low)
     };
-    let away = -runs[0]
-        .identification
-        .as_ref()
-        .unwrap()
-        .online
-        .model
-        .a22_per_s
-        * DRIFT_RAD_S;
+    let away = -runs[0].identification.as_ref().unwrap().online.model.a22_per_s * DRIFT_RAD_S;
     let half_width = c0_half_width(&runs[0]);
-    assert!(
-        (0.9..1.3).contains(&(half_width / away)),
-        "{half_width} {away}"
-    );
+    assert!((0.9..1.3).contains(&(half_width / away)), "{half_width} {away}");
     let undisturbed = c0_half_width(&runs[1]);
     assert!(undisturbed < 0.5 * half_width, "{undisturbed} {half_width}");
 }
@@ -346,11 +300,8 @@ fn exact_a_repeated_run_is_not_accepted() {
         (2, &[(0.6, 1), (0.6, 2), (0.8, 1)][..], "was repeated"),
         (0, &[(0.6, 1), (0.8, 1)], "no tries were left"),
     ] {
-        let plan = Plan {
-            thrusts: List::from_slice(&[0.6, 0.8]).unwrap(),
-            max_repeats,
-            ..Plan::paper()
-        };
+        let plan =
+            Plan { thrusts: List::from_slice(&[0.6, 0.8]).unwrap(), max_repeats, ..Plan::paper() };
         // After 12 s of settling and 16.5 s of training.
         let mut vehicle = Faulty::new(Fault::DriftWithoutGyro, 28.5);
         let conducted = conduct(&mut vehicle, plan, about(), &mut NoWatch).unwrap();
@@ -381,10 +332,7 @@ fn recover_operator_gets_the_vehicle_back() {
         }
     }
     let (conducted, actions) = with_fault(Fault::None, &mut Operator(0));
-    assert_eq!(
-        conducted.campaign.outcome,
-        Some(Outcome::Aborted(AbortReason::Operator))
-    );
+    assert_eq!(conducted.campaign.outcome, Some(Outcome::Aborted(AbortReason::Operator)));
     assert_hands_back(&actions);
 }
 
@@ -441,19 +389,9 @@ impl Watch for AfterActions<'_> {
 #[test]
 fn exact_the_vehicle_acts_before_it_is_reported() {
     let actions = Cell::new(0);
-    let mut vehicle = Counted {
-        vehicle: starfish(1),
-        actions: &actions,
-    };
-    let mut watch = AfterActions {
-        actions: &actions,
-        steps: 0,
-        always: true,
-    };
-    let plan = Plan {
-        thrusts: List::from_slice(&[0.8]).unwrap(),
-        ..Plan::paper()
-    };
+    let mut vehicle = Counted { vehicle: starfish(1), actions: &actions };
+    let mut watch = AfterActions { actions: &actions, steps: 0, always: true };
+    let plan = Plan { thrusts: List::from_slice(&[0.8]).unwrap(), ..Plan::paper() };
     conduct(&mut vehicle, plan, about(), &mut watch).unwrap();
     assert!(watch.always && watch.steps > 500, "{} steps", watch.steps);
 }
@@ -465,23 +403,14 @@ fn stopped(seed: u64, lag_s: f64, stop_when: Option<Target>) -> ([f64; 2], f64) 
     config.servo.time_constant_s = lag_s;
     let plan = TrialPlan {
         stop_when,
-        plan: Plan {
-            thrusts: List::from_slice(&[0.8]).unwrap(),
-            ..Plan::paper()
-        },
+        plan: Plan { thrusts: List::from_slice(&[0.8]).unwrap(), ..Plan::paper() },
         ..TrialPlan::default()
     };
     let mut vehicle = FirstOrderVehicle::new(config, seed).unwrap();
     let conducted = conduct(&mut vehicle, plan, about(), &mut NoWatch).unwrap();
     let run = conducted.campaign.runs.last().unwrap();
     let training = run.stage(Stage::Train).unwrap();
-    let refined = run
-        .identification
-        .as_ref()
-        .unwrap()
-        .refined
-        .as_ref()
-        .unwrap();
+    let refined = run.identification.as_ref().unwrap().refined.as_ref().unwrap();
     let widths = [
         (refined.interval_95.a22_per_s, refined.model.a22_per_s),
         (refined.interval_95.b2_per_s2, refined.model.b2_per_s2),
@@ -495,12 +424,7 @@ fn stopped(seed: u64, lag_s: f64, stop_when: Option<Target>) -> ([f64; 2], f64) 
 /// A target on the intervals ends the training early; replayed, it ends at the same sample.
 #[test]
 fn recover_the_training_ends_when_the_intervals_are_narrow() {
-    let target = |a22, b2| {
-        Some(Target {
-            a22: Some(a22),
-            b2: Some(b2),
-        })
-    };
+    let target = |a22, b2| Some(Target { a22: Some(a22), b2: Some(b2) });
     let (whole, whole_s) = stopped(3, 0.0, None);
     let (early, early_s) = stopped(3, 0.0, target(2.0 * whole[0], 2.0 * whole[1]));
     let (_, out_of_reach_s) = stopped(3, 0.0, target(0.2 * whole[0], 0.2 * whole[1]));
@@ -516,10 +440,7 @@ fn recover_the_training_ends_when_the_intervals_are_narrow() {
 #[test]
 fn recover_printed_intervals_are_as_narrow_as_asked() {
     const SEEDS: u64 = 20;
-    let asked = Target {
-        a22: Some(0.1),
-        b2: Some(0.1),
-    };
+    let asked = Target { a22: Some(0.1), b2: Some(0.1) };
     for lag_s in [0.0, 0.1] {
         let shares: Vec<f64> = (1..=SEEDS)
             .map(|seed| stopped(seed, lag_s, Some(asked)))
@@ -531,9 +452,6 @@ fn recover_printed_intervals_are_as_narrow_as_asked() {
         println!("{lag_s} s: {} early, {wider} wider, {widest}", shares.len());
         assert!(shares.len() >= 10, "{lag_s} s: {} early", shares.len());
         // Data that validate widen an interval where chance does not explain how they differ: in one run of a hundred.
-        assert!(
-            wider <= 1 && widest < 1.2,
-            "{lag_s} s: {wider} wider, {widest}"
-        );
+        assert!(wider <= 1 && widest < 1.2, "{lag_s} s: {wider} wider, {widest}");
     }
 }

@@ -7,19 +7,11 @@ mod cases;
 use cases::{Kind, Sea, verdict};
 use seatrial::identification::{ReasonCode, Subject};
 
-const CALM: Sea = Sea {
-    noise_deg: 0.2,
-    disturbance: (0.0, 1.0),
-};
-const ROUGH: Sea = Sea {
-    noise_deg: 1.0,
-    disturbance: (0.02, 2.0),
-};
+const CALM: Sea = Sea { noise_deg: 0.2, disturbance: (0.0, 1.0) };
+const ROUGH: Sea = Sea { noise_deg: 1.0, disturbance: (0.02, 2.0) };
 
 fn accepted(kind: Kind, sea: Sea, cases: u64) -> usize {
-    (1..=cases)
-        .filter(|seed| verdict(kind, sea, *seed).is_some_and(|v| v.accepted))
-        .count()
+    (1..=cases).filter(|seed| verdict(kind, sea, *seed).is_some_and(|v| v.accepted)).count()
 }
 
 #[test]

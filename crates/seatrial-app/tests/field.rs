@@ -13,17 +13,9 @@ const ALL: [f64; 5] = [0.6, 0.7, 0.8, 0.9, 1.0];
 /// A trial, and the vehicle after it.
 fn trial(config: SixDofConfig, thrusts: &[f64], seed: u64) -> (SixDofVehicle, Campaign) {
     let mut vehicle = SixDofVehicle::new(config, seed).unwrap();
-    let about = Campaign {
-        seed: Some(seed),
-        ..Campaign::of("sim", &Plan::paper())
-    };
-    let plan = Plan {
-        thrusts: List::from_slice(thrusts).unwrap(),
-        ..Plan::paper()
-    };
-    let campaign = conduct(&mut vehicle, plan, about, &mut NoWatch)
-        .unwrap()
-        .campaign;
+    let about = Campaign { seed: Some(seed), ..Campaign::of("sim", &Plan::paper()) };
+    let plan = Plan { thrusts: List::from_slice(thrusts).unwrap(), ..Plan::paper() };
+    let campaign = conduct(&mut vehicle, plan, about, &mut NoWatch).unwrap().campaign;
     assert_eq!(campaign.outcome, Some(Outcome::Finished));
     (vehicle, campaign)
 }
@@ -85,10 +77,7 @@ fn steers_as_designed(field: &Field) {
     let (constant, scheduled) = (of(Control::Constant), of(Control::Scheduled));
     // The paper's 5 to 10 %; 3.7 to 11.4 % over two seeds: where sway shows, the model is the candidate that predicts the
     // validation run best. A step is known to 0.1 degrees of compass noise, 0.5 %.
-    assert!(
-        scheduled.iter().all(|o| (0.03..0.12).contains(o)),
-        "{scheduled:?}"
-    );
+    assert!(scheduled.iter().all(|o| (0.03..0.12).contains(o)), "{scheduled:?}");
     // The constant gain suits the lowest thrust only.
     assert!(constant[4] > 0.15, "{constant:?}");
     assert!(constant[4] > 1.8 * constant[0], "{constant:?}");
@@ -110,10 +99,7 @@ fn recover_repeated_trials_scatter_within_their_intervals() {
     assert_eq!(repeated.repeats.len(), 10);
     for spread in [repeated.a22_per_s, repeated.b2_per_s2] {
         // Ten trials know a standard deviation to 24 %; here the intervals, which bear sway and a servo, are wider.
-        assert!(
-            spread.standard_deviation < 1.5 * spread.stated,
-            "{spread:?}"
-        );
+        assert!(spread.standard_deviation < 1.5 * spread.stated, "{spread:?}");
         assert!(spread.intervals_with_mean >= 8, "{spread:?}");
     }
 }

@@ -15,11 +15,7 @@ use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 /// A run of the paper's plan at one speed: a manoeuvre to train, one to validate.
 pub fn run(seed: u64) -> Vec<Sample<f64>> {
     let mut vehicle = FirstOrderVehicle::new(VehicleConfig::starfish(), seed).unwrap();
-    let plan = Plan {
-        thrusts: List::from_slice(&[0.8]).unwrap(),
-        max_repeats: 0,
-        ..Plan::paper()
-    };
+    let plan = Plan { thrusts: List::from_slice(&[0.8]).unwrap(), max_repeats: 0, ..Plan::paper() };
     let mut trial = Trial::new(plan).unwrap();
     let mut samples = Vec::new();
     while let Some(sample) = vehicle.next_sample().unwrap() {
@@ -59,13 +55,7 @@ fn job(folder: &Path, workers: usize) -> Job {
     assert_eq!(found.passed_over, 1);
     let mut options = Options::default();
     options.estimate = Estimate::Online;
-    Job {
-        sources: found.sources,
-        options,
-        out: folder.join("fleet.out"),
-        workers,
-        resume: false,
-    }
+    Job { sources: found.sources, options, out: folder.join("fleet.out"), workers, resume: false }
 }
 
 /// Runs it; the Parquet file's bytes say whether two jobs gave the same rows.
@@ -82,11 +72,7 @@ fn io_every_log_has_its_rows_and_every_bad_one_its_error() {
     let (summary, _) = done(&job(folder.path(), 2));
     assert_eq!((summary.logs, summary.errors), (9, 3));
     // Each run has a manoeuvre to train and one to validate.
-    assert_eq!(
-        (summary.manoeuvres, summary.accepted),
-        (12, 12),
-        "{summary:?}"
-    );
+    assert_eq!((summary.manoeuvres, summary.accepted), (12, 12), "{summary:?}");
     let codes: Vec<&str> = summary.error_codes.keys().map(String::as_str).collect();
     assert_eq!(codes, ["invalid_row", "missing_channel", "no_samples"]);
 }
@@ -99,13 +85,7 @@ fn exact_rows_say_how_their_log_was_read() {
     let pulses = folder.path().join("pulses.csv");
     let samples = run(1);
     let mut text = String::from("time_s,heading_rad,rudder_pwm\n");
-    for Sample {
-        time_s,
-        heading_rad,
-        rudder_rad,
-        ..
-    } in &samples
-    {
+    for Sample { time_s, heading_rad, rudder_rad, .. } in &samples {
         let pulse_us = 1500.0 + 1000.0 * rudder_rad;
         text += &format!("{time_s},{heading_rad},{pulse_us}\n");
     }
@@ -155,13 +135,7 @@ fn io_a_job_that_was_broken_off_goes_on_where_it_stopped() {
         job.resume = true;
         let (resumed, again) = done(&job);
         assert_eq!(resumed.done_before, stop_after as u64 - 1);
-        assert_eq!(
-            Summary {
-                done_before: 0,
-                ..resumed
-            },
-            whole
-        );
+        assert_eq!(Summary { done_before: 0, ..resumed }, whole);
         assert_eq!(again, bytes);
         assert!(!journal.exists());
     }
@@ -198,13 +172,8 @@ fn io_a_second_job_reads_only_what_is_new_or_changed() {
     // Of another time: the same bytes, and as many others.
     touch("run1.csv");
     write(&of("run2.csv"), &run(7)[..300]);
-    fs::write(
-        of("run3.csv"),
-        fs::read_to_string(of("run3.csv"))
-            .unwrap()
-            .replace("0.1", "0.2"),
-    )
-    .unwrap();
+    fs::write(of("run3.csv"), fs::read_to_string(of("run3.csv")).unwrap().replace("0.1", "0.2"))
+        .unwrap();
     touch("run3.csv");
     fs::remove_file(of("run4.csv")).unwrap();
     write(&of("run8.csv"), &run(8));
@@ -228,12 +197,7 @@ fn io_a_second_job_keeps_the_runs_of_a_file() {
     let mut rows = String::from("time_s,heading_rad,rudder_rad,mission\n");
     for seed in 1..=3 {
         for sample in run(seed) {
-            let Sample {
-                time_s,
-                heading_rad,
-                rudder_rad,
-                ..
-            } = sample;
+            let Sample { time_s, heading_rad, rudder_rad, .. } = sample;
             rows += &format!("{time_s},{heading_rad},{rudder_rad},m{seed}\n");
         }
     }

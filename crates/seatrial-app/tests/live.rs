@@ -16,10 +16,7 @@ fn about() -> Campaign {
 }
 
 fn plan() -> Plan<f64> {
-    Plan {
-        thrusts: List::from_slice(&[0.6, 0.8]).unwrap(),
-        ..Plan::paper()
-    }
+    Plan { thrusts: List::from_slice(&[0.6, 0.8]).unwrap(), ..Plan::paper() }
 }
 
 /// Does not wait for anybody; its link may end.
@@ -30,10 +27,7 @@ struct Live {
 
 impl Live {
     fn until(ends_s: f64) -> Self {
-        Self {
-            vehicle: FirstOrderVehicle::new(VehicleConfig::starfish(), 3).unwrap(),
-            ends_s,
-        }
+        Self { vehicle: FirstOrderVehicle::new(VehicleConfig::starfish(), 3).unwrap(), ends_s }
     }
 }
 
@@ -80,13 +74,7 @@ impl Watch for Reporter {
 #[test]
 fn exact_a_live_vehicle_does_not_wait_for_its_judge() {
     let mut reporter = Reporter::default();
-    let live = conduct(
-        &mut Live::until(f64::INFINITY),
-        plan(),
-        about(),
-        &mut reporter,
-    )
-    .unwrap();
+    let live = conduct(&mut Live::until(f64::INFINITY), plan(), about(), &mut reporter).unwrap();
     assert!(reporter.meanwhile > 0);
     assert_eq!((reporter.begun, reporter.ended), (vec![1, 2], vec![1, 2]));
 
@@ -99,22 +87,14 @@ fn exact_a_live_vehicle_does_not_wait_for_its_judge() {
 
 #[test]
 fn recover_a_verdict_that_is_still_waited_for_when_the_link_is_lost() {
-    let whole = conduct(
-        &mut Live::until(f64::INFINITY),
-        plan(),
-        about(),
-        &mut NoWatch,
-    );
+    let whole = conduct(&mut Live::until(f64::INFINITY), plan(), about(), &mut NoWatch);
     let first = whole.unwrap().campaign.runs.swap_remove(0);
     // Three samples into the second run.
     let ends_s = first.record.samples.last().unwrap().time_s + 0.18;
     let mut reporter = Reporter::default();
     let lost = conduct(&mut Live::until(ends_s), plan(), about(), &mut reporter).unwrap();
     let campaign = lost.campaign;
-    assert_eq!(
-        campaign.outcome,
-        Some(Outcome::Aborted(AbortReason::LinkLost))
-    );
+    assert_eq!(campaign.outcome, Some(Outcome::Aborted(AbortReason::LinkLost)));
     let [judged, stopped] = campaign.runs.as_slice() else {
         panic!("two runs were begun");
     };
@@ -161,9 +141,7 @@ fn io_a_late_verdict_is_kept_with_its_run() {
     let number = recorder.campaign();
     let mut keeper = Released(Keeper::new(recorder, true));
     let mut vehicle = Live::until(f64::INFINITY);
-    let mut campaign = conduct(&mut vehicle, plan(), about(), &mut keeper)
-        .unwrap()
-        .campaign;
+    let mut campaign = conduct(&mut vehicle, plan(), about(), &mut keeper).unwrap().campaign;
     assert_eq!(keeper.0.end(campaign.outcome, || false).unsaved, [""; 0]);
     for run in &campaign.runs {
         let identification = run.identification.as_ref().unwrap();

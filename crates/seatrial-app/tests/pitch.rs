@@ -23,9 +23,7 @@ fn conducted(vehicle: &mut impl Vehicle<f64, Error = Infallible>, plan: Plan<f64
 }
 
 fn made(config: SixDofConfig, seed: u64) -> Campaign {
-    let mut vehicle = SixDofVehicle::new(config, seed)
-        .unwrap()
-        .on_axis(Axis::Pitch);
+    let mut vehicle = SixDofVehicle::new(config, seed).unwrap().on_axis(Axis::Pitch);
     let made = conducted(&mut vehicle, Plan::pitch());
     assert_eq!(made.outcome, Some(Outcome::Finished));
     made
@@ -43,12 +41,7 @@ fn refined(found: &Identification) -> PitchModel<f64> {
 fn intervals(found: &Identification) -> [[f64; 2]; 4] {
     let interval = found.refined.as_ref().unwrap().interval_95;
     let m = found.restoring.unwrap().interval_95_per_s2;
-    [
-        interval.a22_per_s,
-        m,
-        interval.b2_per_s2,
-        interval.c0_rad_per_s2,
-    ]
+    [interval.a22_per_s, m, interval.b2_per_s2, interval.c0_rad_per_s2]
 }
 
 /// Greatest deviation from the depth at the start of the training, m.
@@ -56,9 +49,7 @@ fn depth_excursion_m(run: &Run) -> f64 {
     let start_s = run.stage(Stage::Train).unwrap().from_s;
     let samples = || run.record.samples.iter().filter(|s| s.time_s >= start_s);
     let start_m = samples().next().unwrap().depth_m.unwrap();
-    samples()
-        .map(|s| (s.depth_m.unwrap() - start_m).abs())
-        .fold(0.0, f64::max)
+    samples().map(|s| (s.depth_m.unwrap() - start_m).abs()).fold(0.0, f64::max)
 }
 
 /// With noise, the pitch of validation data is predicted at every thrust while depth is held, and the intervals hold what the same manoeuvre
@@ -73,19 +64,10 @@ fn recover_pitch_predicts_validation_pitch() {
             assert_eq!(noisy.runs.len(), 5, "{} {seed}", config.name);
             for (run, quiet) in noisy.runs.iter().zip(&quiet.runs) {
                 let identified = found(run);
-                let r2 = identified
-                    .validation
-                    .unwrap()
-                    .r2_heading_offset_refit
-                    .unwrap();
+                let r2 = identified.validation.unwrap().r2_heading_offset_refit.unwrap();
                 // Pitch noise of 0.3 degrees is all that is left at low thrust, where the doublet pitches by 2 degrees.
                 assert!(r2 > 0.65, "{} {} {seed}: {r2}", config.name, run.thrust);
-                assert_eq!(
-                    run.verdict.outcome(),
-                    ModelOutcome::Use,
-                    "{:?}",
-                    run.verdict
-                );
+                assert_eq!(run.verdict.outcome(), ModelOutcome::Use, "{:?}", run.verdict);
                 assert!(depth_excursion_m(run) < 0.7, "{}", run.thrust);
                 let exact = refined(found(quiet));
                 for ([low, high], exact) in intervals(identified).iter().zip(exact.theta()) {
@@ -97,10 +79,7 @@ fn recover_pitch_predicts_validation_pitch() {
     }
     println!("{inside} of {all}");
     // 95 % were right for a vehicle that is of this form; heave biases these by about a standard deviation.
-    assert!(
-        f64::from(inside) > 0.85 * f64::from(all),
-        "{inside} of {all}"
-    );
+    assert!(f64::from(inside) > 0.85 * f64::from(all), "{inside} of {all}");
 }
 
 /// The 3-state linearisation of a vehicle under way: w, q and theta, and the elevator's column.
@@ -151,18 +130,13 @@ fn val_pitch_against_the_linearised_simulator() {
         config.elevator.servo.rate_limit_rad_s = None;
         config.elevator.dead_band_rad = 0.0;
         config.elevator.backlash_rad = 0.0;
-        let mut vehicle = SixDofVehicle::new(config.clone(), 1)
-            .unwrap()
-            .on_axis(Axis::Pitch);
+        let mut vehicle = SixDofVehicle::new(config.clone(), 1).unwrap().on_axis(Axis::Pitch);
         let (matrix, elevator) = linearised(&vehicle);
         let mut plan = Plan::pitch();
         plan.thrusts = List::from_slice(&[0.8]).unwrap();
         for manoeuvre in [&mut plan.training, &mut plan.validation] {
             // Small, so that cross-flow drag is, too.
-            manoeuvre.excitation = Excitation::Doublet {
-                amplitude_rad: 0.03,
-                period_s: 2.0,
-            };
+            manoeuvre.excitation = Excitation::Doublet { amplitude_rad: 0.03, period_s: 2.0 };
         }
         let made = conducted(&mut vehicle, plan);
         let found = found(&made.runs[0]);
@@ -204,10 +178,7 @@ fn played(
     let mut state = Vector3::zeros();
     let mut played = Vec::new();
     for pair in samples.windows(2) {
-        played.push(Sample {
-            heading_rad: state[2],
-            ..pair[0]
-        });
+        played.push(Sample { heading_rad: state[2], ..pair[0] });
         let h = (pair[1].time_s - pair[0].time_s) / f64::from(STEPS);
         let input = elevator * (pair[0].rudder_rad - trim_rad);
         for _ in 0..STEPS {
@@ -277,19 +248,13 @@ fn exact_a_vehicle_of_this_form_is_found() {
         let found = found(run);
         for (found, truth) in refined(found).theta().iter().zip(truth) {
             // The search ends where the sum of squares falls by less than 1e-10 of itself.
-            assert!(
-                (found - truth).abs() < 1e-4 * truth.abs(),
-                "{found} {truth}"
-            );
+            assert!((found - truth).abs() < 1e-4 * truth.abs(), "{found} {truth}");
         }
         let online =
             PitchModel::righted(&found.online.model, found.restoring.unwrap().online_per_s2);
         for (found, truth) in online.theta().iter().zip(truth) {
             // Pitch is not straight between samples.
-            assert!(
-                (found - truth).abs() < 0.02 * truth.abs(),
-                "{found} {truth}"
-            );
+            assert!((found - truth).abs() < 0.02 * truth.abs(), "{found} {truth}");
         }
         let r2 = found.validation.unwrap().r2_heading_offset_refit.unwrap();
         assert!(r2 > 1.0 - 1e-6, "{r2}");
@@ -313,16 +278,8 @@ fn exact_a_model_that_nothing_validated_is_not_accepted() {
     let run = &conducted(&mut answering(0.0), Plan::pitch()).runs[0];
     let [training, validation] =
         [Stage::Train, Stage::Validate].map(|stage| run.stage(stage).unwrap());
-    let data = ValidationData {
-        record: &run.record,
-        window: validation,
-    };
-    let outcome = |data| {
-        identify(&run.record, training, data)
-            .unwrap()
-            .verdict
-            .outcome()
-    };
+    let data = ValidationData { record: &run.record, window: validation };
+    let outcome = |data| identify(&run.record, training, data).unwrap().verdict.outcome();
     assert_eq!(outcome(Some(data)), ModelOutcome::Use);
     assert_eq!(outcome(None), ModelOutcome::NotValidated);
     // Validation data in which the elevator does something else.
@@ -330,10 +287,7 @@ fn exact_a_model_that_nothing_validated_is_not_accepted() {
     for sample in &mut turned.samples {
         sample.rudder_rad = -sample.rudder_rad;
     }
-    let data = ValidationData {
-        record: &turned,
-        window: validation,
-    };
+    let data = ValidationData { record: &turned, window: validation };
     assert_eq!(outcome(Some(data)), ModelOutcome::DoNotUse);
 }
 

@@ -48,14 +48,9 @@ fn white() -> VehicleConfig {
 }
 
 fn trial(config: &VehicleConfig, plan: Plan<f64>, seed: u64) -> Campaign {
-    let about = Campaign {
-        seed: Some(seed),
-        ..Campaign::of(&config.name, &plan)
-    };
+    let about = Campaign { seed: Some(seed), ..Campaign::of(&config.name, &plan) };
     let mut vehicle = FirstOrderVehicle::new(config.clone(), seed).unwrap();
-    conduct(&mut vehicle, plan, about, &mut NoWatch)
-        .unwrap()
-        .campaign
+    conduct(&mut vehicle, plan, about, &mut NoWatch).unwrap().campaign
 }
 
 /// The trials of seeds 1 to `seeds`.
@@ -63,23 +58,14 @@ fn trials(config: &VehicleConfig, plan: Plan<f64>, seeds: u64) -> Vec<Campaign> 
     let half = |first: u64| {
         let config = config.clone();
         thread::spawn(move || {
-            (first..=seeds)
-                .step_by(2)
-                .map(|seed| trial(&config, plan, seed))
-                .collect::<Vec<_>>()
+            (first..=seeds).step_by(2).map(|seed| trial(&config, plan, seed)).collect::<Vec<_>>()
         })
     };
-    [half(1), half(2)]
-        .into_iter()
-        .flat_map(|half| half.join().unwrap())
-        .collect()
+    [half(1), half(2)].into_iter().flat_map(|half| half.join().unwrap()).collect()
 }
 
 fn at_one_thrust(thrust: f64) -> Plan<f64> {
-    Plan {
-        thrusts: List::from_slice(&[thrust]).unwrap(),
-        ..Plan::paper()
-    }
+    Plan { thrusts: List::from_slice(&[thrust]).unwrap(), ..Plan::paper() }
 }
 
 fn duration_s(campaign: &Campaign) -> f64 {
@@ -110,10 +96,7 @@ fn exact_noise_free_trial_takes_the_time_and_the_way_of_the_preview() {
     boat.surge_time_constant_s = 6.0;
     boat.timing.sample_interval_s = 0.1;
     for config in [VehicleConfig::starfish(), boat] {
-        let plan = Plan {
-            sample_interval_s: config.timing.sample_interval_s,
-            ..Plan::paper()
-        };
+        let plan = Plan { sample_interval_s: config.timing.sample_interval_s, ..Plan::paper() };
         let expected = preview(&plan, &prior_of(&config, &plan)).unwrap();
         let played = trial(&config.noise_free(), plan, 1);
         assert_eq!(expected.outcome, Some(Outcome::Finished));
@@ -130,12 +113,7 @@ fn exact_noise_free_trial_takes_the_time_and_the_way_of_the_preview() {
         }
         let [south, north, west, east] = expected.track_box_m.unwrap();
         let margin_m = expected.track_margin_m.unwrap();
-        let without_margin = [
-            south + margin_m,
-            north - margin_m,
-            west + margin_m,
-            east - margin_m,
-        ];
+        let without_margin = [south + margin_m, north - margin_m, west + margin_m, east - margin_m];
         for (ours, played) in without_margin.iter().zip(track_m(&played)) {
             // While the speed changes the preview already has the model of the new one: a hundredth of the length.
             assert!((ours - played).abs() < 0.01 * 363.0, "{ours} {played}");
@@ -156,10 +134,7 @@ fn recover_the_scatter_of_the_refined_estimate_in_white_noise_and_the_track() {
         assert_eq!(campaign.runs.len(), 5, "no repeat in still water");
         // The rounding of sampling instants.
         assert!((duration_s(&campaign) - expected.duration_s).abs() < 1e-6);
-        assert!(lies_inside(
-            track_m(&campaign),
-            expected.track_box_m.unwrap()
-        ));
+        assert!(lies_inside(track_m(&campaign), expected.track_box_m.unwrap()));
         for (run, speed) in campaign.runs.iter().zip(&expected.speeds) {
             let estimate = run.identification.as_ref().unwrap().model().theta();
             let truth = speed.prior.model.theta();
@@ -174,10 +149,7 @@ fn recover_the_scatter_of_the_refined_estimate_in_white_noise_and_the_track() {
         let predicted_over_measured = f64::sqrt(square / estimates).recip();
         println!("predicted over measured standard deviation: {predicted_over_measured:.3}");
         // 200 estimates know a standard deviation to 5 %; the estimator is within 10 % of the bound.
-        assert!(
-            (0.8..1.25).contains(&predicted_over_measured),
-            "{predicted_over_measured}"
-        );
+        assert!((0.8..1.25).contains(&predicted_over_measured), "{predicted_over_measured}");
     }
 }
 
@@ -188,16 +160,12 @@ fn share_that_reaches(target: Target, config: &VehicleConfig, plan: Plan<f64>, s
         let [a22, b2, _] = refined.model.theta();
         let intervals = refined.interval_95;
         let width = |[low, high]: [f64; 2], value: f64| 0.5 * (high - low) / value.abs();
-        let widths = [
-            width(intervals.a22_per_s, a22),
-            width(intervals.b2_per_s2, b2),
-        ];
+        let widths = [width(intervals.a22_per_s, a22), width(intervals.b2_per_s2, b2)];
         Some(target.share(widths) <= 1.0)
     };
     let campaigns = trials(config, plan, seeds);
-    let reaching = campaigns
-        .iter()
-        .filter(|campaign| campaign.runs.last().and_then(reached) == Some(true));
+    let reaching =
+        campaigns.iter().filter(|campaign| campaign.runs.last().and_then(reached) == Some(true));
     reaching.count() as f64 / campaigns.len() as f64
 }
 
@@ -251,10 +219,7 @@ fn prop_time_scale_does_not_matter() {
     let mut plan = at_one_thrust(0.8);
     let mut prior = prior_of(&VehicleConfig::starfish(), &plan);
     let target = parse_target("a22:8%,b2:4%").unwrap();
-    let (quick, quick_designs) = (
-        recommend(&plan, &prior, target),
-        compare_designs(&plan, &prior),
-    );
+    let (quick, quick_designs) = (recommend(&plan, &prior, target), compare_designs(&plan, &prior));
     const SLOWER: f64 = 100.0;
     prior.sample_interval_s *= SLOWER;
     let speed = &mut prior.speeds[0];
@@ -265,10 +230,7 @@ fn prop_time_scale_does_not_matter() {
     speed.noise.disturbance_time_s *= SLOWER;
     plan.training.lead_in_s *= SLOWER;
     plan.training.observe_s *= SLOWER;
-    plan.training.excitation = Excitation::Doublet {
-        amplitude_rad: 0.26,
-        period_s: 4.0 * SLOWER,
-    };
+    plan.training.excitation = Excitation::Doublet { amplitude_rad: 0.26, period_s: 4.0 * SLOWER };
     plan.envelope.yaw_rate_max_rad_s /= SLOWER;
     plan.envelope.stage_time_limit_s *= SLOWER;
     let slow = recommend(&plan, &prior, target);
@@ -293,11 +255,8 @@ fn prop_a_designed_manoeuvre_tells_no_less_than_the_doublet_within_its_limits() 
         };
         let cost = |design: &Design| -> f64 {
             let widths = design.speeds.iter().map(|speed| {
-                let [a22, b2, _] = speed
-                    .expected
-                    .unwrap()
-                    .relative_half_width_95
-                    .map(Option::unwrap);
+                let [a22, b2, _] =
+                    speed.expected.unwrap().relative_half_width_95.map(Option::unwrap);
                 a22.max(b2).ln()
             });
             widths.sum()
@@ -386,10 +345,7 @@ fn exact_a_plan_that_leaves_its_envelope_is_aborted_in_the_preview() {
     // The first speed takes 48 m; the second settles for 16 m.
     assert_eq!(small.speeds.len(), 2);
     assert!(small.speeds[0].expected.is_some() && small.speeds[1].expected.is_none());
-    let fewer = Prior {
-        speeds: prior.speeds[1..].to_vec(),
-        ..prior
-    };
+    let fewer = Prior { speeds: prior.speeds[1..].to_vec(), ..prior };
     let fault = preview(&plan, &fewer).unwrap_err();
     assert_eq!(fault.field, "prior.speeds");
 }
@@ -413,10 +369,7 @@ fn io_targets_are_read_and_refused_by_name() {
         "a22:5%,",
     ] {
         let message = parse_target(wrong).unwrap_err().to_string();
-        assert!(
-            message.contains("as in a22:10%,b2:5%"),
-            "{wrong}: {message}"
-        );
+        assert!(message.contains("as in a22:10%,b2:5%"), "{wrong}: {message}");
     }
 }
 
@@ -431,10 +384,7 @@ fn exact_no_thrust_is_simulated_for_somebody_who_has_left() {
     };
     let budget = Budget::while_wanted(Budget::OWN_SAMPLES, &leaves_after_two);
     let refused = simulator::prior("sim:remus100", &plan, &budget).unwrap_err();
-    assert!(
-        refused.to_string().contains("still waited for"),
-        "{refused}"
-    );
+    assert!(refused.to_string().contains("still waited for"), "{refused}");
     assert_eq!(looks.get(), 3);
     assert!(plan.thrusts.len() > 3);
 }

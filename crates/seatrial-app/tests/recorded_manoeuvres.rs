@@ -38,11 +38,7 @@ struct Unstable {
     c: f64,
 }
 
-const UNSTABLE: Unstable = Unstable {
-    a: 0.02,
-    b: 0.0026,
-    c: 312.5,
-};
+const UNSTABLE: Unstable = Unstable { a: 0.02, b: 0.0026, c: 312.5 };
 
 impl Unstable {
     fn sailed(&self, orders: &[(f64, f64)]) -> Vec<Sample<f64>> {
@@ -86,9 +82,7 @@ fn read(samples: &[Sample<f64>], kind: Option<Kind>) -> ShipManoeuvres {
 fn value(found: &ShipManoeuvres, manoeuvre: &str, name: &str) -> f64 {
     let mut indices = found.indices.iter();
     let index = indices.find(|index| index.manoeuvre == manoeuvre && index.name == name);
-    index
-        .unwrap_or_else(|| panic!("{manoeuvre}, {name}\n{found:#?}"))
-        .value
+    index.unwrap_or_else(|| panic!("{manoeuvre}, {name}\n{found:#?}")).value
 }
 
 fn spiral_at(angle_deg: f64) -> String {
@@ -103,21 +97,13 @@ fn is_within_1_percent(found: f64, truth: f64) {
 }
 
 fn refusal(samples: &[Sample<f64>], kind: Option<Kind>) -> String {
-    of_record("ship", samples, None, kind)
-        .unwrap_err()
-        .to_string()
+    of_record("ship", samples, None, kind).unwrap_err().to_string()
 }
 
 /// What remains is -C0/a22 from both sides: a stable ship with an offset.
 #[test]
 fn exact_pull_outs_of_a_stable_ship() {
-    let orders = [
-        (0.0, 100.0),
-        (20.0, 300.0),
-        (0.0, 300.0),
-        (-20.0, 300.0),
-        (0.0, 300.0),
-    ];
+    let orders = [(0.0, 100.0), (20.0, 300.0), (0.0, 300.0), (-20.0, 300.0), (0.0, 300.0)];
     let found = read(&sailed(&orders, 0.8), Some(Kind::PullOut));
     let truth_deg_s = (0.000026_f64 / 0.05).to_degrees();
     for side in ["from starboard", "from port"] {
@@ -127,22 +113,9 @@ fn exact_pull_outs_of_a_stable_ship() {
     assert_eq!(found.straight_line_stable, Some(true));
     // Without being asked for, the turn before it is read as well.
     let all = read(&sailed(&orders, 0.8), None);
-    assert!(
-        all.indices
-            .iter()
-            .any(|index| index.manoeuvre == "pull-out")
-    );
-    assert!(
-        all.indices
-            .iter()
-            .any(|index| index.name == "tactical diameter")
-    );
-    assert!(
-        !all.indices
-            .iter()
-            .any(|index| index.name == "first overshoot angle"),
-        "{all:#?}"
-    );
+    assert!(all.indices.iter().any(|index| index.manoeuvre == "pull-out"));
+    assert!(all.indices.iter().any(|index| index.name == "tactical diameter"));
+    assert!(!all.indices.iter().any(|index| index.name == "first overshoot angle"), "{all:#?}");
 }
 
 #[test]
@@ -150,14 +123,8 @@ fn exact_pull_outs_of_a_ship_that_goes_on_turning() {
     let orders = [(20.0, 400.0), (0.0, 600.0), (-20.0, 400.0), (0.0, 600.0)];
     let found = read(&UNSTABLE.sailed(&orders), None);
     let truth = (UNSTABLE.a / UNSTABLE.c).sqrt().to_degrees();
-    is_within_1_percent(
-        value(&found, "pull-out", "residual yaw rate, from starboard"),
-        truth,
-    );
-    is_within_1_percent(
-        value(&found, "pull-out", "residual yaw rate, from port"),
-        -truth,
-    );
+    is_within_1_percent(value(&found, "pull-out", "residual yaw rate, from starboard"), truth);
+    is_within_1_percent(value(&found, "pull-out", "residual yaw rate, from port"), -truth);
     assert_eq!(found.straight_line_stable, Some(false));
     assert!(found.notes[0].starts_with("NOT straight-line stable"));
     let one_side = read(&UNSTABLE.sailed(&orders[..2]), None);
@@ -197,10 +164,7 @@ fn exact_a_spiral_of_a_stable_ship_has_no_loop() {
 fn exact_a_spiral_of_an_unstable_ship_has_its_loop() {
     let step_deg = 0.25;
     let angles: Vec<f64> = (0..=32).map(|k| 4.0 - step_deg * f64::from(k)).collect();
-    let found = read(
-        &UNSTABLE.sailed(&spiral_orders(&angles, 1200.0)),
-        Some(Kind::Spiral),
-    );
+    let found = read(&UNSTABLE.sailed(&spiral_orders(&angles, 1200.0)), Some(Kind::Spiral));
     for (angle, near) in [(4.0_f64, 0.01), (0.0, 0.01), (-1.0, 0.01), (-4.0, -0.01)] {
         let truth = UNSTABLE.steady(angle.to_radians(), near).to_degrees();
         is_within_1_percent(value(&found, &spiral_at(angle), "yaw rate"), truth);
@@ -209,10 +173,7 @@ fn exact_a_spiral_of_an_unstable_ship_has_its_loop() {
     let fold_deg = (2.0 * a.powf(1.5) / (3.0 * b * (3.0 * c).sqrt())).to_degrees();
     let width = value(&found, "spiral", "loop width");
     // Each side is the middle of a step.
-    assert!(
-        (width - 2.0 * fold_deg).abs() <= step_deg,
-        "{width} {fold_deg}"
-    );
+    assert!((width - 2.0 * fold_deg).abs() <= step_deg, "{width} {fold_deg}");
     let height = value(&found, "spiral", "loop height");
     is_within_1_percent(height, 2.0 * (a / c).sqrt().to_degrees());
     assert_eq!(found.straight_line_stable, Some(false));
@@ -289,10 +250,7 @@ fn exact_a_stop_with_full_astern() {
     let reach = 0.5 * l * (1.0 + (7.7 / w).powi(2)).ln();
     is_within_1_percent(value(&found, name, "track reach"), reach);
     is_within_1_percent(value(&found, name, "time"), l / w * phase);
-    is_within_1_percent(
-        value(&found, name, "head reach"),
-        radius * (reach / radius).sin(),
-    );
+    is_within_1_percent(value(&found, name, "head reach"), radius * (reach / radius).sin());
     let aside = value(&found, name, "lateral deviation");
     is_within_1_percent(aside, -radius * (1.0 - (reach / radius).cos()));
     assert_eq!(found.criteria.len(), 1);
@@ -311,10 +269,7 @@ fn exact_what_a_record_does_not_hold_is_said() {
     assert!(refusal(&short, Some(Kind::ZigZag)).contains("three times"));
     let hasty = sailed(&spiral_orders(&[20.0, 10.0, 0.0, -10.0, -20.0], 20.0), 0.8);
     let said = refusal(&hasty, Some(Kind::Spiral));
-    assert!(
-        said.contains("deg of rudder, from") && said.contains("still changes"),
-        "{said}"
-    );
+    assert!(said.contains("deg of rudder, from") && said.contains("still changes"), "{said}");
     assert_eq!(refusal(&hasty, None), said);
     let slowed = sailed(&[(5.0, 20.0)], 0.0);
     assert!(refusal(&slowed, Some(Kind::Stopping)).contains("a stop needs 20 %"));
@@ -362,34 +317,20 @@ fn exact_a_zig_zag_has_two_angles() {
         draws: 0,
         seed: 1,
         zig_zag_rad: Some([20.0_f64, 10.0].map(f64::to_radians)),
-        own_error: Some(OwnError {
-            mean: 0.5,
-            half_width: 0.25,
-            overshoots: 3,
-        }),
+        own_error: Some(OwnError { mean: 0.5, half_width: 0.25, overshoots: 3 }),
     };
     let predicted = predicted(&vehicle, &wanted).unwrap();
     for name in ["first overshoot angle", "second overshoot angle"] {
         let ours = value(&predicted, "zig-zag 20/10", name);
         let theirs = value(&found, "zig-zag 20/10", name);
         assert!((theirs / ours - 1.0).abs() < 0.02, "{name} {ours} {theirs}");
-        let index = predicted
-            .indices
-            .iter()
-            .find(|i| i.manoeuvre == "zig-zag 20/10" && i.name == name);
+        let index =
+            predicted.indices.iter().find(|i| i.manoeuvre == "zig-zag 20/10" && i.name == name);
         let [low, high] = index.unwrap().interval_95.unwrap();
         assert!((low / ours - 1.25).abs() < 1e-9 && (high / ours - 1.75).abs() < 1e-9);
     }
-    assert!(
-        predicted
-            .notes
-            .iter()
-            .any(|note| note.contains("its own record"))
-    );
-    let too_far = ManoeuvreRequest {
-        zig_zag_rad: Some([0.7, 0.2]),
-        ..wanted
-    };
+    assert!(predicted.notes.iter().any(|note| note.contains("its own record")));
+    let too_far = ManoeuvreRequest { zig_zag_rad: Some([0.7, 0.2]), ..wanted };
     assert!(ship_trials_refusal(&vehicle, &too_far).contains("the rudder's limit is 35.5 deg"));
     let turn = sailed(&[(20.0, 60.0)], 0.8);
     let refused = OwnError::of(&vehicle, None, "ship", &turn).unwrap_err();

@@ -20,10 +20,7 @@ fn identified(trials: [(f64, VehicleConfig); 2], folder: &Path) -> IdentifiedLog
 
 /// The paper's plan at one thrust.
 fn at(thrust: f64) -> Plan<f64> {
-    Plan {
-        thrusts: List::from_slice(&[thrust]).unwrap(),
-        ..Plan::paper()
-    }
+    Plan { thrusts: List::from_slice(&[thrust]).unwrap(), ..Plan::paper() }
 }
 
 /// A log with the trials of vehicles by their plans, one after the other.
@@ -69,10 +66,7 @@ fn recover_a_fin_that_broke_between_two_speeds_of_a_log() {
     assert_eq!(models.len(), 2);
     for verdict in models.iter().map(|m| &m.verdict).chain([log.verdict()]) {
         assert_eq!(verdict.outcome(), Outcome::DoNotUse);
-        assert_eq!(
-            verdict.reasons[0].kind(),
-            ReasonCode::SpeedsDiffer.of(Subject::Rudder)
-        );
+        assert_eq!(verdict.reasons[0].kind(), ReasonCode::SpeedsDiffer.of(Subject::Rudder));
     }
 }
 
@@ -89,9 +83,7 @@ fn parity_speeds_identified_together_and_alone() {
     assert!(models[0].surge_speed_m_s < models[1].surge_speed_m_s);
     for model in models {
         let windows = &model.windows;
-        let held_out = windows
-            .validation
-            .map(|window| ValidationData { record, window });
+        let held_out = windows.validation.map(|window| ValidationData { record, window });
         let settings = IdentifySettings::default();
         let (alone, joined) =
             identify_joined(record, &windows.training, held_out, &settings).unwrap();
@@ -137,13 +129,7 @@ fn recover_speeds_with_little_excitation_borrow_from_the_others() {
     for (weak, full) in models(&weak).iter().zip(&models(&full)).step_by(2) {
         let own = &full.own.as_ref().unwrap().interval_95;
         let alone = &weak.own.as_ref().unwrap().interval_95;
-        let refined = weak
-            .identification
-            .as_ref()
-            .unwrap()
-            .refined
-            .clone()
-            .unwrap();
+        let refined = weak.identification.as_ref().unwrap().refined.clone().unwrap();
         let speed_m_s = weak.surge_speed_m_s.unwrap();
         let found = &refined.interval_95;
         for of in [|i: &Intervals| i.a22_per_s, |i: &Intervals| i.b2_per_s2] {
@@ -170,9 +156,7 @@ fn recover_another_load_in_mid_campaign() {
         let of_seed = |seed| {
             let vehicle = FirstOrderVehicle::new(VehicleConfig::starfish(), seed).unwrap();
             let mut vehicle = FaultyVehicle::new(vehicle, scenario, seed).unwrap();
-            let campaign = rehearse(&mut vehicle, "", seed, Plan::paper())
-                .unwrap()
-                .campaign;
+            let campaign = rehearse(&mut vehicle, "", seed, Plan::paper()).unwrap().campaign;
             let verdict = campaign.verdict();
             verdict.has(ReasonCode::SpeedsDiffer.of(Subject::Damping))
                 && verdict.outcome() != Outcome::Use

@@ -30,17 +30,8 @@ fn boat(b2_per_s2: f64, lag_s: f64) -> IdentifiedVehicle {
         schema: SCHEMA.into(),
         name: "boat".into(),
         sample_interval_s: None,
-        rudder: Rudder {
-            limit_rad: 0.6,
-            lag_s,
-            delay_s: 0.0,
-            rate_limit_rad_s: None,
-        },
-        surge: SurgeLaw {
-            time_constant_s: 3.0,
-            drag_length_m: None,
-            turning_drag_m: None,
-        },
+        rudder: Rudder { limit_rad: 0.6, lag_s, delay_s: 0.0, rate_limit_rad_s: None },
+        surge: SurgeLaw { time_constant_s: 3.0, drag_length_m: None, turning_drag_m: None },
         noise: None,
         speeds: vec![IdentifiedSpeed {
             thrust: 0.8,
@@ -71,11 +62,7 @@ fn exact_a_first_order_zig_zag_overshoots_by_its_formula() {
         let (mut low, mut high) = (0.0, 100.0);
         for _ in 0..200 {
             let middle = 0.5 * (low + high);
-            if heading(middle) < angle {
-                low = middle
-            } else {
-                high = middle
-            }
+            if heading(middle) < angle { low = middle } else { high = middle }
         }
         let at_order = towards * -(-low / time_s).exp_m1();
         let peak_s = time_s * (1.0 + at_order / towards).ln();
@@ -97,10 +84,7 @@ fn exact_a_reversed_rudder_makes_the_same_manoeuvres() {
     let [found, reversed] = [1.2, -1.2].map(|b2| figures(&boat(b2, 0.2)));
     for (a, b) in found.iter().zip(&reversed) {
         // Rounding.
-        assert!(
-            (a.value - b.value).abs() <= 1e-9 * a.value.abs().max(1.0),
-            "{a:?} {b:?}"
-        );
+        assert!((a.value - b.value).abs() <= 1e-9 * a.value.abs().max(1.0), "{a:?} {b:?}");
     }
     assert_eq!(found.len(), reversed.len());
 }
@@ -152,10 +136,7 @@ fn exact_names_are_harmless_in_every_target() {
             continue;
         }
         let file = text(form, None).unwrap();
-        assert!(
-            !file.contains("3rd\"") && !file.contains("\n boat"),
-            "{file}"
-        );
+        assert!(!file.contains("3rd\"") && !file.contains("\n boat"), "{file}");
         let places = file.split('@').skip(1);
         let is_left = |part: &str| part.starts_with(|c: char| c.is_ascii_uppercase());
         assert!(!places.into_iter().any(is_left), "{file}");
@@ -163,16 +144,11 @@ fn exact_names_are_harmless_in_every_target() {
     let sdf = text(Form::Gazebo, None).unwrap();
     let (_, comment) = sdf.split_once("<!--").unwrap();
     let (comment, _) = comment.split_once("-->").unwrap();
-    assert!(
-        comment.contains("boat") && !comment.contains("--"),
-        "{comment}"
-    );
+    assert!(comment.contains("boat") && !comment.contains("--"), "{comment}");
     let program = text(Form::Python, None).unwrap();
     assert!(program.contains("NAME = \"vehicle_3rd"), "{program}");
     let program = text(Form::ControlSystems, None).unwrap();
-    let head = program
-        .lines()
-        .take_while(|line| !line.starts_with("using"));
+    let head = program.lines().take_while(|line| !line.starts_with("using"));
     assert!(head.clone().count() > 3 && head.clone().all(|line| line.starts_with('#')));
     for number in [
         "vehicle_b2_per_s2 = [1.2]",

@@ -32,11 +32,7 @@ fn trial_record(config: SixDofConfig, thrust: f64) -> (Record, f64) {
         let action = trial.step(&sample);
         let Ok(()) = vehicle.act(&action);
         while let Some(event) = trial.take_event() {
-            if let Event::StageStarted {
-                stage: Stage::Train,
-                time_s,
-            } = event
-            {
+            if let Event::StageStarted { stage: Stage::Train, time_s } = event {
                 trained_from_s = Some(time_s);
             }
         }
@@ -63,13 +59,8 @@ fn with_fin(mut record: Record, lag_s: f64) -> Record {
 
 /// a22 and b2 of the online estimate, and the speed at the start of training.
 fn identified(record: &Record, trained_from_s: f64) -> ([f64; 2], f64) {
-    let training = Window {
-        from_s: trained_from_s,
-        to_s: trained_from_s + TRAINING_S,
-    };
-    let online = identify(record, training, None, &IdentifySettings::default())
-        .unwrap()
-        .online;
+    let training = Window { from_s: trained_from_s, to_s: trained_from_s + TRAINING_S };
+    let online = identify(record, training, None, &IdentifySettings::default()).unwrap().online;
     let speed_m_s = record.window(training)[0].surge_speed_m_s.unwrap();
     ([online.model.a22_per_s, online.model.b2_per_s2], speed_m_s)
 }
@@ -83,9 +74,7 @@ fn val_fossen_remus100_logs() {
     for percent in [70, 80, 90] {
         let name = format!("simulated/remus100_{percent}_native_n0_c0.csv");
         let mut log = seatrial_logs::open(&folder.join(name), &Default::default()).unwrap();
-        let log: Record = std::iter::from_fn(|| log.next())
-            .map(Result::unwrap)
-            .collect();
+        let log: Record = std::iter::from_fn(|| log.next()).map(Result::unwrap).collect();
         let (expected, expected_speed_m_s) = identified(&with_fin(log, FIN_LAG_S), 40.0);
 
         let mut config = remus100::config().noise_free();
@@ -95,16 +84,10 @@ fn val_fossen_remus100_logs() {
         let (record, from_s) = trial_record(config, f64::from(percent) / 100.0);
         let (found, speed_m_s) = identified(&with_fin(record, FIN_LAG_S), from_s);
         // The same thrust and drag.
-        assert!(
-            (speed_m_s / expected_speed_m_s - 1.0).abs() < 0.01,
-            "{speed_m_s}"
-        );
+        assert!((speed_m_s / expected_speed_m_s - 1.0).abs() < 0.01, "{speed_m_s}");
         for (found, expected) in found.iter().zip(expected) {
             // The vehicles differ in what drift does to hull and fins; 9 % is the largest measured.
-            assert!(
-                (found / expected - 1.0).abs() < 0.15,
-                "{percent} %: {found} {expected}"
-            );
+            assert!((found / expected - 1.0).abs() < 0.15, "{percent} %: {found} {expected}");
         }
         println!("{percent} %: {found:.3?} against {expected:.3?} at {speed_m_s:.2} m/s");
     }
@@ -121,23 +104,14 @@ fn val_starfish_tables_ii_and_v() {
         let ([a22, b2], speed_m_s) = identified(&record, from_s);
         println!("{thrust}: {speed_m_s:.3} m/s, a22 {a22:.3}, b2 {b2:.3}");
         // Tuned to the five speeds as means over a run, turns included; straight it is 1 % faster.
-        assert!(
-            (speed_m_s / row.surge_speed_m_s - 1.0).abs() < 0.02,
-            "{speed_m_s}"
-        );
+        assert!((speed_m_s / row.surge_speed_m_s - 1.0).abs() < 0.02, "{speed_m_s}");
         // The scatter of a22 in Table II about a line through it is 8 %, and it falls slower with the speed.
         assert!((a22 / row.a22_per_s - 1.0).abs() < 0.16, "{thrust}: {a22}");
         // b2 goes with the speed squared; the table's has an intercept, which is a fifth of it at 60 %.
         assert!((b2 / row.b2_per_s2 - 1.0).abs() < 0.20, "{thrust}: {b2}");
-        for other in TABLE_V
-            .iter()
-            .filter(|other| other.thrust_percent == row.thrust_percent)
-        {
+        for other in TABLE_V.iter().filter(|other| other.thrust_percent == row.thrust_percent) {
             // The two payloads differ from one another by as much.
-            assert!(
-                (a22 / other.a22_per_s - 1.0).abs() < 0.40,
-                "{thrust}: {a22}"
-            );
+            assert!((a22 / other.a22_per_s - 1.0).abs() < 0.40, "{thrust}: {a22}");
             assert!((b2 / other.b2_per_s2 - 1.0).abs() < 0.30, "{thrust}: {b2}");
         }
         b2_over_v2.push(b2 / (speed_m_s * speed_m_s));

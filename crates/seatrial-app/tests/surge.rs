@@ -10,13 +10,8 @@ use seatrial_sim::{SixDofConfig, SixDofVehicle};
 
 fn campaign(config: SixDofConfig, seed: u64) -> Campaign {
     let mut vehicle = SixDofVehicle::new(config, seed).unwrap();
-    let about = Campaign {
-        seed: Some(seed),
-        ..Campaign::of("sim", &Plan::paper())
-    };
-    conduct(&mut vehicle, Plan::paper(), about, &mut NoWatch)
-        .unwrap()
-        .campaign
+    let about = Campaign { seed: Some(seed), ..Campaign::of("sim", &Plan::paper()) };
+    conduct(&mut vehicle, Plan::paper(), about, &mut NoWatch).unwrap().campaign
 }
 
 /// Time in which u' = (u_s^2 - u^2)/l makes 63 % of the change from 60 % thrust to full.
@@ -36,18 +31,12 @@ fn recover_speed_over_thrust_and_its_time_constant() {
             let at_full = surge.speed_m_s(1.0);
             let truth_s = equivalent::surge_time_constant_s(&config).unwrap();
             let found_s = to_63_percent_s(&surge);
-            println!(
-                "{} {seed}: {surge:.3?}, {found_s:.2} s against {truth_s:.2} s",
-                config.name
-            );
+            println!("{} {seed}: {surge:.3?}, {found_s:.2} s against {truth_s:.2} s", config.name);
             // Speed is linear in the setting beyond its dead band; linear damping bends it by a per cent.
             assert!(surge.rms_residual_m_s < 0.01 * at_full, "{surge:?}");
             assert!((surge.dead_band - dead_band).abs() < 0.03, "{surge:?}");
             // The lag of the screw, 1 s, makes a change of 40 % last longer than the changes of 10 % tell: 12 and 19 %.
-            assert!(
-                (found_s / truth_s - 1.0).abs() < 0.25,
-                "{found_s} {truth_s}"
-            );
+            assert!((found_s / truth_s - 1.0).abs() < 0.25, "{found_s} {truth_s}");
         }
     }
 }

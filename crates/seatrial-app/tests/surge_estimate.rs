@@ -36,14 +36,8 @@ fn boat() -> SimulatedConfig {
 }
 
 fn estimate(config: &SimulatedConfig, thrusts: &[f64]) -> SurgeEstimate {
-    let plan = Plan {
-        thrusts: List::from_slice(thrusts).unwrap(),
-        ..Plan::paper()
-    };
-    let about = Campaign {
-        seed: Some(1),
-        ..Campaign::of("sim", &plan)
-    };
+    let plan = Plan { thrusts: List::from_slice(thrusts).unwrap(), ..Plan::paper() };
+    let about = Campaign { seed: Some(1), ..Campaign::of("sim", &plan) };
     let mut vehicle = config.vehicle(1).unwrap();
     let conducted = conduct(&mut vehicle, plan, about, &mut NoWatch).unwrap();
     SurgeEstimate::of(&conducted.campaign).unwrap()
@@ -55,10 +49,7 @@ fn recover_the_surge_of_a_vehicle_file() {
     let surge = estimate(&boat().noise_free(), &[0.6, 0.8, 1.0]);
     let is = |found: &seatrial::motions::surge::Coefficient, expected: f64, within: f64| {
         let value = found.value.unwrap();
-        assert!(
-            (value - expected).abs() < within,
-            "{value} {expected}\n{surge:#?}"
-        );
+        assert!((value - expected).abs() < within, "{value} {expected}\n{surge:#?}");
     };
     is(&surge.speed_per_thrust_m_s, 2.4, 1e-3);
     is(&surge.dead_band, 1.0 / 12.0, 1e-3);
@@ -72,10 +63,7 @@ fn recover_the_surge_of_a_vehicle_file() {
     let reached = from + (1.0 - (-1.0_f64).exp()) * (to - from);
     let expected_s = (reached.atanh() - from.atanh()) * 8.0 / 2.2;
     let found_s = surge.time_to_63_percent_s(1.24, 2.2).unwrap();
-    assert!(
-        (found_s / expected_s - 1.0).abs() < 0.05,
-        "{found_s} {expected_s}"
-    );
+    assert!((found_s / expected_s - 1.0).abs() < 0.05, "{found_s} {expected_s}");
 }
 
 /// A reading that is held over four samples is one reading: to the mean of many samples it adds the noise of twice the deviation.

@@ -7,13 +7,8 @@ use seatrial_core::{Plan, Stage};
 use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 
 /// Time constant of the vehicle at 80 % thrust and its sampling interval, s.
-const VEHICLES: [(f64, f64); 5] = [
-    (0.25, 0.02),
-    (0.25, 0.05),
-    (1.0 / 1.07, 0.05),
-    (11.0, 0.25),
-    (100.0, 1.0),
-];
+const VEHICLES: [(f64, f64); 5] =
+    [(0.25, 0.02), (0.25, 0.05), (1.0 / 1.07, 0.05), (11.0, 0.25), (100.0, 1.0)];
 
 fn about() -> Campaign {
     Campaign::of("scaled", &Plan::paper())
@@ -49,28 +44,21 @@ fn recover_any_time_scale() {
                 let of_trial = run.identification.as_ref().unwrap();
                 let detected_s = of_trial.online.convergence.detected_s.unwrap();
                 // After lead-in and doublet, within the stage.
-                assert!(
-                    detected_s > 6.0 * pace && detected_s < 16.5 * pace,
-                    "{detected_s}"
-                );
+                assert!(detected_s > 6.0 * pace && detected_s < 16.5 * pace, "{detected_s}");
 
                 // The same run as a log, of which nothing is known.
                 let log = run.record.clone();
                 let [training, validation] =
                     [Stage::Train, Stage::Validate].map(|s| run.stage(s).unwrap());
-                let held_out = ValidationData {
-                    record: &log,
-                    window: validation,
-                };
+                let held_out = ValidationData { record: &log, window: validation };
                 let of_log =
                     identify(&log, training, Some(held_out), &IdentifySettings::default()).unwrap();
                 for found in [of_trial, &of_log] {
                     accepted += i32::from(found.verdict.accepted);
                     let refined = found.refined.as_ref().unwrap();
                     let of = refined.interval_95;
-                    for ([low, high], truth) in [of.a22_per_s, of.b2_per_s2, of.c0_rad_per_s2]
-                        .into_iter()
-                        .zip(truth)
+                    for ([low, high], truth) in
+                        [of.a22_per_s, of.b2_per_s2, of.c0_rad_per_s2].into_iter().zip(truth)
                     {
                         intervals += 1;
                         inside += i32::from((low..=high).contains(&truth));

@@ -19,20 +19,10 @@ pub struct Args {
     #[arg(long, value_name = "ADDR:PORT", default_value = "127.0.0.1:9002")]
     listen: String,
     /// Channel of the rudder, or several.
-    #[arg(
-        long,
-        value_name = "CHANNELS",
-        value_delimiter = ',',
-        default_value = "1"
-    )]
+    #[arg(long, value_name = "CHANNELS", value_delimiter = ',', default_value = "1")]
     rudder: Vec<Channel>,
     /// Channel of the throttle, or several; below the trim the propeller stands still.
-    #[arg(
-        long,
-        value_name = "CHANNELS",
-        value_delimiter = ',',
-        default_value = "3"
-    )]
+    #[arg(long, value_name = "CHANNELS", value_delimiter = ',', default_value = "3")]
     throttle: Vec<Channel>,
     /// Channel of the elevator, or several.
     #[arg(long, value_name = "CHANNELS", value_delimiter = ',')]

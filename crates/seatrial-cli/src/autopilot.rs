@@ -34,12 +34,7 @@ pub struct LinkArgs {
     #[arg(long, value_name = "DEG")]
     full_rudder_deg: Option<f64>,
     /// Outputs that steer, as in 1 or 1,-2 where the second turns against the first [default: as the parameters say].
-    #[arg(
-        long,
-        value_name = "OUTPUTS",
-        value_delimiter = ',',
-        allow_hyphen_values = true
-    )]
+    #[arg(long, value_name = "OUTPUTS", value_delimiter = ',', allow_hyphen_values = true)]
     steering_outputs: Vec<i8>,
     /// Shortest, neutral and longest pulse of the steering outputs, us.
     #[arg(long, value_name = "US", value_delimiter = ',', default_values_t = [1100.0, 1500.0, 1900.0])]
@@ -77,9 +72,8 @@ impl LinkArgs {
 
     /// What these options say of the autopilot.
     pub fn options(&self) -> Result<MavlinkOptions, Failure> {
-        let full_rudder_deg = self
-            .full_rudder_deg
-            .map(|degrees| number("--full-rudder-deg", degrees, 90.0));
+        let full_rudder_deg =
+            self.full_rudder_deg.map(|degrees| number("--full-rudder-deg", degrees, 90.0));
         Ok(MavlinkOptions {
             system_id: self.system_id,
             vehicle_id: self.vehicle_id,
@@ -111,10 +105,7 @@ impl LinkArgs {
                 ));
             }
         };
-        Ok(Some(SteeringOutputs {
-            outputs: self.steering_outputs.clone(),
-            pulses_us,
-        }))
+        Ok(Some(SteeringOutputs { outputs: self.steering_outputs.clone(), pulses_us }))
     }
 }
 
@@ -132,9 +123,7 @@ fn number(name: &str, value: f64, limit: f64) -> Result<f64, Failure> {
     if value > 0.0 && value < limit {
         return Ok(value);
     }
-    Err(Failure::usage(format!(
-        "{name} {value}: expected a number above 0 and below {limit}"
-    )))
+    Err(Failure::usage(format!("{name} {value}: expected a number above 0 and below {limit}")))
 }
 
 /// Between two looks whether the program is asked to end while the operator thinks.
@@ -193,18 +182,11 @@ pub fn agrees(question: &'static str) -> Result<bool, VehicleError> {
 /// A check for people, by its parts.
 pub fn check_line(is_passed: bool, name: &str, text: &str) -> String {
     let mark = if is_passed { "ok      " } else { "REFUSED " };
-    labelled(&format!("{mark}{name:15} "), text, width())
-        .trim_end()
-        .to_owned()
+    labelled(&format!("{mark}{name:15} "), text, width()).trim_end().to_owned()
 }
 
 /// A change until the hand-back, for people.
 pub fn change_line(change: &Change) -> String {
-    let text = format!(
-        "{} -> {} until the hand-back: {}",
-        change.from, change.to, change.why
-    );
-    labelled(&format!("change  {:15} ", change.name), &text, width())
-        .trim_end()
-        .to_owned()
+    let text = format!("{} -> {} until the hand-back: {}", change.from, change.to, change.why);
+    labelled(&format!("change  {:15} ", change.name), &text, width()).trim_end().to_owned()
 }

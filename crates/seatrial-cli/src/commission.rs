@@ -118,11 +118,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         return Err(Failure::aborted("not agreed to; nothing was changed"));
     }
     let mut taken = reached.take()?;
-    let order = Order {
-        proposal: &proposal,
-        envelope: request.plan.envelope,
-        stop: &stop,
-    };
+    let order = Order { proposal: &proposal, envelope: request.plan.envelope, stop: &stop };
     let found = conduct(taken.as_mut(), &order, &mut |text| say(text));
     let document = Document {
         schema: "seatrial.commission.v1",
@@ -135,10 +131,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     };
     output.print(&document, || {
         let width = width();
-        let undo = document
-            .found
-            .undo()
-            .map(|undo| command("Undo   ", undo, width));
+        let undo = document.found.undo().map(|undo| command("Undo   ", undo, width));
         let advice = document.found.advice();
         labelled("", &document.found.summary(), width)
             + &advice.map_or(String::new(), |advice| labelled("Do     ", advice, width))
@@ -153,10 +146,8 @@ fn shown(preflight: &Preflight) -> Result<(), Failure> {
     checks().for_each(|check| {
         say_laid_out(&check_line(check.passed, &check.name, &check.text));
     });
-    let failed: Vec<&str> = checks()
-        .filter(|check| !check.passed)
-        .map(|check| check.name.as_str())
-        .collect();
+    let failed: Vec<&str> =
+        checks().filter(|check| !check.passed).map(|check| check.name.as_str()).collect();
     match failed.is_empty() {
         true => Ok(()),
         false => Err(Failure::aborted(format!(
@@ -174,11 +165,7 @@ impl Args {
         };
         // A simulator may have what a rehearsal found.
         let is_rehearsal_asked = self.rehearsal || self.vehicle.starts_with("sim:");
-        Ok(models_for(
-            models,
-            is_rehearsal_asked,
-            Some(self.link.full_rudder()?),
-        )?)
+        Ok(models_for(models, is_rehearsal_asked, Some(self.link.full_rudder()?))?)
     }
 
     /// The plan of the file, else the one of the campaign.
@@ -209,27 +196,16 @@ fn changes_text(title: &str, changes: &[Change], width: usize) -> String {
     let widest = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
     let [name, from, to] = [0, 1, 2].map(|column| widest(column).unwrap_or(0));
     let lines = rows.iter().map(|[parameter, old, new, why]| {
-        labelled(
-            &format!("{parameter:name$}  {old:>from$}  {new:>to$}  "),
-            why,
-            width,
-        )
+        labelled(&format!("{parameter:name$}  {old:>from$}  {new:>to$}  "), why, width)
     });
     lines.collect::<String>()
 }
 
 /// The autopilot's own parameters beside the proposed ones, and what both are foreseen to do.
 fn show(preflight: &Preflight, proposal: &Proposal, changes: &[Change]) {
-    say_laid_out(&changes_text(
-        "until the hand-back",
-        &preflight.changes,
-        width(),
-    ));
+    say_laid_out(&changes_text("until the hand-back", &preflight.changes, width()));
     say_laid_out(&changes_text("proposed", changes, width()));
-    for (name, foreseen) in [
-        ("old", &proposal.old_foreseen),
-        ("new", &proposal.new_foreseen),
-    ] {
+    for (name, foreseen) in [("old", &proposal.old_foreseen), ("new", &proposal.new_foreseen)] {
         let settling = &foreseen.settling_s;
         let settles = match foreseen.settled > 0.0 {
             true => format!("settled after {} s", range_text(settling, 1.0, 1)),
@@ -275,11 +251,7 @@ mod tests {
 
     #[test]
     fn exact_a_range_of_one_value_is_printed_once() {
-        let range = |low, high| Range {
-            middle: low,
-            low,
-            high,
-        };
+        let range = |low, high| Range { middle: low, low, high };
         assert_eq!(range_text(&range(0.02, 0.04), 100.0, 0), "2 to 4");
         assert_eq!(range_text(&range(20.61, 20.64), 1.0, 1), "20.6");
     }
@@ -292,23 +264,14 @@ mod tests {
             to,
             why: "turn rate for a heading error, as quick as the rudder allows".into(),
         };
-        let changes = [
-            change("ATC_STR_ANG_P", 2.0, 0.501956),
-            change("ATC_STR_RAT_MAX", 120.0, 7.66484),
-        ];
+        let changes =
+            [change("ATC_STR_ANG_P", 2.0, 0.501956), change("ATC_STR_RAT_MAX", 120.0, 7.66484)];
         let text = changes_text("proposed", &changes, 60);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[0], "parameter        from     to  proposed");
         let first = "ATC_STR_ANG_P    2.00  0.502  turn rate for a heading";
         assert!(lines[1].starts_with(first), "{text}");
-        assert!(
-            lines
-                .iter()
-                .any(|line| line.starts_with("ATC_STR_RAT_MAX   120   7.66  turn"))
-        );
-        assert!(
-            lines.iter().all(|line| line.chars().count() <= 60),
-            "{text}"
-        );
+        assert!(lines.iter().any(|line| line.starts_with("ATC_STR_RAT_MAX   120   7.66  turn")));
+        assert!(lines.iter().all(|line| line.chars().count() <= 60), "{text}");
     }
 }

@@ -142,16 +142,9 @@ fn agreement(comparison: &Comparison) -> String {
         .filter(|(_, values)| is_apart(values))
         .map(|(name, _)| name.as_str())
         .collect();
-    let middles = format!(
-        "a22 {} 1/s and b2 {} 1/s^2",
-        three_figures(a22),
-        three_figures(b2)
-    );
+    let middles = format!("a22 {} 1/s and b2 {} 1/s^2", three_figures(a22), three_figures(b2));
     match apart.is_empty() {
-        true => format!(
-            "THE METHODS AGREE\nAll {} find {middles}, within 10 %.",
-            found.len()
-        ),
+        true => format!("THE METHODS AGREE\nAll {} find {middles}, within 10 %.", found.len()),
         false => format!(
             "THE METHODS DIFFER\n{} of {} find {middles}, within 10 %. Not so: {}.",
             found.len() - apart.len(),

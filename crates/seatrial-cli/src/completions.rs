@@ -45,9 +45,7 @@ pub fn run(args: &Args, command: clap::Command, output: &Output) -> Result<Exit,
         (Some(shell), _) => script(shell, command, output)?,
         (None, Some(folder)) => man(folder, command, output)?,
         (None, None) => {
-            return Err(Failure::usage(
-                "completions: name a shell, or a folder with --man",
-            ));
+            return Err(Failure::usage("completions: name a shell, or a folder with --man"));
         }
     }
     Ok(Exit::Done)
@@ -80,10 +78,7 @@ fn man(folder: &Path, command: clap::Command, output: &Output) -> Result<(), Fai
         pages.push(page);
     }
     pages.sort();
-    let document = Pages {
-        schema: "seatrial.man.v1",
-        pages,
-    };
+    let document = Pages { schema: "seatrial.man.v1", pages };
     output.print(&document, || {
         format!(
             "{} pages in {}: man -l {}",

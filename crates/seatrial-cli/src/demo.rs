@@ -67,11 +67,8 @@ fn open(page: &Path) {
         "windows" => "explorer",
         _ => "xdg-open",
     };
-    let started = Command::new(opener)
-        .arg(page)
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn();
+    let started =
+        Command::new(opener).arg(page).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
     if started.is_err() {
         say(format_args!("open {} in a browser", page.display()));
     }

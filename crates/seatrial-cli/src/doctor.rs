@@ -45,11 +45,7 @@ fn text(document: &Document, width: usize) -> String {
     let mut text = format!("seatrial {}\n", document.version);
     for finding in &document.findings {
         let sign = if finding.is_good { "ok " } else { "BAD" };
-        text += &labelled(
-            &format!("{sign}  {:10}", finding.what),
-            &finding.found,
-            width,
-        );
+        text += &labelled(&format!("{sign}  {:10}", finding.what), &finding.found, width);
         if !finding.action.is_empty() {
             text += &labelled(&format!("{:15}", ""), &finding.action, width);
         }
@@ -82,11 +78,7 @@ mod tests {
     #[test]
     fn exact_what_is_wrong_is_counted() {
         let wrong = || Finding::bad("logbook", "seatrial.db: no logbook", "Move it away.");
-        let document = |findings| Document {
-            schema: "",
-            version: "1",
-            findings,
-        };
+        let document = |findings| Document { schema: "", version: "1", findings };
         let printed = text(&document(vec![wrong(), wrong()]), 80);
         assert!(
             printed.contains("BAD  logbook") && printed.contains("2 things are wrong."),

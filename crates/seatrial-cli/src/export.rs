@@ -99,13 +99,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     match (&args.out, args.sample) {
         (Some(folder), Some(count)) => {
             let files = draw(args, &vehicle, folder, count, output)?;
-            let drawn = SampleDocument {
-                schema: "seatrial.drawn_vehicles.v1",
-                files,
-            };
-            output.print(&drawn, || {
-                format!("{count} vehicles in {}\n", folder.display())
-            })?;
+            let drawn = SampleDocument { schema: "seatrial.drawn_vehicles.v1", files };
+            output.print(&drawn, || format!("{count} vehicles in {}\n", folder.display()))?;
         }
         (Some(path), None) => {
             output.save(path, file(args, &vehicle)?)?;
@@ -140,11 +135,7 @@ fn draw(
     count: u64,
     output: &Output,
 ) -> Result<Vec<PathBuf>, Failure> {
-    if vehicle
-        .speeds
-        .iter()
-        .all(|speed| speed.covariance.is_none())
-    {
+    if vehicle.speeds.iter().all(|speed| speed.covariance.is_none()) {
         return Err(Failure::usage(format!(
             "--sample: {} has no covariance to draw from: take the vehicle from a logbook or a document of `identify --json`",
             vehicle.name

@@ -58,16 +58,8 @@ pub struct Args {
 
 /// The values of `--estimate`.
 const ESTIMATES: [(Estimate, &str, &str); 2] = [
-    (
-        Estimate::Refined,
-        "refined",
-        "From the whole manoeuvre, with intervals",
-    ),
-    (
-        Estimate::Online,
-        "online",
-        "As on the vehicle, without intervals",
-    ),
+    (Estimate::Refined, "refined", "From the whole manoeuvre, with intervals"),
+    (Estimate::Online, "online", "As on the vehicle, without intervals"),
 ];
 
 /// `fleet --json`.
@@ -143,29 +135,19 @@ const NEXT: &str = "`seatrial identify LOG` explains the verdict on one log and 
 fn text(document: &Document) -> String {
     let summary = &document.summary;
     let width = width();
-    let read = format!(
-        "{}, {} of which could not be read",
-        summary.logs, summary.errors
-    );
-    let found = format!(
-        "{} manoeuvres, {} of which are accepted",
-        summary.manoeuvres, summary.accepted
-    );
+    let read = format!("{}, {} of which could not be read", summary.logs, summary.errors);
+    let found =
+        format!("{} manoeuvres, {} of which are accepted", summary.manoeuvres, summary.accepted);
     let mut text = labelled("Logs      ", &read, width) + &labelled("Found     ", &found, width);
-    for (title, counts) in [
-        ("Verdicts", &summary.verdicts),
-        ("Errors", &summary.error_codes),
-    ] {
+    for (title, counts) in [("Verdicts", &summary.verdicts), ("Errors", &summary.error_codes)] {
         let mut counts: Vec<(&String, &u64)> = counts.iter().collect();
         counts.sort_by_key(|(_, number)| std::cmp::Reverse(**number));
         let words = |code: &str| match code {
             "ok" => "usable".to_owned(),
             code => code.replace('_', " "),
         };
-        let counts: Vec<String> = counts
-            .iter()
-            .map(|(code, number)| format!("{} {number}", words(code)))
-            .collect();
+        let counts: Vec<String> =
+            counts.iter().map(|(code, number)| format!("{} {number}", words(code))).collect();
         if !counts.is_empty() {
             text += &labelled(&format!("{title:<9} "), &counts.join(", "), width);
         }
@@ -216,11 +198,7 @@ impl Teller {
             last_said.0 = Instant::now();
             let done = progress.bytes_done as f64 / progress.bytes.max(1) as f64;
             let left = elapsed.mul_f64((1.0 - done).max(0.0) / done.max(1e-9));
-            say(format_args!(
-                "{:.0} % read, {rate}, {} left",
-                100.0 * done,
-                in_words(left)
-            ));
+            say(format_args!("{:.0} % read, {rate}, {} left", 100.0 * done, in_words(left)));
         }
         ControlFlow::Continue(())
     }
@@ -228,8 +206,6 @@ impl Teller {
     /// How many manoeuvres there were.
     fn finish(self) -> u64 {
         self.bar.clear();
-        self.last_said
-            .into_inner()
-            .map_or(0, |(_, last_said)| last_said.manoeuvres)
+        self.last_said.into_inner().map_or(0, |(_, last_said)| last_said.manoeuvres)
     }
 }

@@ -171,21 +171,16 @@ fn text(document: &HeadingGains, written: Option<&Path>, width: usize) -> String
         "{}{}Heading gains of {}, damping ratio {:.4}, rudder limit {:.1} {rudder}\n{}\
          K_p and margins with {:.3} s delay, {}\n\n{}\n{}",
         rejected_text(&document.rejected),
-        document
-            .first_answer
-            .map_or(String::new(), |promised| promised.sentence() + "\n"),
+        document.first_answer.map_or(String::new(), |promised| promised.sentence() + "\n"),
         document.source,
         document.damping_ratio,
         document.rudder_limit_rad * rudder_scale,
         trial_line(document.trial.as_deref()),
         document.timing.delay_s,
-        document
-            .timing
-            .sample_interval_s
-            .map_or("continuous controller".into(), |h| format!(
-                "sampled every {} s",
-                three_figures(h)
-            )),
+        document.timing.sample_interval_s.map_or("continuous controller".into(), |h| format!(
+            "sampled every {} s",
+            three_figures(h)
+        )),
         table(document).fitted(width, &DISPENSABLE),
         notes.join("\n")
     );
@@ -240,9 +235,7 @@ fn loop_cells(closed_loop: &Option<LoopFigures>) -> Vec<String> {
     vec![
         estimate_cell(&figures.damping_ratio, 3, 1.0),
         estimate_cell(&figures.natural_frequency_rad_s, 2, 1.0),
-        figures
-            .gain_margin
-            .map_or("infinite".into(), |margin| estimate_text(&margin, 1, 1.0)),
+        figures.gain_margin.map_or("infinite".into(), |margin| estimate_text(&margin, 1, 1.0)),
         estimate_cell(&figures.phase_margin_rad, 1, 1_f64.to_degrees()),
         estimate_cell(&figures.delay_margin_s, 2, 1.0),
     ]
@@ -254,11 +247,8 @@ fn at_text(at: &InterpolatedGain, rudder_unit: RudderUnit) -> String {
         ScheduleKey::Thrust => format!("{:.0} % thrust", at.value * 100.0),
         ScheduleKey::Speed => format!("{:.2} m/s", at.value),
     };
-    let how = if at.extrapolated {
-        "EXTRAPOLATED beyond the identified range"
-    } else {
-        "interpolated"
-    };
+    let how =
+        if at.extrapolated { "EXTRAPOLATED beyond the identified range" } else { "interpolated" };
     let figures = at.closed_loop.as_ref().map_or(String::new(), |figures| {
         format!(
             ", damping {} and phase margin {} deg with the model interpolated between the same speeds",

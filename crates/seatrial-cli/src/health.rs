@@ -60,12 +60,7 @@ pub struct Args {
     #[arg(long, default_value = "seatrial.db", value_name = "FILE")]
     logbook: PathBuf,
     /// How often an unchanged vehicle may be called changed, per cent of all answers.
-    #[arg(
-        long,
-        value_name = "PERCENT",
-        default_value_t = 5.0,
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "PERCENT", default_value_t = 5.0, allow_negative_numbers = true)]
     false_alarms: f64,
     /// Changes of damping and rudder up to this much are none [default: 0; with --watch 5].
     #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
@@ -78,10 +73,8 @@ pub struct Args {
 }
 
 /// The values of `--offset`.
-const OFFSETS: [(bool, &str, &str); 2] = [
-    (true, "count", "It is tested with the rest"),
-    (false, "ignore", "It is left out"),
-];
+const OFFSETS: [(bool, &str, &str); 2] =
+    [(true, "count", "It is tested with the rest"), (false, "ignore", "It is left out")];
 
 /// Compares or watches.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
@@ -106,12 +99,7 @@ impl Args {
     fn models(&self, name: &str) -> Result<ComparedModels, Failure> {
         let reading = self.channels.read_settings()?;
         let mut reporter = Reporter::default();
-        Ok(compared_models(
-            name,
-            &self.logbook,
-            &reading,
-            &mut reporter,
-        )?)
+        Ok(compared_models(name, &self.logbook, &reading, &mut reporter)?)
     }
 
     fn compare(
@@ -126,9 +114,7 @@ impl Args {
         health::are_two(source, &now)?;
         let change = health::change(source, &reference, &now, settings);
         let document = Comparison::of(source, &now, &change);
-        output.print(&document, || {
-            comparison_page(source, &now, &change, &self.logbook)
-        })?;
+        output.print(&document, || comparison_page(source, &now, &change, &self.logbook))?;
         Ok(Exit::done_if(change.finding == Finding::Unchanged))
     }
 
@@ -197,12 +183,7 @@ fn comparison_page(
     logbook: &Path,
 ) -> String {
     let width = width();
-    let mut text = head(
-        change.finding,
-        [&change.because, &change.action],
-        &BETWEEN_TRIALS,
-        width,
-    );
+    let mut text = head(change.finding, [&change.because, &change.action], &BETWEEN_TRIALS, width);
     if let (Finding::Changed, Some(number)) = (change.finding, now.campaign) {
         text += &command("Next       ", &next::gains_of_trial(number, logbook), width);
     }
@@ -325,15 +306,8 @@ fn effect_cells(effects: &Effects) -> Vec<String> {
         let [low, high] = effect.interval_95.map(|bound| number(scale * bound));
         format!("{} ({low} to {high})", number(scale * effect.change))
     };
-    let mut cells = vec![
-        cell(effects.rudder, 100.0, 0),
-        cell(effects.damping, 100.0, 0),
-    ];
-    cells.extend(
-        effects
-            .offset_rad
-            .map(|offset| cell(offset, 1f64.to_degrees(), 2)),
-    );
+    let mut cells = vec![cell(effects.rudder, 100.0, 0), cell(effects.damping, 100.0, 0)];
+    cells.extend(effects.offset_rad.map(|offset| cell(offset, 1f64.to_degrees(), 2)));
     cells
 }
 

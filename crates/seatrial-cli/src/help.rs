@@ -118,9 +118,7 @@ fn all_verbs(command: &Command, width: usize) -> String {
 fn verbs(command: &Command, names: &[&str], width: usize) -> String {
     let longest = command.get_subcommands().map(|verb| verb.get_name().len());
     let longest = longest.max().unwrap_or(0);
-    let known = names
-        .iter()
-        .filter_map(|name| command.find_subcommand(name));
+    let known = names.iter().filter_map(|name| command.find_subcommand(name));
     let entry = |verb: &Command| {
         let about = verb.get_about().map(ToString::to_string);
         let name = format!("{:MARGIN$}{:longest$}{:MARGIN$}", "", verb.get_name(), "");
@@ -148,11 +146,8 @@ mod tests {
 
     #[test]
     fn exact_each_verb_stands_once_in_the_help() {
-        let mut named: Vec<&str> = OTHER_VERBS
-            .iter()
-            .flat_map(|(_, verbs)| *verbs)
-            .copied()
-            .collect();
+        let mut named: Vec<&str> =
+            OTHER_VERBS.iter().flat_map(|(_, verbs)| *verbs).copied().collect();
         named.extend(FIRST_VERBS);
         named.sort_unstable();
         let command = shown(true);

@@ -101,11 +101,7 @@ fn lambda(text: &str) -> Result<Lambda, String> {
 
 /// The values of `--online`.
 const METHODS: [(Method, &str, &str); 2] = [
-    (
-        Method::LeastSquares,
-        "least-squares",
-        "Recursive least squares throughout",
-    ),
+    (Method::LeastSquares, "least-squares", "Recursive least squares throughout"),
     (
         Method::InstrumentalVariable,
         "instrumental-variable",
@@ -176,11 +172,7 @@ pub fn text(found: &IdentifiedLog, call: &str, schedule: Option<&Path>, width: u
     text += &cause_text(verdict, "--verbose", width);
     for part in &found.logs.parts {
         let begins_s = three_figures(part.window.from_s);
-        text += &labelled(
-            "Log    ",
-            &format!("{begins_s} s on: {}", part.source.path),
-            width,
-        );
+        text += &labelled("Log    ", &format!("{begins_s} s on: {}", part.source.path), width);
     }
     let mut reasons = verdict.reasons.iter();
     if let Some(sign) =
@@ -239,11 +231,8 @@ impl EstimatorArgs {
 
     /// The settings that these options stand for.
     fn settings(&self, trace: bool) -> IdentifySettings {
-        let mut settings = if self.as_paper {
-            IdentifySettings::paper()
-        } else {
-            IdentifySettings::default()
-        };
+        let mut settings =
+            if self.as_paper { IdentifySettings::paper() } else { IdentifySettings::default() };
         settings.method = self.online.unwrap_or(settings.method);
         settings.lambda_rad_s = match self.lambda {
             Lambda::Auto => None,

@@ -81,11 +81,7 @@ fn text(opened: &OpenedLog, inspection: &Inspection) -> String {
 fn write_text(text: &mut String, opened: &OpenedLog, inspection: &Inspection) -> std::fmt::Result {
     let sampling = &inspection.sampling;
     writeln!(text, "{}", opened.path.display())?;
-    write!(
-        text,
-        "{} samples of {} rows",
-        sampling.samples, opened.counts.rows
-    )?;
+    write!(text, "{} samples of {} rows", sampling.samples, opened.counts.rows)?;
     if let (Some(span), Some(rate_hz), Some(jitter_s)) =
         (sampling.span, sampling.rate_hz, sampling.jitter_s)
     {
@@ -116,12 +112,7 @@ fn write_text(text: &mut String, opened: &OpenedLog, inspection: &Inspection) ->
     writeln!(text)?;
     let bars = SPARKLINE_WIDTH.min(width.saturating_sub(INDENT.len()));
     for quantity in [Quantity::Rudder, Quantity::Heading] {
-        writeln!(
-            text,
-            "{:9} {}",
-            quantity.name(),
-            sparkline(&series(samples, quantity), bars)
-        )?;
+        writeln!(text, "{:9} {}", quantity.name(), sparkline(&series(samples, quantity), bars))?;
     }
     let ruler = ruler(samples, &inspection.manoeuvres, bars);
     writeln!(text, "{INDENT}{}", ruler.trim_end())?;
@@ -152,15 +143,11 @@ fn channels_text(opened: &OpenedLog, inspection: &Inspection) -> String {
     let ranges = &inspection.ranges;
     let range = |channel: &Channel| {
         let range = ranges.iter().find(|r| r.quantity == channel.quantity);
-        range.map_or(String::new(), |range| {
-            range_text(range, opened.rudder_unit())
-        })
+        range.map_or(String::new(), |range| range_text(range, opened.rudder_unit()))
     };
     let channels = &opened.description.channels;
     let rows = || channels.iter().map(|channel| (channel, range(channel)));
-    let column_width = rows()
-        .map(|(channel, _)| channel.column.chars().count())
-        .max();
+    let column_width = rows().map(|(channel, _)| channel.column.chars().count()).max();
     let range_width = rows().map(|(_, range)| range.chars().count()).max();
     let (column_width, range_width) = (column_width.unwrap_or(0), range_width.unwrap_or(0));
     let screen = width();
@@ -233,12 +220,8 @@ fn manoeuvres_text(opened: &OpenedLog, inspection: &Inspection) -> String {
             format!("{:.2}", segment.window.from_s),
             format!("{:.2}", segment.window.to_s),
             rudder,
-            segment
-                .thrust
-                .map_or_else(missing, |thrust| format!("{:.0}", 100.0 * thrust)),
-            segment
-                .surge_speed_m_s
-                .map_or_else(missing, |speed| format!("{speed:.2}")),
+            segment.thrust.map_or_else(missing, |thrust| format!("{:.0}", 100.0 * thrust)),
+            segment.surge_speed_m_s.map_or_else(missing, |speed| format!("{speed:.2}")),
             format!("{:.1}", segment.excitation_rad.to_degrees()),
             format!("{:.0}", 100.0 * segment.completeness),
         ]);
@@ -286,10 +269,7 @@ fn sparkline(values: &[Option<f64>], bars: usize) -> String {
         })
         .collect();
     let lowest = bins.iter().flatten().fold(f64::INFINITY, |a, b| a.min(*b));
-    let highest = bins
-        .iter()
-        .flatten()
-        .fold(f64::NEG_INFINITY, |a, b| a.max(*b));
+    let highest = bins.iter().flatten().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
     bins.iter()
         .map(|bin| match bin {
             Some(value) if highest > lowest => {

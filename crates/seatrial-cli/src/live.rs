@@ -111,18 +111,12 @@ impl Screen {
 
 impl Live {
     /// Lines only.
-    pub const LOG: Self = Self {
-        screen: None,
-        drawn: None,
-    };
+    pub const LOG: Self = Self { screen: None, drawn: None };
 
     /// The live view where standard error is a terminal, otherwise the log.
     pub fn start() -> Self {
         let wanted = stderr().is_terminal() && std::env::var_os("TERM").is_none_or(|t| t != "dumb");
-        let live = Self {
-            screen: wanted.then(Arc::default),
-            drawn: None,
-        };
+        let live = Self { screen: wanted.then(Arc::default), drawn: None };
         live.on_screen(|screen| *screen.view() = View::start());
         live
     }

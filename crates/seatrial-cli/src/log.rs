@@ -183,10 +183,7 @@ pub struct Reporter {
 impl Reporter {
     /// Also says which windows are chosen, and why, where that is wanted.
     pub fn windows(windows: bool) -> Self {
-        Self {
-            windows,
-            reading: None,
-        }
+        Self { windows, reading: None }
     }
 }
 
@@ -207,15 +204,9 @@ struct Reading {
 
 impl Observer for Reporter {
     fn opened(&mut self, path: &Path, description: &LogDescription, servo: Option<Servo>) {
-        tell(&format!(
-            "{}: {}",
-            path.display(),
-            channel_text(description)
-        ));
+        tell(&format!("{}: {}", path.display(), channel_text(description)));
         if let Some(servo) = servo {
-            tell(&format!(
-                "the rudder acts behind the logged command: {servo}"
-            ));
+            tell(&format!("the rudder acts behind the logged command: {servo}"));
         }
         self.reading = Some(Reading {
             bar: None,
@@ -246,11 +237,7 @@ impl Observer for Reporter {
 
     fn warned(&mut self, warning: &str) {
         let warn = || tell(&format!("warning: {warning}"));
-        match self
-            .reading
-            .as_ref()
-            .and_then(|reading| reading.bar.as_ref())
-        {
+        match self.reading.as_ref().and_then(|reading| reading.bar.as_ref()) {
             Some(bar) => bar.aside(warn),
             None => warn(),
         }
@@ -258,11 +245,7 @@ impl Observer for Reporter {
 
     fn found(&mut self, path: &Path, proposal: &Proposal) {
         if self.windows {
-            tell(&format!(
-                "seatrial: {}: {}",
-                path.display(),
-                windows_text(proposal)
-            ));
+            tell(&format!("seatrial: {}: {}", path.display(), windows_text(proposal)));
         }
     }
 }

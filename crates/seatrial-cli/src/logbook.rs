@@ -48,12 +48,7 @@ pub struct Args {
     #[arg(long, conflicts_with = "campaign")]
     verify: bool,
     /// The logbook.
-    #[arg(
-        long,
-        global = true,
-        default_value = "seatrial.db",
-        value_name = "FILE"
-    )]
+    #[arg(long, global = true, default_value = "seatrial.db", value_name = "FILE")]
     logbook: PathBuf,
 }
 
@@ -64,10 +59,7 @@ enum LogbookAction {
     List,
     /// The old spelling of `seatrial logbook A B`; without a campaign, the last one.
     #[command(hide = true)]
-    Show {
-        campaign: Option<String>,
-        other: Option<String>,
-    },
+    Show { campaign: Option<String>, other: Option<String> },
     /// The old spelling of `seatrial logbook A B`.
     #[command(hide = true)]
     Diff { a: String, b: String },
@@ -136,21 +128,14 @@ fn show(logbook: &Logbook, name: Option<&str>, output: &Output) -> Result<Exit, 
     };
     let entry = damage::warn(logbook, entry.id)?;
     let mut campaign = logbook.campaign(entry.id)?;
-    for identification in campaign
-        .runs
-        .iter_mut()
-        .filter_map(|run| run.identification.as_mut())
-    {
+    for identification in campaign.runs.iter_mut().filter_map(|run| run.identification.as_mut()) {
         identification.online.trace.clear();
     }
     let verdict = campaign.verdict();
     let firmware = logbook.circumstances(entry.id)?.firmware;
     let next = next::after_trial(&campaign, entry.id, logbook.path(), firmware.as_deref());
-    let results = Results {
-        schema: "seatrial.logbook_campaign.v1",
-        campaign: &entry,
-        runs: &campaign.runs,
-    };
+    let results =
+        Results { schema: "seatrial.logbook_campaign.v1", campaign: &entry, runs: &campaign.runs };
     output.print(&results, || {
         let width = width();
         let runs = campaign.runs.iter();
@@ -183,13 +168,8 @@ fn every_cause(verdict: &Verdict, width: usize) -> String {
 }
 
 fn heading(entry: &CampaignEntry) -> String {
-    let seed = entry
-        .seed
-        .map_or(String::new(), |seed| format!(", seed {seed}"));
-    let notes = entry
-        .notes
-        .as_ref()
-        .map_or(String::new(), |notes| format!("; {notes}"));
+    let seed = entry.seed.map_or(String::new(), |seed| format!(", seed {seed}"));
+    let notes = entry.notes.as_ref().map_or(String::new(), |notes| format!("; {notes}"));
     format!(
         "campaign {}, {}, {}{seed}, configuration {}{}, seatrial {}: {}{notes}",
         entry.id.0,
@@ -216,10 +196,8 @@ fn holdings(found: &Verification) -> String {
         1 => format!("1 {one}"),
         many => format!("{many} {one}s"),
     };
-    let mut parts = vec![
-        counted(found.campaigns, "campaign"),
-        counted(found.runs_finished, "finished run"),
-    ];
+    let mut parts =
+        vec![counted(found.campaigns, "campaign"), counted(found.runs_finished, "finished run")];
     let others = [
         (found.campaigns_unfinished, "unfinished campaign"),
         (found.runs_unfinished, "unfinished run"),
@@ -231,19 +209,13 @@ fn holdings(found: &Verification) -> String {
 }
 
 fn digits(value: Option<f64>, places: usize) -> String {
-    value.map_or("-".into(), |value| {
-        with_decimals(value, decimals(value, places))
-    })
+    value.map_or("-".into(), |value| with_decimals(value, decimals(value, places)))
 }
 
 fn state_name(state: State) -> &'static str {
     match state {
-        State::Ended {
-            outcome: Outcome::Finished,
-        } => "finished",
-        State::Ended {
-            outcome: Outcome::Aborted(_),
-        } => "aborted",
+        State::Ended { outcome: Outcome::Finished } => "finished",
+        State::Ended { outcome: Outcome::Aborted(_) } => "aborted",
         State::Unfinished => "not finished",
         State::Interrupted => "interrupted",
     }
@@ -252,9 +224,7 @@ fn state_name(state: State) -> &'static str {
 /// How a campaign ended, and why where it was aborted.
 fn state_text(state: State) -> String {
     match state {
-        State::Ended {
-            outcome: Outcome::Aborted(reason),
-        } => format!("aborted: {reason}"),
+        State::Ended { outcome: Outcome::Aborted(reason) } => format!("aborted: {reason}"),
         state => state_name(state).into(),
     }
 }
@@ -262,9 +232,7 @@ fn state_text(state: State) -> String {
 /// As the table of samples has it.
 fn state_word(state: State) -> String {
     match state {
-        State::Ended {
-            outcome: Outcome::Aborted(reason),
-        } => format!("aborted: {reason:?}"),
+        State::Ended { outcome: Outcome::Aborted(reason) } => format!("aborted: {reason:?}"),
         state => state_name(state).into(),
     }
 }
@@ -292,32 +260,20 @@ fn diff(logbook: &Logbook, a: &str, b: &str, output: &Output) -> Result<Exit, Fa
         let width = width();
         let mut text = labelled("A  ", &heading(&a), width) + &labelled("B  ", &heading(&b), width);
         text += "                  A         B       B-A\n";
-        diff.difference
-            .thrusts
-            .iter()
-            .for_each(|at| write_difference(&mut text, at, width));
-        for (thrusts, name) in [
-            (&diff.difference.only_in_a, "A"),
-            (&diff.difference.only_in_b, "B"),
-        ] {
+        diff.difference.thrusts.iter().for_each(|at| write_difference(&mut text, at, width));
+        for (thrusts, name) in
+            [(&diff.difference.only_in_a, "A"), (&diff.difference.only_in_b, "B")]
+        {
             for thrust in thrusts {
-                let _ = writeln!(
-                    text,
-                    "{:.0} %: only {name} has an accepted run",
-                    thrust * 100.0
-                );
+                let _ = writeln!(text, "{:.0} %: only {name} has an accepted run", thrust * 100.0);
             }
         }
         if diff.difference.thrusts.is_empty() {
             text += "no thrust at which both have an accepted run\n";
             return text;
         }
-        let names = format!(
-            "seatrial health {} {} --logbook {}",
-            a.id.0,
-            b.id.0,
-            logbook.path().display()
-        );
+        let names =
+            format!("seatrial health {} {} --logbook {}", a.id.0, b.id.0, logbook.path().display());
         text + &command("Next   ", &names, width) + "       says whether the vehicle has changed\n"
     })?;
     Ok(Exit::Done)
@@ -372,11 +328,7 @@ fn export(logbook: &Logbook, asked: &ExportArgs, output: &Output) -> Result<Exit
         output.save(out, track)?;
         return Ok(Exit::Done);
     }
-    let results = Results {
-        schema: "seatrial.logbook_results.v1",
-        campaign: &entry,
-        runs: &runs,
-    };
+    let results = Results { schema: "seatrial.logbook_results.v1", campaign: &entry, runs: &runs };
     let columns = Step::columns(entry.axis()).join(",");
     let mark = entry
         .damage
@@ -402,9 +354,7 @@ fn export(logbook: &Logbook, asked: &ExportArgs, output: &Output) -> Result<Exit
 
 /// Numbers as the shortest text that reads back to the same bits.
 fn write_csv_row(csv: &mut String, run: Option<u32>, step: &Step) {
-    let stage = step
-        .stage
-        .map_or(String::new(), |stage| format!("{stage:?}").to_lowercase());
+    let stage = step.stage.map_or(String::new(), |stage| format!("{stage:?}").to_lowercase());
     let run = run.map_or(String::new(), |run| run.to_string());
     let _ = write!(csv, "{run},{stage}");
     for number in step.numbers() {
@@ -413,9 +363,8 @@ fn write_csv_row(csv: &mut String, run: Option<u32>, step: &Step) {
             None => write!(csv, ","),
         };
     }
-    let outcome = step.action.outcome.map_or(String::new(), |outcome| {
-        state_word(State::Ended { outcome })
-    });
+    let outcome =
+        step.action.outcome.map_or(String::new(), |outcome| state_word(State::Ended { outcome }));
     let _ = writeln!(csv, ",{outcome}");
 }
 
@@ -458,9 +407,5 @@ fn verify(logbook: &Logbook, output: &Output) -> Result<Exit, Failure> {
         }
         text
     })?;
-    Ok(if verified.whole {
-        Exit::Done
-    } else {
-        Exit::Input
-    })
+    Ok(if verified.whole { Exit::Done } else { Exit::Input })
 }

@@ -16,28 +16,13 @@ const USUAL_LOGBOOK: &str = "seatrial.db";
 #[derive(clap::Args, Clone, Copy, Debug)]
 pub struct NumbersArgs {
     /// a22 of a single model, 1/s, negative for a course-stable vehicle.
-    #[arg(
-        long,
-        value_name = "PER_S",
-        requires = "b2",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "PER_S", requires = "b2", allow_negative_numbers = true)]
     a22: Option<f64>,
     /// b2 of the single model, 1/s^2.
-    #[arg(
-        long,
-        value_name = "PER_S2",
-        requires = "a22",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "PER_S2", requires = "a22", allow_negative_numbers = true)]
     b2: Option<f64>,
     /// C0 of the single model, rad/s^2; 0 without.
-    #[arg(
-        long,
-        value_name = "RAD_PER_S2",
-        requires = "a22",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "RAD_PER_S2", requires = "a22", allow_negative_numbers = true)]
     c0: Option<f64>,
 }
 
@@ -85,9 +70,7 @@ impl SourceArgs {
     pub fn is_given(&self) -> bool {
         self.numbers.a22.is_some()
             || self.campaign.is_some()
-            || [&self.model, &self.schedule, &self.logbook]
-                .into_iter()
-                .any(Option::is_some)
+            || [&self.model, &self.schedule, &self.logbook].into_iter().any(Option::is_some)
     }
 
     /// The rudder limit of the command line, rad.
@@ -131,9 +114,7 @@ pub fn warn(models: &Models) {
 /// Why what is made of models is not to be used, where they are not.
 pub fn rejected_text(rejected: &[String]) -> String {
     let causes = rejected.iter().take(1);
-    causes
-        .map(|cause| format!("DO NOT USE: {cause}\n"))
-        .collect()
+    causes.map(|cause| format!("DO NOT USE: {cause}\n")).collect()
 }
 
 /// The trial of a source on a line of its own, where it is of one.

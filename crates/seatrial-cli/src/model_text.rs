@@ -23,24 +23,9 @@ pub fn model_text(identification: &Identification, unit: RudderUnit) -> String {
     let intervals = identification.refined.as_ref().map(|r| r.interval_95);
     let delta0 = model.delta0_rad();
     let rows = [
-        (
-            "a22",
-            Some(model.a22_per_s),
-            "1/s",
-            intervals.map(|i| i.a22_per_s),
-        ),
-        (
-            "b2",
-            Some(model.b2_per_s2),
-            "1/s^2",
-            intervals.map(|i| i.b2_per_s2),
-        ),
-        (
-            "C0",
-            Some(model.c0_rad_per_s2),
-            "rad/s^2",
-            intervals.map(|i| i.c0_rad_per_s2),
-        ),
+        ("a22", Some(model.a22_per_s), "1/s", intervals.map(|i| i.a22_per_s)),
+        ("b2", Some(model.b2_per_s2), "1/s^2", intervals.map(|i| i.b2_per_s2)),
+        ("C0", Some(model.c0_rad_per_s2), "rad/s^2", intervals.map(|i| i.c0_rad_per_s2)),
         (
             "delta0",
             delta0,
@@ -59,9 +44,8 @@ pub fn model_text(identification: &Identification, unit: RudderUnit) -> String {
     for (name, value, unit, interval) in rows {
         let Some(value) = value else { continue };
         let value = within(value, interval);
-        let interval = interval.map_or(String::new(), |interval| {
-            format!("  95 % {}", bounds_text(interval))
-        });
+        let interval =
+            interval.map_or(String::new(), |interval| format!("  95 % {}", bounds_text(interval)));
         let _ = writeln!(text, "  {name:<8}  {value:>9} {unit:<8}{interval}");
     }
     if let Some(nomoto) = identification.nomoto {
@@ -116,9 +100,9 @@ const SHOWN_OF_SHA256: usize = 12;
 
 /// Where the samples came from and what was assumed on the way.
 pub fn source_text(title: &str, log: &OpenedLog) -> String {
-    let servo = log.servo.map_or_else(String::new, |servo| {
-        format!(", rudder behind the command by {servo}")
-    });
+    let servo = log
+        .servo
+        .map_or_else(String::new, |servo| format!(", rudder behind the command by {servo}"));
     let sha256 = log.sha256.get(..SHOWN_OF_SHA256).unwrap_or(&log.sha256);
     format!(
         "{title:<11} {}, {} samples read{servo}, sha256 {sha256}...\n",

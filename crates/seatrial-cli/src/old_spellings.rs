@@ -30,8 +30,7 @@ pub fn in_new_words(typed: Vec<OsString>) -> Vec<OsString> {
     let verb = verb_at(&typed).min(typed.len());
     let begins_with = |old: &str| {
         let mut words = typed[verb..].iter();
-        old.split(' ')
-            .all(|old| words.next().is_some_and(|word| word == old))
+        old.split(' ').all(|old| words.next().is_some_and(|word| word == old))
     };
     let Some((old, new)) = RENAMED.iter().find(|(old, _)| begins_with(old)) else {
         return typed;
@@ -58,10 +57,7 @@ pub fn run_lab(words: &[OsString]) -> Result<(), Failure> {
     let beside = std::env::current_exe().map(|own| own.with_file_name(name));
     let program = beside.map_err(Failure::internal)?;
     if !program.is_file() {
-        let words: Vec<_> = arguments
-            .iter()
-            .map(|word| word.to_string_lossy())
-            .collect();
+        let words: Vec<_> = arguments.iter().map(|word| word.to_string_lossy()).collect();
         return Err(Failure::usage(format!(
             "the studies are a program of their own, {LAB}, which is not beside this one; in a clone of the project: cargo run --release -p {LAB} -- {}",
             words.join(" ")
@@ -81,22 +77,10 @@ mod tests {
         for (typed, new) in [
             ("seatrial study --runs 4", "seatrial seatrial-lab --runs 4"),
             ("seatrial manoeuvres predict", "seatrial manoeuvres"),
-            (
-                "seatrial --json study lies --seeds 2",
-                "seatrial --json seatrial-lab lies --seeds 2",
-            ),
-            (
-                "seatrial sim mavlink --tcp a:1",
-                "seatrial sim serve --tcp a:1",
-            ),
-            (
-                "seatrial sim ardupilot-json",
-                "seatrial sim serve --ardupilot-json",
-            ),
-            (
-                "seatrial sim log --out study",
-                "seatrial sim log --out study",
-            ),
+            ("seatrial --json study lies --seeds 2", "seatrial --json seatrial-lab lies --seeds 2"),
+            ("seatrial sim mavlink --tcp a:1", "seatrial sim serve --tcp a:1"),
+            ("seatrial sim ardupilot-json", "seatrial sim serve --ardupilot-json"),
+            ("seatrial sim log --out study", "seatrial sim log --out study"),
             ("seatrial", "seatrial"),
             ("seatrial --json", "seatrial --json"),
         ] {

@@ -115,10 +115,7 @@ impl Failure {
     }
 
     fn new(exit: Exit, message: impl fmt::Display) -> Self {
-        Self {
-            exit,
-            message: message.to_string(),
-        }
+        Self { exit, message: message.to_string() }
     }
 }
 
@@ -327,11 +324,7 @@ fn named_files(
             };
             if argument.get_value_parser().type_id() == output {
                 let is_page = argument.get_id() == REPORT;
-                let written = if is_page {
-                    &mut *reports
-                } else {
-                    &mut *written
-                };
+                let written = if is_page { &mut *reports } else { &mut *written };
                 written.push(path.clone());
             } else if !RECORDINGS.contains(&argument.get_id().as_str()) {
                 read.push(path.clone());

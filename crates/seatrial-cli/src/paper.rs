@@ -60,10 +60,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     };
     let json = serde_json::to_string_pretty(&document).map_err(Failure::internal)?;
     let files = [
-        (
-            "paper.md",
-            markdown(&document) + &recreation::markdown(&document.recreated),
-        ),
+        ("paper.md", markdown(&document) + &recreation::markdown(&document.recreated)),
         ("recreated.csv", recreation::csv(&document.recreated)),
         ("paper.csv", csv(&document.claims)),
         ("paper.json", json + "\n"),
@@ -125,9 +122,7 @@ fn text(document: &Document, out: &Path) -> String {
 }
 
 fn differing(claims: &[Claim]) -> impl Iterator<Item = &Claim> {
-    claims
-        .iter()
-        .filter(|claim| claim.agreement == Agreement::Differs)
+    claims.iter().filter(|claim| claim.agreement == Agreement::Differs)
 }
 
 fn markdown(document: &Document) -> String {

@@ -54,11 +54,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         .map_err(|error| error.to_string())
         .and_then(|plan| Replay::of(plan, &recording).map_err(|error| error.to_string()))
         .map_err(|error| {
-            refusal(
-                &logbook,
-                &entry,
-                &format!("its plan is not valid here: {error}"),
-            )
+            refusal(&logbook, &entry, &format!("its plan is not valid here: {error}"))
         })?;
     let document = Document {
         schema: "seatrial.replay.v1",
@@ -92,9 +88,7 @@ fn text(document: &Document) -> String {
     let Some(difference) = &replay.first_difference else {
         return format!("SAME\n{counted}\nreplayed, every one the same bit for bit{without_end}");
     };
-    let run = difference
-        .run
-        .map_or(String::new(), |run| format!(" of run {run}"));
+    let run = difference.run.map_or(String::new(), |run| format!(" of run {run}"));
     format!(
         "DIFFERENT\n{counted}\nthe same, then a difference at sample {}{run}\n{}\nrecorded by seatrial {}, replayed by {}",
         difference.sample, difference.found, document.recorded_by, document.replayed_by

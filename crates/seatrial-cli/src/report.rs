@@ -117,13 +117,8 @@ fn of_logbook(path: &Path, args: &Args) -> Result<String, Failure> {
 }
 
 fn of_log(path: &Path, args: &Args) -> Result<(String, Exit), Failure> {
-    let log = LogArgs {
-        log: path.to_path_buf(),
-        channels: args.channels.clone(),
-    };
-    let found = args
-        .estimator
-        .identify(args.axis, (&log, &[]), &args.windows, true, false)?;
+    let log = LogArgs { log: path.to_path_buf(), channels: args.channels.clone() };
+    let found = args.estimator.identify(args.axis, (&log, &[]), &args.windows, true, false)?;
     Ok((page(&found, path), Exit::of(found.verdict())))
 }
 
@@ -135,16 +130,8 @@ struct ReportDocument<'a> {
 }
 
 fn say(path: &Path, page: &str, output: &Output) -> Result<(), Failure> {
-    let saved = ReportDocument {
-        schema: "seatrial.report.v1",
-        path,
-        bytes: page.len(),
-    };
+    let saved = ReportDocument { schema: "seatrial.report.v1", path, bytes: page.len() };
     output.print(&saved, || {
-        format!(
-            "{} ({} kB): open it in a browser",
-            path.display(),
-            page.len() / 1000
-        )
+        format!("{} ({} kB): open it in a browser", path.display(), page.len() / 1000)
     })
 }

@@ -110,9 +110,7 @@ fn label_end(line: &str) -> usize {
     let begins = line.len() - line.trim_start().len();
     let gap = line[begins..].find("  ").map(|at| begins + at);
     let behind = |at: usize| line.len() - line[at..].trim_start().len();
-    gap.map(behind)
-        .filter(|end| *end <= WIDEST_LABEL)
-        .unwrap_or(begins)
+    gap.map(behind).filter(|end| *end <= WIDEST_LABEL).unwrap_or(begins)
 }
 
 /// A command under a label. The shell goes on over the ends of its lines.
@@ -138,10 +136,7 @@ fn broken(label: &str, text: &str, width: usize, end: &str) -> String {
     }
     let indent = " ".repeat(label.chars().count());
     let starts = std::iter::once(label).chain(std::iter::repeat(indent.as_str()));
-    starts
-        .zip(&lines)
-        .map(|(start, line)| format!("{start}{line}\n"))
-        .collect()
+    starts.zip(&lines).map(|(start, line)| format!("{start}{line}\n")).collect()
 }
 
 #[cfg(test)]
@@ -153,14 +148,8 @@ mod tests {
         for (text, shown) in [
             ("USE\nspeed", "\x1b[1;32mUSE\x1b[0m\nspeed"),
             ("USE WITH CARE\n", "\x1b[1;33mUSE WITH CARE\x1b[0m\n"),
-            (
-                "DO NOT USE: the runs part\n",
-                "\x1b[1;31mDO NOT USE\x1b[0m: the runs part\n",
-            ),
-            (
-                "KEPT the new gains: proven",
-                "\x1b[1;32mKEPT\x1b[0m the new gains: proven",
-            ),
+            ("DO NOT USE: the runs part\n", "\x1b[1;31mDO NOT USE\x1b[0m: the runs part\n"),
+            ("KEPT the new gains: proven", "\x1b[1;32mKEPT\x1b[0m the new gains: proven"),
         ] {
             assert_eq!(coloured(text), shown);
         }
@@ -171,12 +160,9 @@ mod tests {
         }
         // Every outcome has a colour.
         use seatrial::identification::Outcome;
-        for outcome in [
-            Outcome::Use,
-            Outcome::UseWithCare,
-            Outcome::NotValidated,
-            Outcome::DoNotUse,
-        ] {
+        for outcome in
+            [Outcome::Use, Outcome::UseWithCare, Outcome::NotValidated, Outcome::DoNotUse]
+        {
             let text = outcome.name().to_uppercase();
             assert_ne!(coloured(&text), text);
         }
@@ -184,14 +170,8 @@ mod tests {
 
     #[test]
     fn exact_lines_end_where_the_screen_does() {
-        assert_eq!(
-            labelled("Do  ", "one two three", 11),
-            "Do  one two\n    three\n"
-        );
-        assert_eq!(
-            command("Next  ", "a bb ccc", 12),
-            "Next  a bb \\\n      ccc\n"
-        );
+        assert_eq!(labelled("Do  ", "one two three", 11), "Do  one two\n    three\n");
+        assert_eq!(command("Next  ", "a bb ccc", 12), "Next  a bb \\\n      ccc\n");
         assert_eq!(
             wrapped("Log  one two three\n  four five six", 12),
             "Log  one two\n     three\n  four five\n  six\n"

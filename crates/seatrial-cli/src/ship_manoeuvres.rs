@@ -87,10 +87,7 @@ struct Read {
 }
 
 /// The whole of a log.
-const EVERYTHING: Window = Window {
-    from_s: f64::NEG_INFINITY,
-    to_s: f64::INFINITY,
-};
+const EVERYTHING: Window = Window { from_s: f64::NEG_INFINITY, to_s: f64::INFINITY };
 
 #[derive(ClapArgs)]
 struct FormArgs {
@@ -107,11 +104,7 @@ fn zig_zag(text: &str) -> Result<[f64; 2], String> {
         .split_once('/')
         .and_then(|(rudder, heading)| Some([rudder.parse().ok()?, heading.parse().ok()?]));
     angles
-        .filter(|angles| {
-            angles
-                .iter()
-                .all(|angle: &f64| *angle > 0.0 && *angle < 90.0)
-        })
+        .filter(|angles| angles.iter().all(|angle: &f64| *angle > 0.0 && *angle < 90.0))
         .ok_or_else(|| "expected the angles of rudder and heading, degrees, as in 20/10".into())
 }
 
@@ -162,11 +155,7 @@ fn print(document: &ShipManoeuvres, form: &FormArgs, output: &Output) -> Result<
 }
 
 fn text(document: &ShipManoeuvres) -> String {
-    let how = if document.is_predicted {
-        "predicted"
-    } else {
-        "read from the record"
-    };
+    let how = if document.is_predicted { "predicted" } else { "read from the record" };
     let mut indices = Table::under("manoeuvre | figure |  | 95 % | unit");
     for index in &document.indices {
         let interval = index.interval_95.map_or("-".into(), |interval| {
@@ -203,12 +192,7 @@ fn criteria(document: &ShipManoeuvres) -> Table {
             format!("{:.2}", criterion.value),
             format!("{:.2}", criterion.limit),
             criterion.unit.into(),
-            if criterion.holds {
-                "holds"
-            } else {
-                "DOES NOT HOLD"
-            }
-            .into(),
+            if criterion.holds { "holds" } else { "DOES NOT HOLD" }.into(),
         ]);
     }
     criteria

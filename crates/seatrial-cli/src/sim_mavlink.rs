@@ -55,9 +55,7 @@ struct Simulator {
 /// Plays the vehicle until it is stopped.
 pub fn run(vehicle: &str, seed: u64, args: &Args, output: &Output) -> Result<Exit, Failure> {
     if !(args.speed > 0.0 && args.speed <= 1000.0) {
-        return Err(Failure::usage(
-            "--speed: expected a number above 0, at most 1000",
-        ));
+        return Err(Failure::usage("--speed: expected a number above 0, at most 1000"));
     }
     if args.profile == Profile::Generic {
         return Err(Failure::usage("--profile: expected rover, sub or px4"));
@@ -67,13 +65,8 @@ pub fn run(vehicle: &str, seed: u64, args: &Args, output: &Output) -> Result<Exi
     let interval_s = helm.timing.sample_interval_s;
     let simulated = simulator::vehicle(vehicle, seed)?;
     let signing = signing(args.signing_key.as_deref(), 1)?;
-    let mut speaker = Speaker::new(
-        simulated,
-        args.profile,
-        interval_s,
-        helm.rudder_limit_rad,
-        signing,
-    );
+    let mut speaker =
+        Speaker::new(simulated, args.profile, interval_s, helm.rudder_limit_rad, signing);
     speaker.speed = args.speed;
     let mut station = station(args)?;
     say(format!(
@@ -88,10 +81,7 @@ pub fn run(vehicle: &str, seed: u64, args: &Args, output: &Output) -> Result<Exi
         seconds: steps as f64 * interval_s,
     };
     output.print(&played, || {
-        format!(
-            "{}: {} steps, {:.0} s",
-            played.vehicle, played.steps, played.seconds
-        )
+        format!("{}: {} steps, {:.0} s", played.vehicle, played.steps, played.seconds)
     })?;
     Ok(Exit::Done)
 }

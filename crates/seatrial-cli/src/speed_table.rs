@@ -32,22 +32,17 @@ const fn column(
     Column { name, unit, cell }
 }
 
-const THRUST: Column = column("thrust", "%", |row| {
-    row.thrust.map(|thrust| format!("{:.0}", 100.0 * thrust))
-});
-const SPEED: Column = column("speed", "m/s", |row| {
-    row.surge_speed_m_s.map(|speed| with_decimals(speed, 2))
-});
+const THRUST: Column =
+    column("thrust", "%", |row| row.thrust.map(|thrust| format!("{:.0}", 100.0 * thrust)));
+const SPEED: Column =
+    column("speed", "m/s", |row| row.surge_speed_m_s.map(|speed| with_decimals(speed, 2)));
 const T: Column = column("T", "s", |row| Some(three_figures(model(row)?.nomoto?.t_s)));
-const K: Column = column("K", "1/s", |row| {
-    Some(three_figures(model(row)?.nomoto?.k_per_s))
-});
+const K: Column = column("K", "1/s", |row| Some(three_figures(model(row)?.nomoto?.k_per_s)));
 const A22: Column = column("a22", "1/s", |row| bounds(row, |i| i.a22_per_s));
 const B2: Column = column("b2", "1/s^2", |row| bounds(row, |i| i.b2_per_s2));
 /// The moment that rights pitch.
-const M: Column = column("m", "1/s^2", |row| {
-    Some(bounds_text(model(row)?.restoring?.interval_95_per_s2))
-});
+const M: Column =
+    column("m", "1/s^2", |row| Some(bounds_text(model(row)?.restoring?.interval_95_per_s2)));
 const A22_ESTIMATE: Column = column("a22", "1/s", |row| {
     let value = model(row)?.model().a22_per_s;
     Some(estimate(value, intervals(row).map(|i| i.a22_per_s)))
@@ -64,12 +59,9 @@ const C0: Column = column("C0", "deg/s^2", |row| {
     let interval = intervals(row).map(|i| i.c0_rad_per_s2);
     Some(in_degrees(model(row)?.model().c0_rad_per_s2, interval))
 });
-const R2: Column = column("R^2", "", |row| {
-    Some(r2_text(Some(model(row)?.validation?.judged_r2_heading()?)))
-});
-const OVERSHOOT: Column = column("overshoot", "deg", |row| {
-    Some(row.course_change?.range_text())
-});
+const R2: Column =
+    column("R^2", "", |row| Some(r2_text(Some(model(row)?.validation?.judged_r2_heading()?))));
+const OVERSHOOT: Column = column("overshoot", "deg", |row| Some(row.course_change?.range_text()));
 const GAIN: Column = column("K_p", "", |row| Some(three_figures(row.gain()?)));
 const VERDICT: Column = column("verdict", "", |row| Some(row.outcome.name().to_owned()));
 
@@ -78,19 +70,7 @@ const IN_OFFSET_LINE: [&str; 2] = [C0.name, R2.name];
 
 /// Tables from the widest to the narrowest: the parameters of the model go first, its gain and its verdict never.
 const LAYOUTS: [&[Column]; 6] = [
-    &[
-        THRUST,
-        SPEED,
-        T,
-        K,
-        OVERSHOOT,
-        GAIN,
-        A22_ESTIMATE,
-        B2_ESTIMATE,
-        C0,
-        R2,
-        VERDICT,
-    ],
+    &[THRUST, SPEED, T, K, OVERSHOOT, GAIN, A22_ESTIMATE, B2_ESTIMATE, C0, R2, VERDICT],
     &[THRUST, SPEED, T, K, OVERSHOOT, GAIN, A22, B2, VERDICT],
     &[THRUST, SPEED, T, K, OVERSHOOT, GAIN, VERDICT],
     &[THRUST, SPEED, T, K, GAIN, VERDICT],
@@ -100,16 +80,7 @@ const LAYOUTS: [&[Column]; 6] = [
 
 /// Of pitch, which has no gain.
 const PITCH_LAYOUTS: [&[Column]; 3] = [
-    &[
-        THRUST,
-        SPEED,
-        A22_ESTIMATE,
-        M_ESTIMATE,
-        B2_ESTIMATE,
-        C0,
-        R2,
-        VERDICT,
-    ],
+    &[THRUST, SPEED, A22_ESTIMATE, M_ESTIMATE, B2_ESTIMATE, C0, R2, VERDICT],
     &[THRUST, SPEED, A22, M, B2, VERDICT],
     &[SPEED, A22, M, B2, VERDICT],
 ];
@@ -117,9 +88,7 @@ const PITCH_LAYOUTS: [&[Column]; 3] = [
 /// What the gains promise, a paragraph each.
 pub fn promise_text(rows: &[SpeedRow], width: usize) -> String {
     let promises = promises(rows).into_iter();
-    promises
-        .map(|promise| labelled("", &promise, width))
-        .collect()
+    promises.map(|promise| labelled("", &promise, width)).collect()
 }
 
 /// The widest table that fits, and below it which columns are left out, or of a single model its offset and R^2. `None` where no row has
@@ -146,10 +115,7 @@ pub fn speed_table(rows: &[SpeedRow], unit: RudderUnit, width: usize) -> Option<
             true => String::new(),
             false => labelled(
                 "",
-                &format!(
-                    "On a wider screen, or with --json: {}.",
-                    left_out.join(", ")
-                ),
+                &format!("On a wider screen, or with --json: {}.", left_out.join(", ")),
                 width,
             ),
         };
@@ -180,8 +146,7 @@ fn table(columns: &[Column], rows: &[SpeedRow]) -> Table {
 
 /// The model where its numbers may be read.
 fn model<'a>(row: &SpeedRow<'a>) -> Option<&'a Identification> {
-    row.identification
-        .filter(|_| row.outcome != Outcome::DoNotUse)
+    row.identification.filter(|_| row.outcome != Outcome::DoNotUse)
 }
 
 fn intervals(row: &SpeedRow) -> Option<Intervals> {
@@ -232,9 +197,7 @@ fn offset_text(row: &SpeedRow, unit: RudderUnit) -> Option<String> {
             ),
         }
     }));
-    let r2 = identification
-        .validation
-        .and_then(|v| v.judged_r2_heading());
+    let r2 = identification.validation.and_then(|v| v.judged_r2_heading());
     let angle = match identification.restoring {
         Some(_) => "pitch",
         None => "heading",

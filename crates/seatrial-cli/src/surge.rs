@@ -74,9 +74,8 @@ fn text(surge: &SurgeEstimate) -> String {
     let mut table = Table::under("coefficient | value | 95 % | unit");
     let mut missing = Vec::new();
     let mut row = |name: String, unit: &str, of: &Coefficient| {
-        let interval = of.interval_95.map_or("-".to_owned(), |[low, high]| {
-            format!("{low:.3} to {high:.3}")
-        });
+        let interval =
+            of.interval_95.map_or("-".to_owned(), |[low, high]| format!("{low:.3} to {high:.3}"));
         if of.value.is_none() {
             missing.push(format!("{name}: {}.", of.verdict));
         }
@@ -99,10 +98,7 @@ fn text(surge: &SurgeEstimate) -> String {
         missing
             .push("`seatrial plan --surge --out plan.toml` plans the cheapest such step.".into());
     }
-    let missing: Vec<String> = missing
-        .iter()
-        .map(|line| wrapped(line, width()) + "\n")
-        .collect();
+    let missing: Vec<String> = missing.iter().map(|line| wrapped(line, width()) + "\n").collect();
     format!(
         "{table}\n{}The fit leaves {:.4} m/s rms; the noise of the speed is {:.4} m/s.\n{}{}",
         time_text(surge).unwrap_or_default(),

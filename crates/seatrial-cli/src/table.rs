@@ -16,18 +16,14 @@ impl Table {
     /// A table with this heading: one `name unit` for each column, the unit in a line of its own.
     pub fn new(columns: &[(&str, &str)]) -> Self {
         let line = |of: fn(&(&str, &str)) -> String| columns.iter().map(of).collect();
-        Self {
-            rows: vec![line(|c| c.0.into()), line(|c| c.1.into())],
-        }
+        Self { rows: vec![line(|c| c.0.into()), line(|c| c.1.into())] }
     }
 
     /// A table under a heading, `speed [m/s] | gain`: names with units in brackets.
     pub fn under(heading: &str) -> Self {
         let columns = named_columns(heading);
         let (names, units) = columns.unzip();
-        Self {
-            rows: vec![names, units],
-        }
+        Self { rows: vec![names, units] }
     }
 
     /// Columns of its longest line.
@@ -64,10 +60,7 @@ impl Table {
         match left_out.is_empty() {
             true => rows,
             false => {
-                let note = format!(
-                    "On a wider screen, or with --json: {}.",
-                    left_out.join(", ")
-                );
+                let note = format!("On a wider screen, or with --json: {}.", left_out.join(", "));
                 format!("{rows}{}", labelled("", &note, width))
             }
         }
@@ -84,9 +77,7 @@ impl Table {
             return;
         }
         for column in empty.into_iter().rev() {
-            self.rows
-                .iter_mut()
-                .for_each(|row| drop(row.remove(column)));
+            self.rows.iter_mut().for_each(|row| drop(row.remove(column)));
         }
     }
 
@@ -150,11 +141,8 @@ impl fmt::Display for Table {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let widths: Vec<usize> = (0..columns).map(width).collect();
         for row in &self.rows {
-            let line: String = row
-                .iter()
-                .zip(&widths)
-                .map(|(cell, width)| format!("{cell:>width$}  "))
-                .collect();
+            let line: String =
+                row.iter().zip(&widths).map(|(cell, width)| format!("{cell:>width$}  ")).collect();
             writeln!(f, "{}", line.trim_end())?;
         }
         Ok(())
@@ -200,18 +188,9 @@ mod tests {
     #[test]
     fn exact_a_table_leaves_out_what_does_not_fit() {
         let table = || {
-            let mut table = Table::new(&[
-                ("speed", "m/s"),
-                ("R^2", "rate"),
-                ("R^2", "heading"),
-                ("K", "1/s"),
-            ]);
-            table.row(vec![
-                "1.07".into(),
-                "0.9".into(),
-                "0.8".into(),
-                "1.0".into(),
-            ]);
+            let mut table =
+                Table::new(&[("speed", "m/s"), ("R^2", "rate"), ("R^2", "heading"), ("K", "1/s")]);
+            table.row(vec!["1.07".into(), "0.9".into(), "0.8".into(), "1.0".into()]);
             table
         };
         assert_eq!(table().fitted(80, &["R^2 rate"]), table().to_string());
@@ -229,10 +208,7 @@ mod tests {
             table
         };
         let narrow = table().fitted(40, &[]);
-        assert!(
-            narrow.contains("\n 1.07  0.595 (0.544 to 0.646)          2\n"),
-            "{narrow}"
-        );
+        assert!(narrow.contains("\n 1.07  0.595 (0.544 to 0.646)          2\n"), "{narrow}");
         assert!(narrow.contains("intervals of overshoot."), "{narrow}");
         let narrower = table().fitted(24, &[]);
         assert!(narrower.contains("\n 1.07  0.595"), "{narrower}");
@@ -250,10 +226,7 @@ mod tests {
     fn exact_rows_that_fit_no_screen_become_paragraphs() {
         let mut table = Table::new(&[("log", ""), ("damping", "%")]);
         table.row(vec!["a_log_with_a_long_name.csv".into(), "+2".into()]);
-        assert_eq!(
-            table.fitted(30, &[]),
-            "- log\n  a_log_with_a_long_name.csv,\n  damping +2 %\n"
-        );
+        assert_eq!(table.fitted(30, &[]), "- log\n  a_log_with_a_long_name.csv,\n  damping +2 %\n");
     }
 
     #[test]

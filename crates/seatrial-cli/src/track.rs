@@ -24,9 +24,7 @@ pub fn origin(text: &str) -> Result<[f64; 2], &'static str> {
 pub fn of_log(log: &OpenedLog, file: &Path) -> Result<String, Failure> {
     let format = TrackFormat::of(file).ok_or_else(|| {
         let file = file.display();
-        Failure::usage(format!(
-            "{file}: expected the name of a track to end in .gpx or .kml"
-        ))
+        Failure::usage(format!("{file}: expected the name of a track to end in .gpx or .kml"))
     })?;
     log.track(format).ok_or_else(|| {
         let log = log.path.display();

@@ -36,17 +36,10 @@ pub struct Args {
 
 /// A speed and a radius, as in 1.63:7.9.
 fn u_turn(text: &str) -> Result<MeasuredUTurn, String> {
-    let positive = |part: &str| {
-        part.parse()
-            .ok()
-            .filter(|x: &f64| *x > 0.0 && x.is_finite())
-    };
+    let positive = |part: &str| part.parse().ok().filter(|x: &f64| *x > 0.0 && x.is_finite());
     text.split_once(':')
         .and_then(|(speed, radius)| {
-            Some(MeasuredUTurn {
-                surge_speed_m_s: positive(speed)?,
-                radius_m: positive(radius)?,
-            })
+            Some(MeasuredUTurn { surge_speed_m_s: positive(speed)?, radius_m: positive(radius)? })
         })
         .ok_or_else(|| format!("{text}: expected SPEED:RADIUS in m/s and m, as in 1.63:7.9"))
 }
@@ -77,17 +70,8 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 }
 
 /// Columns that a narrow screen does without, first those that fewest people miss.
-const DISPENSABLE: [&str; 9] = [
-    "change",
-    "circle",
-    "Nomoto K",
-    "Nomoto T",
-    "b2",
-    "a22",
-    "mean radius",
-    "yaw rate",
-    "rudder",
-];
+const DISPENSABLE: [&str; 9] =
+    ["change", "circle", "Nomoto K", "Nomoto T", "b2", "a22", "mean radius", "yaw rate", "rudder"];
 
 fn text(document: &TurningLimits, width: usize) -> String {
     let (rudder_scale, rudder) = document.rudder_unit.for_people();
@@ -167,9 +151,7 @@ fn tightest_text(points: &[PointLimits]) -> Option<String> {
         Some((point.surge_speed_m_s?, starboard, port))
     };
     let speeds: Vec<(f64, f64, f64)> = points.iter().filter_map(known).collect();
-    let least = speeds
-        .iter()
-        .min_by(|a, b| (a.1 + a.2).total_cmp(&(b.1 + b.2)));
+    let least = speeds.iter().min_by(|a, b| (a.1 + a.2).total_cmp(&(b.1 + b.2)));
     let (speed, starboard, port) = least.filter(|_| speeds.len() > 1)?;
     Some(format!(
         "The tightest U-turn of these speeds is at {speed:.2} m/s: mean radius {starboard:.1} m to starboard, {port:.1} m to port."

@@ -32,12 +32,7 @@ pub struct Args {
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     to: Option<f64>,
     /// Document of `seatrial identify --json`.
-    #[arg(
-        long,
-        value_name = "FILE",
-        required_unless_present = "a22",
-        conflicts_with = "a22"
-    )]
+    #[arg(long, value_name = "FILE", required_unless_present = "a22", conflicts_with = "a22")]
     model: Option<PathBuf>,
     #[command(flatten)]
     numbers: NumbersArgs,
@@ -55,9 +50,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     let mut reporter = Reporter::default();
     let document = validate_log(&args.log.log, &given, window, &reading, &mut reporter)?;
     if let Some(taken) = &document.taken {
-        say(format_args!(
-            "the model of {taken} is taken: its speed is nearest to the log's"
-        ));
+        say(format_args!("the model of {taken} is taken: its speed is nearest to the log's"));
     }
     output.print(&document, || {
         let width = width();

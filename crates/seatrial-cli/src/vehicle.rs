@@ -37,11 +37,5 @@ pub fn named(
 /// The autopilot of this name, mavlink:ADDRESS, on which trials may be run, and whose gains may be tried.
 pub fn autopilot(name: &str, link: &LinkArgs, logbook: &Path) -> Result<OnMavlink, Failure> {
     let attendant = Arc::new(AtTerminal);
-    Ok(OnMavlink::new(
-        name,
-        address(name)?,
-        link.options()?,
-        logbook,
-        attendant,
-    )?)
+    Ok(OnMavlink::new(name, address(name)?, link.options()?, logbook, attendant)?)
 }

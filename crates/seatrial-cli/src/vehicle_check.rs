@@ -110,20 +110,14 @@ fn check(args: &CheckArgs, output: &Output) -> Result<Exit, Failure> {
     let is_given = args.plan.is_some();
     let preflight = match vehicle.strip_prefix("ros2:") {
         Some(path) => inspect_ros2(Path::new(path), &plan, is_given)?,
-        None => args
-            .link
-            .options()?
-            .open(address(vehicle)?, Some(&plan), is_given, &abort)?
-            .inspect(),
+        None => {
+            args.link.options()?.open(address(vehicle)?, Some(&plan), is_given, &abort)?.inspect()
+        }
     };
-    let checked = CheckDocument {
-        schema: "seatrial.preflight.v1",
-        ready: preflight.is_passed(),
-        preflight,
-    };
-    output.print(&checked, || {
-        text(&checked.preflight) + "\n" + &verdict(&checked.preflight, args)
-    })?;
+    let checked =
+        CheckDocument { schema: "seatrial.preflight.v1", ready: preflight.is_passed(), preflight };
+    output
+        .print(&checked, || text(&checked.preflight) + "\n" + &verdict(&checked.preflight, args))?;
     Ok(Exit::done_if(checked.ready))
 }
 
@@ -146,20 +140,15 @@ fn verdict(preflight: &Preflight, args: &CheckArgs) -> String {
     let width = width();
     match (failed.is_empty(), &args.plan) {
         (true, Some(_)) => {
-            let next = call()
-                .replacen("vehicle check", "vehicle", 1)
-                .replacen("vehicle", "trial", 1);
+            let next =
+                call().replacen("vehicle check", "vehicle", 1).replacen("vehicle", "trial", 1);
             "READY\n".to_owned() + &command("Next   ", &next, width)
         }
         _ => {
             let cause = format!("A trial would be refused for: {}.", failed.join(", "));
             "NOT READY\n".to_owned()
                 + &labelled("Cause  ", &cause, width)
-                + &labelled(
-                    "Do     ",
-                    "Do what these lines say, then check again.",
-                    width,
-                )
+                + &labelled("Do     ", "Do what these lines say, then check again.", width)
         }
     }
 }
@@ -173,19 +162,13 @@ fn restore(args: &RestoreArgs, output: &Output) -> Result<Exit, Failure> {
     }
     let backup = read_backup(&args.backup)?;
     let abort = Arc::new(AtomicBool::new(false));
-    let mut autopilot = args
-        .link
-        .options()?
-        .open(address(&args.vehicle)?, None, false, &abort)?;
+    let mut autopilot = args.link.options()?.open(address(&args.vehicle)?, None, false, &abort)?;
     if !args.yes {
         agree(args, &mut autopilot, &backup)?;
     }
     let done = restored(&mut autopilot, &backup, &args.backup).map_err(Failure::not_saved)?;
-    let restored = RestoreDocument {
-        schema: "seatrial.restored.v1",
-        complete: done.is_complete(),
-        done,
-    };
+    let restored =
+        RestoreDocument { schema: "seatrial.restored.v1", complete: done.is_complete(), done };
     output.print(&restored, || restored_text(&restored.done))?;
     Ok(Exit::done_if(restored.complete))
 }
@@ -202,9 +185,7 @@ fn agree(
         say(format!("{:17} {from} -> {}", value.name, figures(value.to)));
     }
     if let Some(mode) = backup.mode {
-        say(format!(
-            "mode              back to {mode}, unless somebody has chosen another since"
-        ));
+        say(format!("mode              back to {mode}, unless somebody has chosen another since"));
     }
     match agrees("Write these? [y/N] ")? {
         true => Ok(()),

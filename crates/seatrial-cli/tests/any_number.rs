@@ -88,28 +88,12 @@ fn prop_any_number_in_a_schedule_file() {
     ";
     for verb in [
         &["turn", "--schedule", "schedule.toml"][..],
-        &[
-            "turn",
-            "--schedule",
-            "schedule.toml",
-            "--up-to-speed",
-            "3",
-            "--json",
-        ],
+        &["turn", "--schedule", "schedule.toml", "--up-to-speed", "3", "--json"],
         &["gains", "--schedule", "schedule.toml"],
-        &[
-            "gains",
-            "--schedule",
-            "schedule.toml",
-            "--export",
-            "ardupilot",
-        ],
+        &["gains", "--schedule", "schedule.toml", "--export", "ardupilot"],
     ] {
         let (used, refused) = counted(folder.path(), "schedule.toml", schedule, verb);
-        assert!(
-            used + refused > 150 && refused > 10,
-            "{verb:?}: {used} {refused}"
-        );
+        assert!(used + refused > 150 && refused > 10, "{verb:?}: {used} {refused}");
     }
 }
 
@@ -119,11 +103,7 @@ fn prop_any_number_in_a_plan_of_a_pitch_trial() {
     let pitch = seatrial_core::Plan::<f64>::pitch();
     let plan = seatrial_core::Plan {
         thrusts: seatrial_core::List::from_slice(&[0.6]).unwrap(),
-        settle: seatrial_core::Settle {
-            at_least_s: 10.0,
-            at_most_s: 10.0,
-            ..pitch.settle
-        },
+        settle: seatrial_core::Settle { at_least_s: 10.0, at_most_s: 10.0, ..pitch.settle },
         ..pitch
     };
     let plan = toml::to_string(&plan).unwrap();

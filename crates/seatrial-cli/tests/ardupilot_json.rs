@@ -21,14 +21,7 @@ struct Autopilot {
 impl Autopilot {
     fn start(options: &[&str]) -> Self {
         let mut sea = program()
-            .args([
-                "sim",
-                "serve",
-                "--ardupilot-json",
-                "--json",
-                "--listen",
-                "127.0.0.1:0",
-            ])
+            .args(["sim", "serve", "--ardupilot-json", "--json", "--listen", "127.0.0.1:0"])
             .args(options)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -41,12 +34,8 @@ impl Autopilot {
         std::thread::spawn(move || std::io::copy(&mut stderr, &mut std::io::sink()));
         let address = line.trim().rsplit(' ').next().unwrap().to_owned();
         let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
-        socket
-            .connect(&address)
-            .unwrap_or_else(|error| panic!("{line}: {error}"));
-        socket
-            .set_read_timeout(Some(Duration::from_secs(10)))
-            .unwrap();
+        socket.connect(&address).unwrap_or_else(|error| panic!("{line}: {error}"));
+        socket.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
         Self { sea, socket }
     }
 
@@ -78,12 +67,7 @@ impl Autopilot {
         crate::signal::send(self.sea.id(), "INT");
         assert_eq!(self.sea.wait().unwrap().code(), Some(0));
         let mut stdout = String::new();
-        self.sea
-            .stdout
-            .take()
-            .unwrap()
-            .read_to_string(&mut stdout)
-            .unwrap();
+        self.sea.stdout.take().unwrap().read_to_string(&mut stdout).unwrap();
         serde_json::from_str(&stdout).unwrap()
     }
 }
@@ -152,11 +136,7 @@ fn cli_an_autopilot_drives_the_vehicle() {
     for (k, motion) in motions.iter().enumerate() {
         // Frames of 10 ms; sums of 0.005 s round.
         let time_s = 0.01 * (k + 1) as f64;
-        assert!(
-            (motion.time_s - time_s).abs() < 1e-9,
-            "{k}: {}",
-            motion.time_s
-        );
+        assert!((motion.time_s - time_s).abs() < 1e-9, "{k}: {}", motion.time_s);
     }
     for pair in motions.windows(2) {
         let (before, after) = (pair[0], pair[1]);
@@ -168,10 +148,7 @@ fn cli_an_autopilot_drives_the_vehicle() {
             assert!((moved - expected).abs() < 1e-5, "{i}: {moved} {expected}");
             let change = after.velocity[i] - before.velocity[i];
             // The disturbance takes a new value at every frame.
-            assert!(
-                (change - 0.005 * (a[i] + b[i])).abs() < 1e-4,
-                "{i}: {change}"
-            );
+            assert!((change - 0.005 * (a[i] + b[i])).abs() < 1e-4, "{i}: {change}");
         }
         let turned = after.attitude[2] - before.attitude[2];
         let wrapped = turned - std::f64::consts::TAU * (turned / std::f64::consts::TAU).round();
@@ -182,19 +159,11 @@ fn cli_an_autopilot_drives_the_vehicle() {
         assert!((wrapped - 0.005 * (rate(&before) + rate(&after))).abs() < 1e-5);
     }
     // At rest and upright the accelerometer feels the weight, up.
-    assert!(
-        (motions[0].accelerometer[2] + GRAVITY_M_S2).abs() < 0.05,
-        "{:?}",
-        motions[0]
-    );
+    assert!((motions[0].accelerometer[2] + GRAVITY_M_S2).abs() < 0.05, "{:?}", motions[0]);
     let at = |seconds: usize| motions[100 * seconds - 1];
     assert!(at(20).velocity[0] > 1.5, "{:?}", at(20));
     assert!(at(24).gyro[2] > 0.05, "{:?}", at(24));
-    assert!(
-        at(28).attitude[1] > at(25).attitude[1] + 0.1,
-        "{:?}",
-        at(28)
-    );
+    assert!(at(28).attitude[1] > at(25).attitude[1] + 0.1, "{:?}", at(28));
     let document = autopilot.interrupt();
     assert_eq!(document["schema"], "seatrial.ardupilot_json.v1");
     assert_eq!(document["frames"], 3000);
@@ -204,9 +173,7 @@ fn cli_an_autopilot_drives_the_vehicle() {
 #[test]
 fn cli_repeats_resets_and_bad_packets() {
     let autopilot = Autopilot::start(&["--seed", "7"]);
-    let first: Vec<Motion> = (0..50)
-        .map(|k| autopilot.step(k, 1700, 1500, 1800))
-        .collect();
+    let first: Vec<Motion> = (0..50).map(|k| autopilot.step(k, 1700, 1500, 1800)).collect();
     assert_eq!(autopilot.step(49, 1500, 1500, 1500), first[49]);
     for packet in [&b""[..], b"\x1aH", &[0xff; 40], &[0x1a; 1400]] {
         autopilot.socket.send(packet).unwrap();
@@ -219,9 +186,7 @@ fn cli_repeats_resets_and_bad_packets() {
     assert!((next.time_s - 0.51).abs() < 1e-9, "{next:?}");
     // One frame never came; time goes on by the one that did.
     assert!((autopilot.step(52, 1700, 1500, 1800).time_s - 0.52).abs() < 1e-9);
-    let again: Vec<Motion> = (0..50)
-        .map(|k| autopilot.step(k, 1700, 1500, 1800))
-        .collect();
+    let again: Vec<Motion> = (0..50).map(|k| autopilot.step(k, 1700, 1500, 1800)).collect();
     assert_eq!(first, again);
     let document = autopilot.interrupt();
     for (name, count) in [("frames", 102), ("repeated", 1), ("lost", 1), ("resets", 1)] {
@@ -234,9 +199,7 @@ fn cli_repeats_resets_and_bad_packets() {
 #[test]
 fn cli_a_vehicle_that_only_turns_is_driven() {
     let autopilot = Autopilot::start(&["--vehicle", "sim:starfish"]);
-    let motions: Vec<Motion> = (0..1500)
-        .map(|k| autopilot.step(k, 1700, 1500, 1900))
-        .collect();
+    let motions: Vec<Motion> = (0..1500).map(|k| autopilot.step(k, 1700, 1500, 1900)).collect();
     assert!(motions[0].velocity[0].abs() < 0.1, "{:?}", motions[0]);
     let last = motions.last().unwrap();
     let speed_m_s = last.velocity[0].hypot(last.velocity[1]);

@@ -10,10 +10,7 @@ use seatrial_dev::{program_path, run, run_to_text, text};
 fn inspect(content: &[u8], arguments: &[&str]) -> (i32, String, String) {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("run.csv"), content).unwrap();
-    run_to_text(
-        folder.path(),
-        &[&["inspect", "run.csv"], arguments].concat(),
-    )
+    run_to_text(folder.path(), &[&["inspect", "run.csv"], arguments].concat())
 }
 
 /// What an error says of a file, or of an option, has an end.
@@ -21,11 +18,7 @@ fn inspect(content: &[u8], arguments: &[&str]) -> (i32, String, String) {
 fn cli_an_error_does_not_repeat_a_whole_file() {
     let folder = tempfile::tempdir().unwrap();
     let thrusts = vec!["0.5"; 1_000_000].join(", ");
-    std::fs::write(
-        folder.path().join("p.toml"),
-        format!("thrusts = [{thrusts}]"),
-    )
-    .unwrap();
+    std::fs::write(folder.path().join("p.toml"), format!("thrusts = [{thrusts}]")).unwrap();
     let many = format!("0.5{}", ",0.5".repeat(20_000));
     for line in [
         &["plan", "--plan", "p.toml"][..],
@@ -56,13 +49,7 @@ fn log(header: &str, rows: u32, scale: f64) -> String {
             80..120 => -0.26,
             _ => 0.0,
         };
-        let _ = writeln!(
-            text,
-            "{},{},{}",
-            f64::from(k) * 0.05,
-            heading * scale,
-            rudder * scale
-        );
+        let _ = writeln!(text, "{},{},{}", f64::from(k) * 0.05, heading * scale, rudder * scale);
         rate += 0.05 * (rudder - rate);
         heading += 0.05 * rate;
     }
@@ -92,54 +79,19 @@ fn cli_files_that_are_no_logs_are_named_for_what_they_are() {
             "a GPX track",
             track,
         ),
-        (
-            "track.kml",
-            b"<kml xmlns='http://www.opengis.net/kml/2.2'/>",
-            "a KML track",
-            track,
-        ),
-        (
-            "photo.png",
-            b"\x89PNG\r\n\x1a\n\0\0",
-            "a picture (PNG)",
-            "give the log itself",
-        ),
-        (
-            "photo.jpg",
-            b"\xff\xd8\xff\xe0\0",
-            "a picture (JPEG)",
-            "give the log itself",
-        ),
+        ("track.kml", b"<kml xmlns='http://www.opengis.net/kml/2.2'/>", "a KML track", track),
+        ("photo.png", b"\x89PNG\r\n\x1a\n\0\0", "a picture (PNG)", "give the log itself"),
+        ("photo.jpg", b"\xff\xd8\xff\xe0\0", "a picture (JPEG)", "give the log itself"),
         (
             "track.json",
             b"{\"type\": \"FeatureCollection\"}",
             "a document in JSON",
             "export the log as CSV",
         ),
-        (
-            "film.mp4",
-            b"\0\0\0\x18ftypmp42",
-            "a film",
-            "give the log itself",
-        ),
-        (
-            "paper.pdf",
-            b"%PDF-1.4\n",
-            "a document (PDF)",
-            "give the log itself",
-        ),
-        (
-            "log.zip",
-            b"PK\x03\x04\0\0",
-            "a zip archive",
-            "unpack it, and give the log",
-        ),
-        (
-            "nothing.zip",
-            b"PK\x05\x06\0\0",
-            "an empty zip archive",
-            "give the log itself",
-        ),
+        ("film.mp4", b"\0\0\0\x18ftypmp42", "a film", "give the log itself"),
+        ("paper.pdf", b"%PDF-1.4\n", "a document (PDF)", "give the log itself"),
+        ("log.zip", b"PK\x03\x04\0\0", "a zip archive", "unpack it, and give the log"),
+        ("nothing.zip", b"PK\x05\x06\0\0", "an empty zip archive", "give the log itself"),
         (
             "budget.csv",
             b"date,product,price\n2024-05-01,rope,12.5\n",
@@ -184,10 +136,7 @@ fn cli_files_that_are_no_logs_are_named_for_what_they_are() {
     let output = run(&["identify", path.to_str().unwrap()]);
     let said = text(&output.stdout);
     assert_eq!(output.status.code(), Some(4), "{said}");
-    assert!(
-        said.contains("Cause  No manoeuvre: the rudder hardly moved."),
-        "{said}"
-    );
+    assert!(said.contains("Cause  No manoeuvre: the rudder hardly moved."), "{said}");
 }
 
 #[test]
@@ -195,12 +144,9 @@ fn cli_a_mistyped_kind_of_vehicle_lists_all_kinds() {
     let output = run(&["trial", "--vehicle", "mavlnk:udp:127.0.0.1:14550"]);
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{said}");
-    for kind in [
-        "sim:FILE.toml",
-        "mavlink:udp:HOST:PORT",
-        "mavlink:serial:DEVICE:BAUD",
-        "ros2:FILE.toml",
-    ] {
+    for kind in
+        ["sim:FILE.toml", "mavlink:udp:HOST:PORT", "mavlink:serial:DEVICE:BAUD", "ros2:FILE.toml"]
+    {
         assert!(said.contains(kind), "{kind}: {said}");
     }
 }
@@ -210,10 +156,7 @@ fn cli_unreadable_logs_say_what_is_wrong_and_exit_3() {
     for (content, says) in [
         (&b""[..], "is empty"),
         (b"t,yaw,rudder\n", "header and no samples"),
-        (
-            b"t,yaw,wheel\n0,0,0\n",
-            "no column for rudder; found the columns `t`, `yaw`, `wheel`",
-        ),
+        (b"t,yaw,wheel\n0,0,0\n", "no column for rudder; found the columns `t`, `yaw`, `wheel`"),
         (
             b"t,yaw,heading,rudder\n0,0,0,0\n",
             "2 columns could be heading: `yaw`, `heading`; say which with --heading",
@@ -238,24 +181,15 @@ fn cli_unreadable_logs_say_what_is_wrong_and_exit_3() {
             b"t,yaw,rudder\n0,0,0\n1,0,0\n0.5,0,0\n",
             "line 4, column `t`: time goes back from 1 s to 0.5 s",
         ),
-        (
-            b"t,yaw,rudder\n0,0\n1,0,0\n",
-            "line 2: found 2 cells, expected 3",
-        ),
+        (b"t,yaw,rudder\n0,0\n1,0,0\n", "line 2: found 2 cells, expected 3"),
         (
             b"\x1f\x8b\x08\0",
             "is packed by gzip: unpack it, or give it on standard input: gzip -dc FILE |",
         ),
         (b"\x28\xb5\x2f\xfd", "zstd -dc FILE | seatrial"),
-        (
-            b"s: T    0    0 4 m_heading rad\n",
-            "cache file of a Slocum glider",
-        ),
+        (b"s: T    0    0 4 m_heading rad\n", "cache file of a Slocum glider"),
         (b"\x7fELF\x02\x01\x01\x00", "byte 0 is 0x7f"),
-        (
-            b"PAR1 and nothing more",
-            "Parquet file is truncated or damaged",
-        ),
+        (b"PAR1 and nothing more", "Parquet file is truncated or damaged"),
     ] {
         let (exit, stdout, stderr) = inspect(content, &[]);
         assert_eq!(exit, 3, "{stderr}");
@@ -270,16 +204,10 @@ fn cli_folders_and_missing_files_exit_3() {
     let folder = tempfile::tempdir().unwrap();
     let (exit, _, stderr) = run_to_text(folder.path(), &["inspect", "."]);
     assert_eq!(exit, 3);
-    assert!(
-        stderr.contains("is a folder; expected a log file"),
-        "{stderr}"
-    );
+    assert!(stderr.contains("is a folder; expected a log file"), "{stderr}");
     let (exit, _, stderr) = run_to_text(folder.path(), &["inspect", "nowhere.csv"]);
     assert_eq!(exit, 3);
-    assert!(
-        stderr.contains("nowhere.csv: cannot be opened: No such file"),
-        "{stderr}"
-    );
+    assert!(stderr.contains("nowhere.csv: cannot be opened: No such file"), "{stderr}");
 }
 
 /// Root may read every file of its own, but not a kernel setting that is write-only.
@@ -303,14 +231,8 @@ fn cli_a_log_without_permission_exits_3() {
     };
     let (exit, _, stderr) = run_to_text(folder.path(), &["inspect", denied.to_str().unwrap()]);
     assert_eq!(exit, 3);
-    assert!(
-        stderr.contains("cannot be opened: Permission denied"),
-        "{stderr}"
-    );
-    assert!(
-        stderr.contains("give yourself the right to read it"),
-        "{stderr}"
-    );
+    assert!(stderr.contains("cannot be opened: Permission denied"), "{stderr}");
+    assert!(stderr.contains("give yourself the right to read it"), "{stderr}");
 }
 
 #[test]
@@ -332,14 +254,8 @@ fn cli_readable_logs_that_give_no_model_exit_4_with_the_reason() {
             "t,yaw,rudder\n0,0,0.1\n".to_string(),
             serde_json::json!({"code": "too_few_samples", "of": null}),
         ),
-        (
-            still_rudder,
-            serde_json::json!({"code": "constant", "of": "rudder"}),
-        ),
-        (
-            still_heading,
-            serde_json::json!({"code": "constant", "of": "heading"}),
-        ),
+        (still_rudder, serde_json::json!({"code": "constant", "of": "rudder"})),
+        (still_heading, serde_json::json!({"code": "constant", "of": "heading"})),
     ] {
         let (exit, stdout, stderr) = inspect(content.as_bytes(), &["--json"]);
         assert_eq!(exit, 4, "{stderr}");
@@ -347,10 +263,7 @@ fn cli_readable_logs_that_give_no_model_exit_4_with_the_reason() {
         assert_eq!(document["schema"], "seatrial.inspection.v1");
         assert_eq!(document["verdict"]["accepted"], false);
         let reason = &document["verdict"]["reasons"][0];
-        assert_eq!(
-            serde_json::json!({"code": reason["code"], "of": reason["of"]}),
-            kind
-        );
+        assert_eq!(serde_json::json!({"code": reason["code"], "of": reason["of"]}), kind);
     }
 }
 
@@ -359,20 +272,14 @@ fn cli_units_are_said_and_doubts_are_warned_of() {
     let plain = log("t,yaw,rudder", 300, 1.0);
     let (exit, _, stderr) = inspect(plain.as_bytes(), &[]);
     assert_eq!(exit, identify(plain.as_bytes(), &[]));
-    assert!(
-        stderr.contains("heading from yaw [rad, assumed]"),
-        "{stderr}"
-    );
+    assert!(stderr.contains("heading from yaw [rad, assumed]"), "{stderr}");
     assert!(!stderr.contains("warning"), "{stderr}");
 
     let degrees = 1_f64.to_degrees();
     let unlabelled = log("t,yaw,rudder", 300, degrees);
     let (exit, stdout, stderr) = inspect(unlabelled.as_bytes(), &["--json"]);
     assert_eq!(exit, identify(unlabelled.as_bytes(), &[]));
-    assert!(
-        stderr.contains("warning: heading has no unit and is taken as deg"),
-        "{stderr}"
-    );
+    assert!(stderr.contains("warning: heading has no unit and is taken as deg"), "{stderr}");
     let document: serde_json::Value = serde_json::from_str(&stdout).unwrap();
     assert_eq!(document["source"]["warnings"].as_array().unwrap().len(), 2);
     let amplitude_rad = document["manoeuvres"][0]["amplitude_rad"].as_f64().unwrap();
@@ -381,10 +288,7 @@ fn cli_units_are_said_and_doubts_are_warned_of() {
 
     let labelled = log("time_s,yaw_rad,rudder_rad", 300, degrees);
     let (_, _, stderr) = inspect(labelled.as_bytes(), &[]);
-    assert!(
-        stderr.contains("rudder is given as rad but reaches 14.8"),
-        "{stderr}"
-    );
+    assert!(stderr.contains("rudder is given as rad but reaches 14.8"), "{stderr}");
     let chosen = ["--unit", "heading=deg", "--unit", "rudder=deg"];
     let (exit, _, stderr) = inspect(labelled.as_bytes(), &chosen);
     assert_eq!(exit, identify(labelled.as_bytes(), &chosen));
@@ -396,10 +300,7 @@ fn cli_invalid_rows_are_left_out_when_asked() {
     let content = b"t,yaw,rudder\n0,0,0\n1,north,0\n2,0.1,0.2\n";
     let (exit, stdout, stderr) = inspect(content, &["--drop-invalid", "--json"]);
     assert_eq!(exit, 4);
-    assert!(
-        stderr.contains("warning: 1 of 3 rows are invalid and are left out"),
-        "{stderr}"
-    );
+    assert!(stderr.contains("warning: 1 of 3 rows are invalid and are left out"), "{stderr}");
     let document: serde_json::Value = serde_json::from_str(&stdout).unwrap();
     assert_eq!(document["source"]["rows"]["invalid"], 1);
     assert_eq!(document["source"]["samples_read"], 2);
@@ -431,15 +332,9 @@ fn cli_a_long_log_needs_less_than_300_mb() {
     }
     std::fs::write(folder.path().join("long.csv"), text).unwrap();
     // All of the address space, of which resident memory is a part.
-    let limited = format!(
-        "ulimit -v 300000; exec {} inspect long.csv",
-        program_path().display()
-    );
-    let output = Command::new("sh")
-        .args(["-c", &limited])
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
+    let limited = format!("ulimit -v 300000; exec {} inspect long.csv", program_path().display());
+    let output =
+        Command::new("sh").args(["-c", &limited]).current_dir(folder.path()).output().unwrap();
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(stderr.contains("of 1300000 samples the 500000"), "{stderr}");
     // Readable; the heading of this log is constant.

@@ -10,12 +10,7 @@ use serde_json::Value;
 
 fn seatrial(arguments: &[&str], folder: &Path, input: Option<&Path>) -> Output {
     let input = input.map_or(Stdio::null(), |path| File::open(path).unwrap().into());
-    program()
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(input)
-        .output()
-        .unwrap()
+    program().args(arguments).current_dir(folder).stdin(input).output().unwrap()
 }
 
 /// The paper's vehicle at 20 Hz: heading in degrees clockwise, two fins in degrees that turn against each other.
@@ -57,13 +52,7 @@ fn b2_per_s2(output: &Output) -> f64 {
 
 /// `identify` of the log in a folder by its `channels.toml`.
 fn identified(folder: &Path) -> Output {
-    let arguments = [
-        "identify",
-        "run.csv",
-        "--channels",
-        "channels.toml",
-        "--json",
-    ];
+    let arguments = ["identify", "run.csv", "--channels", "channels.toml", "--json"];
     seatrial(&arguments, folder, None)
 }
 
@@ -86,11 +75,7 @@ fn cli_channels_of_a_file_turn_scale_and_pair_columns() {
     }
 
     let arguments = ["identify", "-", "--channels", "channels.toml", "--json"];
-    let piped = seatrial(
-        &arguments,
-        folder.path(),
-        Some(&folder.path().join("run.csv")),
-    );
+    let piped = seatrial(&arguments, folder.path(), Some(&folder.path().join("run.csv")));
     assert_eq!(b2_per_s2(&piped), b2);
 }
 
@@ -118,14 +103,8 @@ fn cli_a_mirrored_motor_is_named_with_what_turns_it() {
     assert_eq!(cause["code"], "constant", "{cause}");
     assert_eq!(cause["of"], "rudder", "{cause}");
     let said = |field: &str| cause[field].as_str().unwrap();
-    assert!(
-        said("text").contains("`lower` counts the other way"),
-        "{cause}"
-    );
-    assert!(
-        said("action").contains("--rudder 'upper,-lower'"),
-        "{cause}"
-    );
+    assert!(said("text").contains("`lower` counts the other way"), "{cause}");
+    assert!(said("action").contains("--rudder 'upper,-lower'"), "{cause}");
 
     let b2 = b2_per_s2(&identified_by(&MAPPING.replace("\"lower\"", "\"-lower\"")));
     assert!((b2 - 1.08).abs() < 0.02 * 1.08, "{b2}");
@@ -161,34 +140,14 @@ fn cli_errors_of_a_channels_file_name_file_line_and_field() {
     let folder = tempfile::tempdir().unwrap();
     write_log(folder.path());
     for (from, to, expected) in [
-        (
-            "\"compass\"",
-            "\"bearing\"",
-            "channels.toml line 6, channels.heading",
-        ),
-        (
-            "\"lower\"",
-            "\"low\"",
-            "channels.toml line 10, channels.rudder",
-        ),
-        (
-            "unit = \"ms\"",
-            "unit = \"furlong\"",
-            "`furlong` is no unit",
-        ),
-        (
-            "[channels.rudder]",
-            "[channels.ruder]",
-            "unknown variant `ruder`",
-        ),
+        ("\"compass\"", "\"bearing\"", "channels.toml line 6, channels.heading"),
+        ("\"lower\"", "\"low\"", "channels.toml line 10, channels.rudder"),
+        ("unit = \"ms\"", "unit = \"furlong\"", "`furlong` is no unit"),
+        ("[channels.rudder]", "[channels.ruder]", "unknown variant `ruder`"),
         ("offset = 1.0", "offset = nan", "offset = NaN"),
         ("scale = -1.0", "scale = 0.0", "scale = 0"),
         ("scale = -1.0", "full_deg = 95.0", "full_deg = 95"),
-        (
-            "column = \"compass\"",
-            "columns = [\"compass\", \"upper\"]",
-            "is for rudder and thrust",
-        ),
+        ("column = \"compass\"", "columns = [\"compass\", \"upper\"]", "is for rudder and thrust"),
         ("column = \"compass\"", "", "expected `column = "),
     ] {
         assert!(MAPPING.contains(from), "{from}");
@@ -198,10 +157,7 @@ fn cli_errors_of_a_channels_file_name_file_line_and_field() {
         let output = seatrial(&arguments, folder.path(), None);
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(3), "{to}: {said}");
-        assert!(
-            said.contains("channels.toml") && said.contains(expected),
-            "{to}: {said}"
-        );
+        assert!(said.contains("channels.toml") && said.contains(expected), "{to}: {said}");
     }
 }
 
@@ -216,10 +172,7 @@ fn cli_a_misspelt_column_is_taken_and_said() {
     let output = seatrial(&arguments, folder.path(), None);
     let said = String::from_utf8_lossy(&output.stderr);
     assert_ne!(output.status.code(), Some(3), "{said}");
-    assert!(
-        said.contains("no such column; `compass` is taken"),
-        "{said}"
-    );
+    assert!(said.contains("no such column; `compass` is taken"), "{said}");
 }
 
 /// Binary formats are read twice.
@@ -245,10 +198,7 @@ fn cli_binary_logs_come_on_standard_input_too() {
     let refused = seatrial(&["inspect", "-"], folder.path(), Some(&bag));
     let said = String::from_utf8_lossy(&refused.stderr);
     assert_eq!(refused.status.code(), Some(3));
-    assert!(
-        said.contains("rosbag2 file in which nothing can be read"),
-        "{said}"
-    );
+    assert!(said.contains("rosbag2 file in which nothing can be read"), "{said}");
 }
 
 /// Heading and rudder in degrees of a vehicle with a time constant of 2 s at 10 Hz, with what a function makes of the heading of a row
@@ -286,37 +236,21 @@ fn cli_validation_data_of_another_sign_or_unit_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str| folder.path().join(name);
     let degrees = "heading_deg,rudder_deg";
-    write_columns(&file("run.csv"), degrees, |k, heading, rudder| {
-        [heading[k], rudder]
+    write_columns(&file("run.csv"), degrees, |k, heading, rudder| [heading[k], rudder]);
+    write_columns(&file("reversed.csv"), degrees, |k, heading, rudder| [heading[k], -rudder]);
+    write_columns(&file("percent.csv"), "heading_deg,rudder_percent", |k, heading, rudder| {
+        [heading[k], rudder / 0.35]
     });
-    write_columns(&file("reversed.csv"), degrees, |k, heading, rudder| {
-        [heading[k], -rudder]
-    });
-    write_columns(
-        &file("percent.csv"),
-        "heading_deg,rudder_percent",
-        |k, heading, rudder| [heading[k], rudder / 0.35],
-    );
     let validated = |on: &str| {
-        let output = seatrial(
-            &["identify", "run.csv", "--validate-on", on],
-            folder.path(),
-            None,
-        );
+        let output = seatrial(&["identify", "run.csv", "--validate-on", on], folder.path(), None);
         let said = [output.stdout, output.stderr].concat();
         String::from_utf8_lossy(&said).into_owned()
     };
     let said = validated("reversed.csv");
-    assert!(
-        said.contains("counts to the") && said.contains("reversed = true"),
-        "{said}"
-    );
+    assert!(said.contains("counts to the") && said.contains("reversed = true"), "{said}");
     assert!(!said.contains("compass did not"), "{said}");
     let said = validated("percent.csv");
-    assert!(
-        said.contains("percent.csv: one rudder is an angle"),
-        "{said}"
-    );
+    assert!(said.contains("percent.csv: one rudder is an angle"), "{said}");
 }
 
 /// A rudder in radians by the name of degrees moved, and a heading that is new once a second is why it does not follow the rudder.

@@ -100,10 +100,7 @@ impl Boat {
         while std::net::TcpStream::connect(&place).is_err() {
             std::thread::sleep(std::time::Duration::from_millis(20));
         }
-        Self {
-            process,
-            address: format!("mavlink:tcp:{place}"),
-        }
+        Self { process, address: format!("mavlink:tcp:{place}") }
     }
 
     /// The options that reach it.
@@ -139,10 +136,7 @@ fn cli_gains_from_a_trial_are_proven_kept_and_undone() {
     let next = format!("seatrial commission --vehicle {}", boat.address);
     let said = unwrapped(&text(&trial.stdout));
     assert!(said.contains(&format!("Next {next}")), "{said}");
-    let report = run_in(
-        folder,
-        &["report", "--logbook", "seatrial.db", "--out", "trial.html"],
-    );
+    let report = run_in(folder, &["report", "--logbook", "seatrial.db", "--out", "trial.html"]);
     assert_eq!(report.status.code(), Some(0), "{}", text(&report.stderr));
     let page = std::fs::read_to_string(folder.join("trial.html")).unwrap();
     assert!(page.contains(&next) && page.contains("ArduPilot Rover"));
@@ -150,10 +144,7 @@ fn cli_gains_from_a_trial_are_proven_kept_and_undone() {
     let (code, found, errors) = commission(folder, &boat, &["--logbook", "seatrial.db"]);
     assert_eq!(code, Some(0), "{errors}");
     assert_eq!(found["ending"]["state"], "kept", "{errors}");
-    assert!(
-        found["line"].as_str().unwrap().starts_with("KEPT"),
-        "{found}"
-    );
+    assert!(found["line"].as_str().unwrap().starts_with("KEPT"), "{found}");
     let feed_forward = found["changes"]
         .as_array()
         .unwrap()
@@ -168,18 +159,10 @@ fn cli_gains_from_a_trial_are_proven_kept_and_undone() {
 
     let undo = folder.join("seatrial.old-gains.toml");
     let kept = std::fs::read_to_string(&undo).unwrap();
-    assert!(
-        kept.contains("[parameters.ATC_STR_RAT_FF]\nnumber = 0.2\n"),
-        "{kept}"
-    );
+    assert!(kept.contains("[parameters.ATC_STR_RAT_FF]\nnumber = 0.2\n"), "{kept}");
     let restore = ["vehicle", "restore", "--yes", "seatrial.old-gains.toml"];
     let restored = run_in(folder, &[&restore[..], &boat.link()].concat());
-    assert_eq!(
-        restored.status.code(),
-        Some(0),
-        "{}",
-        text(&restored.stderr)
-    );
+    assert_eq!(restored.status.code(), Some(0), "{}", text(&restored.stderr));
     assert!(!undo.exists());
 
     // A model that turns twice as well as the boat.
@@ -198,15 +181,8 @@ fn cli_gains_from_a_trial_are_proven_kept_and_undone() {
 fn cli_gains_of_a_submarine_are_proven_kept_and_undone() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let slow = [
-        ("-2.5", "-0.6"),
-        ("-5.0", "-1.2"),
-        ("= 2.5", "= 0.6"),
-        ("= 10.0", "= 2.4"),
-    ];
-    let slow = slow
-        .iter()
-        .fold(BOAT.to_string(), |text, (from, to)| text.replace(from, to));
+    let slow = [("-2.5", "-0.6"), ("-5.0", "-1.2"), ("= 2.5", "= 0.6"), ("= 10.0", "= 2.4")];
+    let slow = slow.iter().fold(BOAT.to_string(), |text, (from, to)| text.replace(from, to));
     std::fs::write(folder.join("sub.toml"), slow).unwrap();
     let boat = Boat::start_as("sub", folder, "sim:sub.toml");
     std::fs::write(folder.join("plan.toml"), "thrusts = [0.8]\n").unwrap();
@@ -238,14 +214,7 @@ fn cli_gains_of_a_submarine_are_proven_kept_and_undone() {
     let bare = r#"{"source": {}, "models": [{"surge_speed_m_s": 2.4, "verdict": {"accepted": true}, "identification":
         {"online": {"a22_per_s": -4.0, "b2_per_s2": 6.4, "c0_rad_per_s2": 0.02}, "verdict": {"accepted": true}}}]}"#;
     std::fs::write(folder.join("bare.json"), bare).unwrap();
-    let output = [
-        "commission",
-        "--yes",
-        "--plan",
-        "plan.toml",
-        "--model",
-        "bare.json",
-    ];
+    let output = ["commission", "--yes", "--plan", "plan.toml", "--model", "bare.json"];
     let output = run_in(folder, &[&output[..], &boat.link()].concat());
     assert_eq!(output.status.code(), Some(4));
     let errors = unwrapped(&text(&output.stderr));
@@ -300,26 +269,9 @@ fn cli_a_commission_without_a_model_an_envelope_or_an_autopilot_says_what_to_do(
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("model.json"), "{}").unwrap();
     for (arguments, code, expected) in [
-        (
-            &["--vehicle", "mavlink:udp:127.0.0.1:1"][..],
-            3,
-            "seatrial.db",
-        ),
-        (
-            &["--vehicle", "mavlink:udp:127.0.0.1:1", "--step-deg", "200"],
-            2,
-            "from 5 to 90",
-        ),
-        (
-            &[
-                "--vehicle",
-                "mavlink:udp:127.0.0.1:1",
-                "--model",
-                "model.json",
-            ],
-            3,
-            "model.json",
-        ),
+        (&["--vehicle", "mavlink:udp:127.0.0.1:1"][..], 3, "seatrial.db"),
+        (&["--vehicle", "mavlink:udp:127.0.0.1:1", "--step-deg", "200"], 2, "from 5 to 90"),
+        (&["--vehicle", "mavlink:udp:127.0.0.1:1", "--model", "model.json"], 3, "model.json"),
     ] {
         let output = run_in(folder.path(), &[&["commission"], arguments].concat());
         let errors = text(&output.stderr);

@@ -25,10 +25,7 @@ fn try_all(folder: &Path, file: &str, contents: &str, verb: &[&str], first_seed:
                 let is_plain = |c: char| matches!(c, '\n' | '\t') || !c.is_control();
                 assert!(said.chars().all(is_plain), "{verb:?}: {said:?}");
             }
-            other => panic!(
-                "{verb:?}, seed {}: {other:?}: {said}\n{shown}",
-                first_seed + copy
-            ),
+            other => panic!("{verb:?}, seed {}: {other:?}: {said}\n{shown}", first_seed + copy),
         }
     }
     assert!(refused > 0 && used > 0, "{verb:?}: {used} {refused}");
@@ -67,22 +64,12 @@ fn prop_no_damaged_document_of_a_model_ends_the_program() {
     let rows = (0..1400).map(|k: u32| {
         let time_s = 0.05 * f64::from(k);
         let rudder_rad = if k % 120 < 60 { 0.26 } else { -0.26 };
-        format!(
-            "{time_s:.2},{:.5},{rudder_rad}\n",
-            0.4 * (0.6 * time_s).sin()
-        )
+        format!("{time_s:.2},{:.5},{rudder_rad}\n", 0.4 * (0.6 * time_s).sin())
     });
-    let log: String = ["time_s,heading_rad,rudder_rad\n".into()]
-        .into_iter()
-        .chain(rows)
-        .collect();
+    let log: String = ["time_s,heading_rad,rudder_rad\n".into()].into_iter().chain(rows).collect();
     std::fs::write(folder.path().join("run.csv"), log).unwrap();
     let identify = ["identify", "run.csv", "--from", "0", "--to", "40", "--json"];
-    let output = program()
-        .args(identify)
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
+    let output = program().args(identify).current_dir(folder.path()).output().unwrap();
     let document = text(&output.stdout);
     assert!(document.contains("\"verdict\""), "{document}");
     let verb = ["validate", "run.csv", "--model", "model.json"];
@@ -95,11 +82,7 @@ fn prop_no_damaged_plan_of_a_pitch_trial_ends_the_program() {
     let pitch = seatrial_core::Plan::<f64>::pitch();
     let plan = seatrial_core::Plan {
         thrusts: seatrial_core::List::from_slice(&[0.6]).unwrap(),
-        settle: seatrial_core::Settle {
-            at_least_s: 10.0,
-            at_most_s: 10.0,
-            ..pitch.settle
-        },
+        settle: seatrial_core::Settle { at_least_s: 10.0, at_most_s: 10.0, ..pitch.settle },
         ..pitch
     };
     let plan = toml::to_string(&plan).unwrap();

@@ -11,11 +11,7 @@ fn seatrial(folder: &Path, expected: i32, arguments: &str) -> (String, String) {
     let arguments: Vec<&str> = arguments.split_whitespace().collect();
     let output = run_in(folder, &arguments);
     let (said, errors) = (text(&output.stdout), text(&output.stderr));
-    assert_eq!(
-        output.status.code(),
-        Some(expected),
-        "{arguments:?}\n{said}{errors}"
-    );
+    assert_eq!(output.status.code(), Some(expected), "{arguments:?}\n{said}{errors}");
     (said, errors)
 }
 
@@ -26,13 +22,7 @@ fn models(folder: &Path, logbook: &str) -> Vec<[f64; 3]> {
     let number = |value: &Value| value.as_f64().unwrap();
     let points = document["points"].as_array().unwrap().iter();
     points
-        .map(|p| {
-            [
-                number(&p["thrust"]),
-                number(&p["a22_per_s"]),
-                number(&p["b2_per_s2"]),
-            ]
-        })
+        .map(|p| [number(&p["thrust"]), number(&p["a22_per_s"]), number(&p["b2_per_s2"])])
         .collect()
 }
 
@@ -42,19 +32,12 @@ fn recover_a_vehicle_trains_on_its_twin() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     seatrial(folder, 0, "trial --vehicle sim:starfish --seed 1 --yes");
-    seatrial(
-        folder,
-        0,
-        "export --to vehicle --logbook seatrial.db --name boat --out boat.toml",
-    );
+    seatrial(folder, 0, "export --to vehicle --logbook seatrial.db --name boat --out boat.toml");
     let vehicle = IdentifiedVehicle::load(&folder.join("boat.toml")).unwrap();
     let identified = models(folder, "seatrial.db");
     assert_eq!(vehicle.speeds.len(), identified.len());
     for (speed, [thrust, a22, b2]) in vehicle.speeds.iter().zip(&identified) {
-        assert_eq!(
-            [speed.thrust, speed.a22_per_s, speed.b2_per_s2],
-            [*thrust, *a22, *b2]
-        );
+        assert_eq!([speed.thrust, speed.a22_per_s, speed.b2_per_s2], [*thrust, *a22, *b2]);
         assert!(speed.covariance.is_some() && speed.seen_rudder_rad.is_some());
     }
     assert!(vehicle.provenance.is_rehearsal);
@@ -64,19 +47,12 @@ fn recover_a_vehicle_trains_on_its_twin() {
     let is_of_turns = |said: &String| said.starts_with("surge.turning_drag_m");
     assert!(assumptions.iter().all(is_of_turns), "{assumptions:?}");
     assert!(vehicle.surge.drag_length_m.is_some());
-    seatrial(
-        folder,
-        0,
-        "trial --vehicle sim:boat.toml --seed 2 --logbook twin.db --yes",
-    );
+    seatrial(folder, 0, "trial --vehicle sim:boat.toml --seed 2 --logbook twin.db --yes");
     for ([_, a22, b2], [_, a22_of_twin, b2_of_twin]) in
         identified.iter().zip(models(folder, "twin.db"))
     {
         // 16 s of record determine a22 to 3 % and b2 to 2.5 % (one standard deviation): four times that.
-        assert!(
-            (a22_of_twin / a22 - 1.0).abs() < 0.12,
-            "{a22} {a22_of_twin}"
-        );
+        assert!((a22_of_twin / a22 - 1.0).abs() < 0.12, "{a22} {a22_of_twin}");
         assert!((b2_of_twin / b2 - 1.0).abs() < 0.10, "{b2} {b2_of_twin}");
     }
 }
@@ -101,22 +77,12 @@ fn cli_an_unmeasured_quantity_is_named_and_kept() {
     let vehicle = IdentifiedVehicle::load(&folder.join("boat.toml")).unwrap();
     assert_eq!(vehicle.provenance.assumptions.len(), 3);
     let (same, _) = seatrial(folder, 0, "export --to vehicle --vehicle sim:boat.toml");
-    assert_eq!(
-        same,
-        std::fs::read_to_string(folder.join("boat.toml")).unwrap()
-    );
-    let (document, _) = seatrial(
-        folder,
-        0,
-        "export --to vehicle --vehicle sim:boat.toml --json",
-    );
+    assert_eq!(same, std::fs::read_to_string(folder.join("boat.toml")).unwrap());
+    let (document, _) = seatrial(folder, 0, "export --to vehicle --vehicle sim:boat.toml --json");
     let document: Value = serde_json::from_str(&document).unwrap();
     assert_eq!(document["schema"], "seatrial.vehicle.v1");
     let (_, errors) = seatrial(folder, 3, "export --to vehicle --a22 -1.07 --b2 1.08");
-    assert!(
-        errors.contains("give a single model's with --speed"),
-        "{errors}"
-    );
+    assert!(errors.contains("give a single model's with --speed"), "{errors}");
     let spoilt = same.replace("limit_rad = 0.26", "limit_rad = 14.9");
     std::fs::write(folder.join("boat.toml"), spoilt).unwrap();
     let (_, errors) = seatrial(folder, 3, "trial --vehicle sim:boat.toml --yes");
@@ -132,11 +98,7 @@ fn cli_a_rudder_in_fractions_of_full_needs_its_angle() {
     let schedule = "rudder_unit = \"full_rudder\"\n[[point]]\nsurge_speed_m_s = 1.0\na22_per_s = -1.0\nb2_per_s2 = 0.4\n";
     std::fs::write(folder.join("s.toml"), schedule).unwrap();
     for form in ["ros2", "c", "json", "px4"] {
-        let (_, errors) = seatrial(
-            folder,
-            2,
-            &format!("gains --schedule s.toml --export {form}"),
-        );
+        let (_, errors) = seatrial(folder, 2, &format!("gains --schedule s.toml --export {form}"));
         assert!(errors.contains("this file has angles"), "{errors}");
     }
     seatrial(folder, 0, "gains --schedule s.toml --export ardupilot");

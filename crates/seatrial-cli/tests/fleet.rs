@@ -34,11 +34,7 @@ fn cli_a_fleet_has_a_row_for_each_manoeuvre_and_a_summary() {
     let folder = tempfile::tempdir().unwrap();
     logs(folder.path(), 1);
     let out = folder.path().join("fleet.out");
-    let args = [
-        folder.path().to_str().unwrap(),
-        "--out",
-        out.to_str().unwrap(),
-    ];
+    let args = [folder.path().to_str().unwrap(), "--out", out.to_str().unwrap()];
     let done = output(&[&["fleet", "--json"], &args[..]].concat());
     assert_eq!(done.status.code(), Some(0), "{done:?}");
     let document: Value = serde_json::from_slice(&done.stdout).unwrap();
@@ -71,23 +67,12 @@ fn cli_a_killed_fleet_is_resumed_without_loss() {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let pattern = path("*.csv");
     let (whole, killed) = (path("whole.out"), path("killed.out"));
-    let args = |out| {
-        [
-            "fleet",
-            pattern.as_str(),
-            "--estimate",
-            "online",
-            "--out",
-            out,
-        ]
-    };
+    let args = |out| ["fleet", pattern.as_str(), "--estimate", "online", "--out", out];
     assert_eq!(output(&args(&whole)).status.code(), Some(0));
     let mut kills = 0;
     let mut wait_ms = 20;
     loop {
-        let mut child = seatrial(&[&args(&killed)[..], &["--resume"]].concat())
-            .spawn()
-            .unwrap();
+        let mut child = seatrial(&[&args(&killed)[..], &["--resume"]].concat()).spawn().unwrap();
         thread::sleep(Duration::from_millis(wait_ms));
         child.kill().unwrap();
         let status = child.wait().unwrap();

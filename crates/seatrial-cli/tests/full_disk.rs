@@ -14,12 +14,7 @@ fn trial(logbook: &Path, blocks: u32) -> Output {
     let limited = format!(
         "trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" trial --yes --json --logbook \"$1\""
     );
-    Command::new("sh")
-        .args(["-c", &limited])
-        .arg(program_path())
-        .arg(logbook)
-        .output()
-        .unwrap()
+    Command::new("sh").args(["-c", &limited]).arg(program_path()).arg(logbook).output().unwrap()
 }
 
 fn verify(logbook: &Path) -> Verification {
@@ -54,10 +49,7 @@ fn cli_a_disk_that_is_full_from_the_start_stops_the_trial_before_the_vehicle_mov
     assert!(message.contains("the disk may be full"), "{message}");
     // What there is of the file is no logbook, and nothing in it is damaged.
     let damage = verify(&logbook).damage;
-    assert!(
-        damage.iter().all(|damage| damage.place == "file"),
-        "{damage:?}"
-    );
+    assert!(damage.iter().all(|damage| damage.place == "file"), "{damage:?}");
 }
 
 /// Where even the messages have no room.

@@ -9,11 +9,7 @@ use serde_json::Value;
 /// What `health` prints and its exit code.
 fn health(folder: &Path, arguments: &[&str]) -> (String, Option<i32>) {
     let output = run_in(folder, &[&["health"], arguments].concat());
-    let said = if output.stdout.is_empty() {
-        output.stderr
-    } else {
-        output.stdout
-    };
+    let said = if output.stdout.is_empty() { output.stderr } else { output.stdout };
     (text(&said), output.status.code())
 }
 
@@ -42,18 +38,7 @@ fn with_weak_vehicle() -> tempfile::TempDir {
 fn sim_log(folder: &Path, vehicle: &str, seed: &str, out: &str) {
     let output = run_in(
         folder,
-        &[
-            "sim",
-            "log",
-            "--vehicle",
-            vehicle,
-            "--seed",
-            seed,
-            "--thrust",
-            "0.8",
-            "--out",
-            out,
-        ],
+        &["sim", "log", "--vehicle", vehicle, "--seed", seed, "--thrust", "0.8", "--out", out],
     );
     assert!(output.status.success(), "{}", text(&output.stderr));
 }
@@ -90,17 +75,11 @@ fn cli_health_of_campaigns_and_runs_of_a_logbook() {
         ),
         "{same}"
     );
-    assert!(
-        same.contains("5 speeds") && same.contains("At most 5 %"),
-        "{same}"
-    );
+    assert!(same.contains("5 speeds") && same.contains("At most 5 %"), "{same}");
 
     let (changed, code) = health(folder, &[&["clean", "3"], &book[..]].concat());
     assert_eq!(code, Some(4), "{changed}");
-    assert!(
-        changed.starts_with("CHANGED\nCause      The rudder is weaker by"),
-        "{changed}"
-    );
+    assert!(changed.starts_with("CHANGED\nCause      The rudder is weaker by"), "{changed}");
     assert!(changed.contains("100 % thrust") && changed.contains("all together"));
 
     let document = json(folder, &[&["clean", "damaged"], &book[..]].concat());
@@ -124,20 +103,13 @@ fn cli_health_of_campaigns_and_runs_of_a_logbook() {
 
     sim_log(folder, "sim:starfish", "4", "sound.csv");
     sim_log(folder, "sim:weak.toml", "5", "weak.csv");
-    let watch = |logs: &[&str]| {
-        health(
-            folder,
-            &[&["clean"], &book[..], &["--watch"], logs].concat(),
-        )
-    };
+    let watch =
+        |logs: &[&str]| health(folder, &[&["clean"], &book[..], &["--watch"], logs].concat());
     let (quiet, code) = watch(&["sound.csv"]);
     assert_eq!(code, Some(0), "{quiet}");
     let (due, code) = watch(&["sound.csv", "weak.csv"]);
     assert_eq!(code, Some(4), "{due}");
-    assert!(
-        due.starts_with("RE-TRIAL DUE\nCause      A re-trial is due since weak.csv"),
-        "{due}"
-    );
+    assert!(due.starts_with("RE-TRIAL DUE\nCause      A re-trial is due since weak.csv"), "{due}");
     assert!(due.contains("changed from here"), "{due}");
 }
 
@@ -172,26 +144,14 @@ fn cli_health_of_a_still_rudder_cannot_tell() {
     let folder = folder.path();
     sim_log(folder, "sim:starfish", "8", "before.csv");
     let still: String = (0..2000)
-        .map(|k| {
-            format!(
-                "{},{},0.01,1.63\n",
-                0.05 * f64::from(k),
-                0.001 * f64::from(k % 7)
-            )
-        })
+        .map(|k| format!("{},{},0.01,1.63\n", 0.05 * f64::from(k), 0.001 * f64::from(k % 7)))
         .collect();
     let still = format!("time_s,heading_rad,rudder_rad,surge_speed_m_s\n{still}");
     std::fs::write(folder.join("still.csv"), still).unwrap();
-    for arguments in [
-        &["before.csv", "still.csv"][..],
-        &["before.csv", "--watch", "still.csv"],
-    ] {
+    for arguments in [&["before.csv", "still.csv"][..], &["before.csv", "--watch", "still.csv"]] {
         let (said, code) = health(folder, arguments);
         assert_eq!(code, Some(4), "{said}");
-        assert!(
-            said.starts_with("CANNOT TELL\n") && said.contains("rudder"),
-            "{said}"
-        );
+        assert!(said.starts_with("CANNOT TELL\n") && said.contains("rudder"), "{said}");
         let document = json(folder, arguments);
         assert_eq!(document["finding"], "cannot_tell");
         assert!(document["effects"].is_null() && document["detectable"].is_null());
@@ -221,9 +181,7 @@ fn cli_models_of_another_rudder_are_not_compared() {
             let rudder: f64 = line.split(',').nth(at).unwrap().parse().unwrap();
             with(line, format!("{:.6}", factor * rudder))
         });
-        let lines: Vec<String> = std::iter::once(with(names, name.into()))
-            .chain(rows)
-            .collect();
+        let lines: Vec<String> = std::iter::once(with(names, name.into())).chain(rows).collect();
         lines.join("\n")
     };
     let own = names.split(',').nth(at).unwrap();
@@ -256,23 +214,11 @@ fn cli_health_names_bad_input() {
     let folder = folder.path();
     sim_log(folder, "sim:starfish", "9", "log.csv");
     for (arguments, code, named) in [
-        (
-            &["nothing", "log.csv"][..],
-            3,
-            "no such file, and no logbook",
-        ),
+        (&["nothing", "log.csv"][..], 3, "no such file, and no logbook"),
         (&["log.csv"], 2, "NOW"),
         (&["log.csv", "log.csv", "--watch", "log.csv"], 2, "--watch"),
-        (
-            &["log.csv", "log.csv", "--false-alarms", "0"],
-            2,
-            "false alarm rate",
-        ),
-        (
-            &["log.csv", "log.csv", "--tolerate", "-1"],
-            2,
-            "tolerated change",
-        ),
+        (&["log.csv", "log.csv", "--false-alarms", "0"], 2, "false alarm rate"),
+        (&["log.csv", "log.csv", "--tolerate", "-1"], 2, "tolerated change"),
         (&["log.csv", "log.csv@5..x"], 2, "not a number of seconds"),
         (&["log.csv", "log.csv@9..5"], 2, "empty"),
         (&["log.csv", "log.csv@9000..9005"], 3, "no sample"),

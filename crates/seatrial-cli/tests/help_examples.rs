@@ -20,29 +20,19 @@ fn help_of(verb: &[String]) -> String {
 
 /// The verbs that a page lists, of any group.
 fn verbs_of(help: &str) -> Vec<String> {
-    let entries = help
-        .lines()
-        .skip_while(|line| !line.starts_with("Commands:"));
-    let is_next = |line: &&str| {
-        ["Options:", "Arguments:"]
-            .iter()
-            .any(|head| line.starts_with(head))
-    };
+    let entries = help.lines().skip_while(|line| !line.starts_with("Commands:"));
+    let is_next =
+        |line: &&str| ["Options:", "Arguments:"].iter().any(|head| line.starts_with(head));
     let entries = entries.take_while(|line| !is_next(line));
     let entries = entries.filter(|line| line.starts_with("  ") && !line.starts_with("   "));
     let names = entries.filter_map(|line| line.split_whitespace().next());
-    names
-        .filter(|name| *name != "help")
-        .map(str::to_owned)
-        .collect()
+    names.filter(|name| *name != "help").map(str::to_owned).collect()
 }
 
 fn pages(verb: Vec<String>) -> Vec<Page> {
     let help = help_of(&verb);
     let below = verbs_of(&help);
-    let below = below
-        .into_iter()
-        .flat_map(|name| pages([verb.clone(), vec![name]].concat()));
+    let below = below.into_iter().flat_map(|name| pages([verb.clone(), vec![name]].concat()));
     let below: Vec<Page> = below.collect();
     std::iter::once(Page { verb, help }).chain(below).collect()
 }
@@ -69,10 +59,7 @@ fn shell(command: &str, folder: &Path) -> Command {
     let own = own.parent().unwrap().display();
     let path = format!("{own}:{}", std::env::var("PATH").unwrap());
     let mut shell = Command::new("bash");
-    shell
-        .args(["-c", command])
-        .current_dir(folder)
-        .env("PATH", path);
+    shell.args(["-c", command]).current_dir(folder).env("PATH", path);
     shell.stdin(Stdio::null());
     shell
 }
@@ -94,11 +81,7 @@ fn serve(command: &str, folder: &Path) -> Output {
     crate::signal::send(server.id(), "INT");
     let status = server.wait().unwrap();
     let stderr = std::fs::read(log).unwrap();
-    Output {
-        status,
-        stdout: Vec::new(),
-        stderr,
-    }
+    Output { status, stdout: Vec::new(), stderr }
 }
 
 fn run(page: &Page, walked: &str) -> usize {
@@ -108,10 +91,7 @@ fn run(page: &Page, walked: &str) -> usize {
         let verb = page.verb.join(" ");
         assert!(!command.contains("--yes"), "{verb}: {command}");
         if needs_a_boat(command) {
-            assert!(
-                walked.lines().any(|line| line == command),
-                "{verb}: {command}"
-            );
+            assert!(walked.lines().any(|line| line == command), "{verb}: {command}");
             continue;
         }
         let output = match command.starts_with("seatrial serve") {
@@ -157,33 +137,19 @@ fn cli_every_example_of_every_help_runs_and_ends_well() {
 fn cli_an_old_spelling_of_help_and_of_a_hidden_option_still_works() {
     let folder = tempfile::tempdir().unwrap();
     let says = |arguments: &[&str]| {
-        let output = program()
-            .args(arguments)
-            .current_dir(folder.path())
-            .output()
-            .unwrap();
+        let output = program().args(arguments).current_dir(folder.path()).output().unwrap();
         (output.status.code(), text(&output.stdout))
     };
     let (exit, page) = says(&["help", "inspect"]);
-    assert_eq!(
-        (exit, page.contains("Usage: seatrial inspect")),
-        (Some(0), true),
-        "{page}"
-    );
+    assert_eq!((exit, page.contains("Usage: seatrial inspect")), (Some(0), true), "{page}");
     let model = ["--a22", "-0.05", "--b2", "0.0026", "--speed", "7.7"];
     let predicted = |verb: &[&str]| says(&[verb, &model].concat());
-    assert_eq!(
-        predicted(&["manoeuvres", "predict"]),
-        predicted(&["manoeuvres"])
-    );
+    assert_eq!(predicted(&["manoeuvres", "predict"]), predicted(&["manoeuvres"]));
     assert_eq!(predicted(&["manoeuvres"]).0, Some(0));
     assert_eq!(says(&["logbook", "list"]), says(&["logbook"]));
     assert_eq!(says(&["trial"]).0, Some(0));
     assert_eq!(says(&["logbook", "show", "1"]), says(&["logbook", "1"]));
-    assert_eq!(
-        says(&["logbook", "diff", "1", "1"]),
-        says(&["logbook", "1", "1"])
-    );
+    assert_eq!(says(&["logbook", "diff", "1", "1"]), says(&["logbook", "1", "1"]));
     assert_eq!(says(&["logbook", "verify"]), says(&["logbook", "--verify"]));
     let played = ["--speed", "1000", "--seconds", "2"];
     let served = |verb: &str| says(&[&["sim", verb], &played[..]].concat());
@@ -192,11 +158,7 @@ fn cli_an_old_spelling_of_help_and_of_a_hidden_option_still_works() {
     let (_, all) = says(&["trial", "--help-all"]);
     assert!(!short.contains("--stop-when") && all.contains("--stop-when"));
     let (exit, plan) = says(&["plan", "--stop-when", "a22:10%,b2:5%"]);
-    assert_eq!(
-        (exit, plan.contains("stop_when")),
-        (Some(0), true),
-        "{plan}"
-    );
+    assert_eq!((exit, plan.contains("stop_when")), (Some(0), true), "{plan}");
 }
 
 /// The old spellings of the lab run the program beside the own one, and say what to do where there is none.
@@ -215,20 +177,14 @@ fn cli_studies_are_handed_to_the_program_beside() {
     };
     let (code, _, said) = says(&["study", "lies", "--seeds", "2"]);
     assert_eq!(code, Some(2), "{said}");
-    assert!(
-        said.contains("cargo run --release -p seatrial-lab -- lies --seeds 2"),
-        "{said}"
-    );
+    assert!(said.contains("cargo run --release -p seatrial-lab -- lies --seeds 2"), "{said}");
     let lab = folder.path().join("seatrial-lab");
     std::fs::write(&lab, "#!/bin/sh\necho \"$@\"\nexit 4\n").unwrap();
     std::fs::set_permissions(&lab, std::fs::Permissions::from_mode(0o755)).unwrap();
     for (typed, given) in [
         (&["study", "lies", "--help"][..], "lies --help\n"),
         (&["study"], "estimators\n"),
-        (
-            &["--json", "study", "--runs", "4"],
-            "estimators --runs 4 --json\n",
-        ),
+        (&["--json", "study", "--runs", "4"], "estimators --runs 4 --json\n"),
         (&["study", "--json", "world"], "--json world\n"),
         (&["sim", "field", "--out", "x"], "field --out x\n"),
     ] {

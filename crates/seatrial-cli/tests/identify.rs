@@ -52,14 +52,7 @@ fn write_log(folder: &Path, rows: u32, change: impl Fn([f64; 3]) -> [f64; 3]) ->
 fn cli_identify_gives_the_promised_document_and_validate_takes_it() {
     let folder = tempfile::tempdir().expect("a folder");
     let log = write_log(folder.path(), 800, |row| row);
-    let windows = [
-        "--to",
-        "16.5",
-        "--validate-from",
-        "20",
-        "--validate-to",
-        "36.5",
-    ];
+    let windows = ["--to", "16.5", "--validate-from", "20", "--validate-to", "36.5"];
     let (document, exit) = json(&[&["identify", &log][..], &windows].concat());
     assert_eq!(exit, Some(0), "{document:#}");
     assert_eq!(document["schema"], "seatrial.identification.v1");
@@ -98,10 +91,7 @@ fn cli_identify_gives_the_promised_document_and_validate_takes_it() {
     assert_eq!(document["online"].get("trace"), None);
     assert_eq!(document["verdict"]["outcome"], "use");
     // The estimate is an average over the lag and the timing of the rudder, as far as the record leaves them open.
-    assert_eq!(
-        document["refined"]["method"],
-        "averaged_restricted_likelihood"
-    );
+    assert_eq!(document["refined"]["method"], "averaged_restricted_likelihood");
     // The log has neither a yaw rate nor the rudder's own angle.
     let notes = ["ok", "unchecked of heading", "unchecked of rudder"];
     assert_eq!(codes(&document), notes);
@@ -138,10 +128,7 @@ fn cli_identify_as_paper_has_no_refinement_and_a_trace_on_demand() {
     assert_eq!(document["settings"]["heading_hold"], "zero_order");
     assert_eq!(document["settings"]["lambda_rad_s"], 1.0);
     assert_eq!(document["online"]["method"], "least_squares");
-    assert_eq!(
-        document["online"]["trace"].as_array().map(Vec::len),
-        Some(400)
-    );
+    assert_eq!(document["online"]["trace"].as_array().map(Vec::len), Some(400));
     assert!(document["refined"].is_null() && document["validation"].is_null());
 }
 
@@ -155,14 +142,8 @@ fn cli_records_without_a_model_are_refused_with_a_reason() {
         assert!(document["online"].is_null() && document["nomoto"].is_null());
         codes(&document).join(" ")
     };
-    assert_eq!(
-        refused(400, |[t, psi, _]| [t, psi, 0.1]),
-        "constant of rudder"
-    );
-    assert_eq!(
-        refused(400, |[t, _, delta]| [t, 0.5, delta]),
-        "constant of heading"
-    );
+    assert_eq!(refused(400, |[t, psi, _]| [t, psi, 0.1]), "constant of rudder");
+    assert_eq!(refused(400, |[t, _, delta]| [t, 0.5, delta]), "constant of heading");
     assert_eq!(refused(1, |row| row), "too_few_samples");
 }
 
@@ -171,11 +152,7 @@ fn cli_records_without_a_model_are_refused_with_a_reason() {
 fn cli_a_heading_of_waves_alone_is_rejected() {
     let folder = tempfile::tempdir().expect("a folder");
     let log = write_log(folder.path(), 800, |[t, _, delta]| {
-        [
-            t,
-            0.05 * (1.9 * t).sin() + 0.03 * (0.7 * t + 1.0).sin(),
-            delta,
-        ]
+        [t, 0.05 * (1.9 * t).sin() + 0.03 * (0.7 * t + 1.0).sin(), delta]
     });
     let output = run(&["identify", &log]);
     assert_eq!(output.status.code(), Some(4), "{}", text(&output.stdout));
@@ -187,10 +164,7 @@ fn cli_a_reversed_rudder_is_said() {
     let folder = tempfile::tempdir().expect("a folder");
     let log = write_log(folder.path(), 400, |[t, psi, delta]| [t, psi, -delta]);
     let (document, _) = json(&["identify", &log]);
-    assert!(
-        codes(&document).contains(&"sign_reversed of rudder".to_owned()),
-        "{document:#}"
-    );
+    assert!(codes(&document).contains(&"sign_reversed of rudder".to_owned()), "{document:#}");
 }
 
 #[test]
@@ -215,11 +189,7 @@ fn cli_windows_that_make_no_sense_are_refused() {
 fn cli_compare_shows_every_method_on_the_same_windows() {
     let folder = tempfile::tempdir().expect("a folder");
     let log = write_log(folder.path(), 800, |row| row);
-    for arguments in [
-        &[][..],
-        &["--to", "18"],
-        &["--to", "18", "--validate-from", "20"],
-    ] {
+    for arguments in [&[][..], &["--to", "18"], &["--to", "18", "--validate-from", "20"]] {
         let (document, exit) = json(&[&["compare", &log][..], arguments].concat());
         assert_eq!(exit, Some(0), "{document:#}");
         let methods = document["methods"].as_array().expect("methods");
@@ -245,41 +215,23 @@ fn cli_compare_shows_every_method_on_the_same_windows() {
 /// A log of the simulator without its gyro, whose compass jumps by an angle at an instant.
 fn jumped(folder: &Path, jump_deg: f64, at_s: f64) -> PathBuf {
     let sound = folder.join("sound.csv");
-    let made = run(&[
-        "sim",
-        "log",
-        "--seed",
-        "3",
-        "--out",
-        sound.to_str().unwrap(),
-    ]);
+    let made = run(&["sim", "log", "--seed", "3", "--out", sound.to_str().unwrap()]);
     assert!(made.status.success());
     let text = std::fs::read_to_string(sound).unwrap();
     let mut lines = text.lines();
     let names: Vec<&str> = lines.next().unwrap().split(',').collect();
     let place = |name: &str| names.iter().position(|n| *n == name).unwrap();
     let (time, heading) = (place("time_s"), place("heading_rad"));
-    let kept: Vec<usize> = ["time_s", "heading_rad", "rudder_rad", "surge_speed_m_s"]
-        .map(place)
-        .to_vec();
-    let mut log = kept
-        .iter()
-        .map(|at| names[*at])
-        .collect::<Vec<_>>()
-        .join(",")
-        + "\n";
+    let kept: Vec<usize> =
+        ["time_s", "heading_rad", "rudder_rad", "surge_speed_m_s"].map(place).to_vec();
+    let mut log = kept.iter().map(|at| names[*at]).collect::<Vec<_>>().join(",") + "\n";
     for line in lines {
         let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
         if cells[time].parse::<f64>().unwrap() >= at_s {
             let turned = cells[heading].parse::<f64>().unwrap() + jump_deg.to_radians();
             cells[heading] = turned.to_string();
         }
-        log += &(kept
-            .iter()
-            .map(|at| cells[*at].as_str())
-            .collect::<Vec<_>>()
-            .join(",")
-            + "\n");
+        log += &(kept.iter().map(|at| cells[*at].as_str()).collect::<Vec<_>>().join(",") + "\n");
     }
     let path = folder.join(format!("step{jump_deg}_{at_s}.csv"));
     std::fs::write(&path, log).unwrap();
@@ -290,20 +242,12 @@ fn jumped(folder: &Path, jump_deg: f64, at_s: f64) -> PathBuf {
 #[test]
 fn cli_identify_names_a_jump_of_the_compass_without_a_gyro() {
     let folder = tempfile::tempdir().unwrap();
-    for (jump_deg, at_s) in [
-        (20.0, 15.0),
-        (10.0, 20.0),
-        (20.0, 36.0),
-        (20.0, 12.0),
-        (10.0, 25.0),
-    ] {
+    for (jump_deg, at_s) in [(20.0, 15.0), (10.0, 20.0), (20.0, 36.0), (20.0, 12.0), (10.0, 25.0)] {
         let log = jumped(folder.path(), jump_deg, at_s);
         let said = run(&["identify", "--json", log.to_str().unwrap()]);
         let document: Value = serde_json::from_slice(&said.stdout).unwrap();
-        let cause = document["models"][0]["verdict"]["reasons"][0]["text"]
-            .as_str()
-            .unwrap()
-            .to_owned();
+        let cause =
+            document["models"][0]["verdict"]["reasons"][0]["text"].as_str().unwrap().to_owned();
         assert!(
             cause.contains(&format!("{at_s:.1} s")) && cause.contains("compass jumped"),
             "{jump_deg} at {at_s}: {cause}"
@@ -336,16 +280,8 @@ fn recover_a_model_of_two_logs() {
 
     let twice = run(&["identify", &first, &first]);
     assert_eq!(twice.status.code(), Some(3));
-    assert!(
-        text(&twice.stderr).contains("name each log once"),
-        "{}",
-        text(&twice.stderr)
-    );
+    assert!(text(&twice.stderr).contains("name each log once"), "{}", text(&twice.stderr));
     let windows = run(&["identify", &first, &second, "--to", "16"]);
     assert_eq!(windows.status.code(), Some(2));
-    assert!(
-        text(&windows.stderr).contains("of one log"),
-        "{}",
-        text(&windows.stderr)
-    );
+    assert!(text(&windows.stderr).contains("of one log"), "{}", text(&windows.stderr));
 }

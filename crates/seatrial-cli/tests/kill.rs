@@ -38,14 +38,8 @@ fn aftermath(mut trial: Child) -> (usize, bool) {
     let stderr = trial.stderr.as_mut().unwrap();
     stderr.read_to_string(&mut log).unwrap();
     let status = trial.wait().unwrap();
-    assert!(
-        status.success() || status.signal() == Some(SIGKILL),
-        "{log}"
-    );
-    (
-        log.lines().filter(|line| line.starts_with("run ")).count(),
-        !status.success(),
-    )
+    assert!(status.success() || status.signal() == Some(SIGKILL), "{log}");
+    (log.lines().filter(|line| line.starts_with("run ")).count(), !status.success())
 }
 
 /// Kills trial after trial on the same logbook, each at a random instant of its life; the runs
@@ -104,17 +98,9 @@ fn cli_a_trial_killed_at_any_instant_keeps_every_finished_run() {
             .sum::<usize>()
     };
     let reported: usize = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..WORKERS)
-            .map(|k| scope.spawn(move || worker(k)))
-            .collect();
-        workers
-            .into_iter()
-            .map(|worker| worker.join().unwrap())
-            .sum()
+        let workers: Vec<_> = (0..WORKERS).map(|k| scope.spawn(move || worker(k))).collect();
+        workers.into_iter().map(|worker| worker.join().unwrap()).sum()
     });
     // Half of the kills or so come after a run was finished.
-    assert!(
-        reported > 50,
-        "{reported} runs were reported before the kills"
-    );
+    assert!(reported > 50, "{reported} runs were reported before the kills");
 }

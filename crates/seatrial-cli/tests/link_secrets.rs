@@ -50,16 +50,7 @@ fn cli_a_link_keeps_to_this_machine_and_its_key_to_itself() {
     let udp = format!("127.0.0.1:{}", free_port());
     let address = format!("mavlink:udp:{udp}");
     let signed = ["--signing-key", "key"];
-    let sim = [
-        "sim",
-        "serve",
-        "--udp",
-        &udp,
-        "--seconds",
-        "600",
-        "--speed",
-        "8",
-    ];
+    let sim = ["sim", "serve", "--udp", &udp, "--seconds", "600", "--speed", "8"];
     let mut boat = start_in(place, &[&sim[..], &signed].concat());
     let trial = [
         "trial",
@@ -81,11 +72,7 @@ fn cli_a_link_keeps_to_this_machine_and_its_key_to_itself() {
     }
     assert_eq!(seen.len(), 2, "{seen:?}");
     // 127.0.0.1
-    assert!(
-        seen.iter()
-            .all(|socket| socket.starts_with("udp 0100007F:")),
-        "{seen:?}"
-    );
+    assert!(seen.iter().all(|socket| socket.starts_with("udp 0100007F:")), "{seen:?}");
     let output = trial.wait_with_output().unwrap();
     let errors = String::from_utf8_lossy(&output.stderr);
     // Its model may be refused on a busy machine: the vehicle is in a hurry.

@@ -17,13 +17,7 @@ use seatrial_logbook::{Logbook, NewCampaign, Recorder};
 use serde_json::Value;
 
 fn seatrial(logbook: &Path, arguments: &[&str]) -> Output {
-    program()
-        .arg("logbook")
-        .args(arguments)
-        .arg("--logbook")
-        .arg(logbook)
-        .output()
-        .unwrap()
+    program().arg("logbook").args(arguments).arg("--logbook").arg(logbook).output().unwrap()
 }
 
 /// The text that a successful call printed.
@@ -35,14 +29,9 @@ fn printed(logbook: &Path, arguments: &[&str]) -> String {
 
 fn identification(model: YawModel<f64>) -> Identification {
     let around = |value: f64, half: f64| [value - half, value + half];
-    let verdict = Verdict {
-        accepted: true,
-        reasons: vec![Reason::new(ReasonCode::Ok, "fit to use")],
-    };
-    let window = Window {
-        from_s: 0.0,
-        to_s: 10.0,
-    };
+    let verdict =
+        Verdict { accepted: true, reasons: vec![Reason::new(ReasonCode::Ok, "fit to use")] };
+    let window = Window { from_s: 0.0, to_s: 10.0 };
     Identification {
         training: window,
         samples_used: 200,
@@ -61,17 +50,10 @@ fn identification(model: YawModel<f64>) -> Identification {
             model,
             delta0_rad: model.delta0_rad(),
             covariance: [[0.0; 3]; 3],
-            least_squares: LeastSquares {
-                model,
-                covariance: [[0.0; 3]; 3],
-            },
+            least_squares: LeastSquares { model, covariance: [[0.0; 3]; 3] },
             batch: None,
             theta_at: Default::default(),
-            convergence: Convergence {
-                detected_s: None,
-                threshold: 1e-3,
-                consecutive: 10,
-            },
+            convergence: Convergence { detected_s: None, threshold: 1e-3, consecutive: 10 },
             trace: Vec::new(),
         },
         refined: Some(Refined {
@@ -101,10 +83,7 @@ fn identification(model: YawModel<f64>) -> Identification {
 
 /// A campaign of one accepted run with this model.
 fn record(logbook: &Path, configuration: &str, model: YawModel<f64>) {
-    let new = NewCampaign {
-        configuration,
-        ..REHEARSAL
-    };
+    let new = NewCampaign { configuration, ..REHEARSAL };
     record_trial(logbook, &new, model, Some(Outcome::Finished));
 }
 
@@ -150,10 +129,7 @@ fn record_trial(logbook: &Path, new: &NewCampaign, model: YawModel<f64>, outcome
         thrust: 0.8,
         attempt: 1,
         surge_speed_m_s: Some(1.63),
-        stages: vec![StageSpan {
-            stage: Stage::Train,
-            window: identification.training,
-        }],
+        stages: vec![StageSpan { stage: Stage::Train, window: identification.training }],
         record: steps.iter().map(|step| step.sample).collect(),
         verdict: identification.verdict.clone(),
         identification: Some(identification),
@@ -169,11 +145,7 @@ fn cli_logbook_lists_shows_compares_and_exports() {
     let folder = tempfile::tempdir().unwrap();
     let logbook = folder.path().join("seatrial.db");
     record(&logbook, "bare", YawModel::from_theta([-1.07, 1.08, 0.012]));
-    record(
-        &logbook,
-        "sonar",
-        YawModel::from_theta([-1.06, 0.98, 0.012]),
-    );
+    record(&logbook, "sonar", YawModel::from_theta([-1.06, 0.98, 0.012]));
 
     let list: Value = serde_json::from_str(&printed(&logbook, &["list", "--json"])).unwrap();
     assert_eq!(list["campaigns"][1]["configuration"], "sonar");
@@ -193,10 +165,7 @@ fn cli_logbook_lists_shows_compares_and_exports() {
     }
     let last: Value = serde_json::from_str(&printed(&logbook, &["show", "--json"])).unwrap();
     assert_eq!(last["campaign"]["id"], 2);
-    assert_eq!(
-        last["runs"][0]["identification"]["refined"]["b2_per_s2"],
-        0.98
-    );
+    assert_eq!(last["runs"][0]["identification"]["refined"]["b2_per_s2"], 0.98);
 
     let diff = printed(&logbook, &["diff", "bare", "2"]);
     // 0.10 against sqrt(0.03^2 + 0.03^2) = 0.042.
@@ -209,30 +178,12 @@ fn cli_logbook_lists_shows_compares_and_exports() {
 
     let csv = printed(&logbook, &["export", "1", "--run", "1"]);
     let mut lines = csv.lines();
-    assert!(
-        lines
-            .next()
-            .unwrap()
-            .starts_with("run,stage,time_s,heading_rad,rudder_rad")
-    );
+    assert!(lines.next().unwrap().starts_with("run,stage,time_s,heading_rad,rudder_rad"));
     let row: Vec<&str> = lines.nth(3).unwrap().split(',').collect();
-    assert_eq!(
-        row[..6],
-        [
-            "1",
-            "train",
-            "0.15000000000000002",
-            "0.3333333333333333",
-            "0.0",
-            ""
-        ]
-    );
+    assert_eq!(row[..6], ["1", "train", "0.15000000000000002", "0.3333333333333333", "0.0", ""]);
     assert_eq!(csv.lines().count(), 201);
     let out = folder.path().join("results.json");
-    printed(
-        &logbook,
-        &["export", "--json", "--out", out.to_str().unwrap()],
-    );
+    printed(&logbook, &["export", "--json", "--out", out.to_str().unwrap()]);
     let results: Value = serde_json::from_slice(&std::fs::read(out).unwrap()).unwrap();
     assert_eq!(results["campaign"]["configuration"], "sonar");
 }
@@ -246,10 +197,7 @@ fn cli_logbook_verify_tells_whole_from_damaged() {
 
     // One letter of the verdict, in place.
     let mut bytes = std::fs::read(&logbook).unwrap();
-    let at = bytes
-        .windows(10)
-        .position(|word| word == b"fit to use")
-        .unwrap();
+    let at = bytes.windows(10).position(|word| word == b"fit to use").unwrap();
     bytes[at] = b'h';
     std::fs::write(&logbook, bytes).unwrap();
     let damaged = seatrial(&logbook, &["verify"]);
@@ -322,13 +270,9 @@ fn cli_names_cannot_command_a_terminal() {
     let logbook = folder.path().join("seatrial.db");
     let hostile = "pay\u{1b}[2J\u{9b}31mload";
     record(&logbook, hostile, YawModel::from_theta([-1.0, 1.0, 0.0]));
-    for arguments in [
-        &["list"][..],
-        &["show"],
-        &["show", "--json"],
-        &["list", "--json"],
-        &["diff", "1", "none"],
-    ] {
+    for arguments in
+        [&["list"][..], &["show"], &["show", "--json"], &["list", "--json"], &["diff", "1", "none"]]
+    {
         let output = seatrial(&logbook, arguments);
         let printed = text(&output.stdout) + &text(&output.stderr);
         assert!(printed.contains("pay\\u"), "{arguments:?}: {printed:?}");
@@ -341,10 +285,7 @@ fn four_campaigns(logbook: &Path) {
     let on_a_boat = NewCampaign {
         vehicle: "mavlink:udp:0.0.0.0:14550",
         seed: None,
-        full_rudder: Some(FullRudder {
-            angle_rad: 0.6,
-            is_assumed: true,
-        }),
+        full_rudder: Some(FullRudder { angle_rad: 0.6, is_assumed: true }),
         ..REHEARSAL
     };
     let aborted = Some(Outcome::Aborted(AbortReason::Operator));
@@ -369,20 +310,13 @@ fn cli_the_last_trial_of_a_vehicle_that_was_accepted_is_taken() {
         let mut command = program();
         command.args(arguments).arg("--logbook").arg(&logbook);
         let output = command.output().unwrap();
-        (
-            output.status.code(),
-            text(&output.stdout),
-            text(&output.stderr),
-        )
+        (output.status.code(), text(&output.stdout), text(&output.stderr))
     };
     let damping = |arguments: &[&str]| {
         let (code, document, printed) = ask(&[arguments, &["--json"]].concat());
         assert_eq!(code, Some(0), "{printed}");
         let document: Value = serde_json::from_str(&document).unwrap();
-        (
-            document["points"][0]["a22_per_s"].as_f64().unwrap(),
-            printed,
-        )
+        (document["points"][0]["a22_per_s"].as_f64().unwrap(), printed)
     };
     for verb in ["gains", "turn"] {
         let (a22_per_s, printed) = damping(&[verb]);
@@ -420,11 +354,7 @@ fn cli_a_rehearsal_is_exported_only_when_it_is_asked_for() {
         let mut command = program();
         command.args(["gains", "--export"]).args(arguments);
         let output = command.arg("--logbook").arg(&logbook).output().unwrap();
-        (
-            output.status.code(),
-            text(&output.stdout),
-            text(&output.stderr),
-        )
+        (output.status.code(), text(&output.stdout), text(&output.stderr))
     };
     let (code, file, _) = export(&["ardupilot"]);
     assert_eq!(code, Some(0));
@@ -438,10 +368,7 @@ fn cli_a_rehearsal_is_exported_only_when_it_is_asked_for() {
     for format in ["ardupilot", "px4", "ros2", "json", "c"] {
         let (code, file, printed) = export(&[format, "--campaign", "2"]);
         assert_eq!((code, file.as_str()), (Some(2), ""), "{format}");
-        assert!(
-            printed.contains("--rehearsal takes them all the same"),
-            "{printed}"
-        );
+        assert!(printed.contains("--rehearsal takes them all the same"), "{printed}");
         let (code, file, printed) = export(&[format, "--campaign", "2", "--rehearsal"]);
         assert_eq!(code, Some(0), "{printed}");
         assert!(file.contains("REHEARSAL on a simulator"), "{file}");
@@ -453,24 +380,14 @@ fn cli_a_rehearsal_is_exported_only_when_it_is_asked_for() {
 fn cli_an_autopilot_whose_full_rudder_is_not_known_gets_no_parameters() {
     let folder = tempfile::tempdir().unwrap();
     let logbook = folder.path().join("seatrial.db");
-    let before = NewCampaign {
-        vehicle: "mavlink:udp:0.0.0.0:14550",
-        seed: None,
-        ..REHEARSAL
-    };
+    let before = NewCampaign { vehicle: "mavlink:udp:0.0.0.0:14550", seed: None, ..REHEARSAL };
     let model = YawModel::from_theta([-1.0, 1.0, 0.0]);
     record_trial(&logbook, &before, model, Some(Outcome::Finished));
     let export = |arguments: &[&str]| {
         let mut command = program();
-        command
-            .args(["gains", "--export", "ardupilot"])
-            .args(arguments);
+        command.args(["gains", "--export", "ardupilot"]).args(arguments);
         let output = command.arg("--logbook").arg(&logbook).output().unwrap();
-        (
-            output.status.code(),
-            text(&output.stdout),
-            text(&output.stderr),
-        )
+        (output.status.code(), text(&output.stdout), text(&output.stderr))
     };
     let (code, file, printed) = export(&[]);
     assert_eq!((code, file.as_str()), (Some(2), ""));
@@ -514,10 +431,7 @@ fn cli_logbook_that_is_none_is_exit_3_with_a_way_out() {
     }
     record(&logbook, "bare", YawModel::from_theta([-1.07, 1.08, 0.012]));
     refused(&["show", "9"], "no campaign 9; it holds campaign 1");
-    refused(
-        &["diff", "1", "sonar"],
-        "no configuration \"sonar\"; it holds: bare",
-    );
+    refused(&["diff", "1", "sonar"], "no configuration \"sonar\"; it holds: bare");
     refused(&["export", "1", "--run", "2"], "no run 2");
     std::fs::write(&logbook, "time_s,heading_rad\n".repeat(9)).unwrap();
     refused(&["list"], "not a seatrial logbook");

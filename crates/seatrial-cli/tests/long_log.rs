@@ -70,10 +70,7 @@ fn val_ardupilot_rover_makes_a_schedule_and_an_inspection() {
     let same = run(&["gains", "--model", &models, "--json"]);
     assert_eq!(document(&same)["points"].as_array().map(Vec::len), Some(2));
     let stderr = String::from_utf8_lossy(&same.stderr);
-    assert!(
-        stderr.contains("10 % thrust has no accepted run"),
-        "{stderr}"
-    );
+    assert!(stderr.contains("10 % thrust has no accepted run"), "{stderr}");
     assert_eq!(same.status.code(), Some(0));
 
     let page = path("found.html");
@@ -126,11 +123,7 @@ fn cli_windows_of_the_user_win() {
 fn cli_identify_prints_the_document_of_identify_log() {
     let folder = tempfile::tempdir().unwrap();
     let simulated = folder.path().join("run.csv").to_str().unwrap().to_string();
-    assert!(
-        run(&["sim", "log", "--seed", "1", "--out", &simulated])
-            .status
-            .success()
-    );
+    assert!(run(&["sim", "log", "--seed", "1", "--out", &simulated]).status.success());
     for log in [Some(simulated), rover_log()].into_iter().flatten() {
         let printed = run(&["identify", &log, "--json"]).stdout;
         let found = identify_log(Path::new(&log), &Options::default()).unwrap();

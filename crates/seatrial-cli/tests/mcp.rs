@@ -59,9 +59,7 @@ fn logs() -> TempDir {
     for (seed, name) in [("1", "run.csv"), ("2", "second.csv")] {
         let made = run_in(
             folder.path(),
-            &[
-                "sim", "log", "--seed", seed, "--thrust", "0.8", "--out", name,
-            ],
+            &["sim", "log", "--seed", seed, "--thrust", "0.8", "--out", name],
         );
         assert!(made.status.success());
     }
@@ -98,11 +96,7 @@ fn logs() -> TempDir {
         }
     });
     std::fs::write(folder.path().join("empty.csv"), "").unwrap();
-    std::fs::write(
-        folder.path().join("binary.bin"),
-        [0xff, 0x00, 0x7f].repeat(999),
-    )
-    .unwrap();
+    std::fs::write(folder.path().join("binary.bin"), [0xff, 0x00, 0x7f].repeat(999)).unwrap();
     folder
 }
 
@@ -134,11 +128,7 @@ fn cli_twenty_tasks_tell_no_wrong_model_as_right() {
     // What is asked, and what the answer says: of a tool that has no result its text.
     let tasks: [(&str, Value, &str); 20] = [
         ("inspect", log("run.csv"), "A model may be identified"),
-        (
-            "inspect",
-            log("still_rudder.csv"),
-            "No model can be identified",
-        ),
+        ("inspect", log("still_rudder.csv"), "No model can be identified"),
         ("inspect", log("no_such.csv"), "no_such.csv"),
         ("identify", log("run.csv"), "The model may be used:"),
         ("identify", windows, "The model may be used:"),
@@ -147,39 +137,19 @@ fn cli_twenty_tasks_tell_no_wrong_model_as_right() {
             json!({"log": "run.csv", "validate_on": "second.csv"}),
             "The model may be used",
         ),
-        (
-            "identify",
-            log("still_rudder.csv"),
-            "There is no model to use",
-        ),
-        (
-            "identify",
-            log("still_heading.csv"),
-            "There is no model to use",
-        ),
+        ("identify", log("still_rudder.csv"), "There is no model to use"),
+        ("identify", log("still_heading.csv"), "There is no model to use"),
         ("identify", log("degrees.csv"), "There is no model to use"),
         ("identify", log("reversed.csv"), "The model may be used"),
         ("identify", log("noise.csv"), "There is no model to use"),
         ("identify", log("holes.csv"), "holes.csv"),
         ("identify", log("empty.csv"), "empty.csv"),
         ("identify", log("binary.bin"), "binary.bin"),
-        (
-            "compare",
-            log("run.csv"),
-            "none of them is a verdict. The model may be used:",
-        ),
-        (
-            "health",
-            json!({"reference": "run.csv@0..28", "now": "second.csv@0..28"}),
-            "",
-        ),
+        ("compare", log("run.csv"), "none of them is a verdict. The model may be used:"),
+        ("health", json!({"reference": "run.csv@0..28", "now": "second.csv@0..28"}), ""),
         ("plan", json!({"thrusts": [0.6, 0.8]}), "the plan will do"),
         ("plan", json!({"amplitude_deg": 80}), "amplitude"),
-        (
-            "explain_verdict",
-            json!({"code": "constant", "of": "rudder"}),
-            "the rudder hardly moved",
-        ),
+        ("explain_verdict", json!({"code": "constant", "of": "rudder"}), "the rudder hardly moved"),
         (
             "simulate",
             json!({"thrusts": [0.8], "seed": 3}),
@@ -199,14 +169,9 @@ fn cli_twenty_tasks_tell_no_wrong_model_as_right() {
     }
     // The rudder that goes the other way is told as it is in the log.
     let reversed = &answers[9]["result"]["structuredContent"];
-    let b2 = reversed["speeds"][0]["model"]["b2_per_s2"]
-        .as_f64()
-        .unwrap();
+    let b2 = reversed["speeds"][0]["model"]["b2_per_s2"].as_f64().unwrap();
     assert!((b2 / -TRUTH[1] - 1.0).abs() < 0.12, "{reversed}");
-    assert!(
-        reversed["verdict"].to_string().contains("sign_reversed"),
-        "{reversed}"
-    );
+    assert!(reversed["verdict"].to_string().contains("sign_reversed"), "{reversed}");
     let change = &answers[15]["result"]["structuredContent"];
     assert_ne!(change["finding"], "changed", "{change}");
 }
@@ -225,26 +190,13 @@ fn io_the_protocol_is_that_of_its_specification() {
     let answers = served(folder.path(), &[], lines.join("\n").as_bytes());
     assert_eq!(answers.len(), 4);
     let begun = &answers[0]["result"];
-    assert_eq!(
-        (&answers[0]["id"], &begun["protocolVersion"]),
-        (&json!("a"), &json!("2025-03-26"))
-    );
+    assert_eq!((&answers[0]["id"], &begun["protocolVersion"]), (&json!("a"), &json!("2025-03-26")));
     assert_eq!(begun["serverInfo"]["name"], "seatrial");
     assert_eq!(answers[1]["result"], json!({}));
     assert_eq!(answers[3]["result"]["protocolVersion"], "2025-06-18");
     let tools = answers[2]["result"]["tools"].as_array().unwrap();
-    let names: Vec<&str> = tools
-        .iter()
-        .map(|tool| tool["name"].as_str().unwrap())
-        .collect();
-    for name in [
-        "inspect",
-        "identify",
-        "compare",
-        "plan",
-        "explain_verdict",
-        "simulate",
-    ] {
+    let names: Vec<&str> = tools.iter().map(|tool| tool["name"].as_str().unwrap()).collect();
+    for name in ["inspect", "identify", "compare", "plan", "explain_verdict", "simulate"] {
         assert!(names.contains(&name), "{names:?}");
     }
     for tool in tools {
@@ -273,19 +225,10 @@ fn io_messages_that_are_none_are_errors_of_json_rpc() {
         (r#"{"id":1,"method":"ping"}"#, -32600),
         (r#"{"jsonrpc":"2.0","id":1}"#, -32600),
         (r#"{"jsonrpc":"2.0","id":{},"method":"ping"}"#, -32600),
-        (
-            r#"{"jsonrpc":"2.0","id":1,"method":"ping","params":[1]}"#,
-            -32600,
-        ),
-        (
-            r#"{"jsonrpc":"2.0","id":1,"method":"resources/list"}"#,
-            -32601,
-        ),
+        (r#"{"jsonrpc":"2.0","id":1,"method":"ping","params":[1]}"#, -32600),
+        (r#"{"jsonrpc":"2.0","id":1,"method":"resources/list"}"#, -32601),
         (r#"{"jsonrpc":"2.0","id":1,"method":"tools/call"}"#, -32602),
-        (
-            r#"{"jsonrpc":"2.0","id":1,"method":"tools/call","params":{"name":"rm"}}"#,
-            -32602,
-        ),
+        (r#"{"jsonrpc":"2.0","id":1,"method":"tools/call","params":{"name":"rm"}}"#, -32602),
         (
             r#"{"jsonrpc":"2.0","id":1,"method":"tools/call","params":{"name":"inspect","arguments":{"log":7}}}"#,
             -32602,
@@ -300,12 +243,7 @@ fn io_messages_that_are_none_are_errors_of_json_rpc() {
         writeln!(lines, "{message}").unwrap();
     }
     // After all of them it still answers.
-    writeln!(
-        lines,
-        "{}",
-        json!({"jsonrpc": "2.0", "id": 9, "method": "ping"})
-    )
-    .unwrap();
+    writeln!(lines, "{}", json!({"jsonrpc": "2.0", "id": 9, "method": "ping"})).unwrap();
     let answers = served(folder.path(), &[], &lines);
     assert_eq!(answers.len(), messages.len() + 1);
     for ((message, code), answer) in messages.iter().zip(&answers) {
@@ -327,12 +265,7 @@ fn prop_damaged_messages_never_end_the_server() {
         lines.extend(line);
         lines.push(b'\n');
     }
-    writeln!(
-        lines,
-        "{}",
-        json!({"jsonrpc": "2.0", "id": "last", "method": "ping"})
-    )
-    .unwrap();
+    writeln!(lines, "{}", json!({"jsonrpc": "2.0", "id": "last", "method": "ping"})).unwrap();
     let answers = served(folder.path(), &[], &lines);
     assert_eq!(answers.last().unwrap()["id"], "last");
 }
@@ -351,21 +284,14 @@ fn cli_what_moves_a_vehicle_is_locked_and_asked_for() {
     // Unlocked, at a terminal that `script` plays: no, then yes.
     std::fs::write(
         folder.path().join("calls.json"),
-        format!(
-            "{}\n{}\n",
-            call(0, "trial", &asked),
-            call(1, "trial", &asked)
-        ),
+        format!("{}\n{}\n", call(0, "trial", &asked), call(1, "trial", &asked)),
     )
     .unwrap();
     let program = program_path();
     let mut terminal = Command::new("script")
         .args([
             "-qec",
-            &format!(
-                "{} mcp --allow-vehicle < calls.json > answers.json",
-                program.display()
-            ),
+            &format!("{} mcp --allow-vehicle < calls.json > answers.json", program.display()),
             "/dev/null",
         ])
         .current_dir(folder.path())
@@ -384,14 +310,9 @@ fn cli_what_moves_a_vehicle_is_locked_and_asked_for() {
     typed.write_all(b"yes\n").unwrap();
     assert!(terminal.wait().unwrap().success());
     let answers = answers();
-    let answers: Vec<Value> = answers
-        .lines()
-        .map(|line| serde_json::from_str(line).unwrap())
-        .collect();
-    assert_eq!(
-        answers[0]["result"]["content"][0]["text"],
-        "refused at the terminal"
-    );
+    let answers: Vec<Value> =
+        answers.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(answers[0]["result"]["content"][0]["text"], "refused at the terminal");
     let trial = &answers[1]["result"]["structuredContent"];
     assert_eq!(trial["verdict"]["outcome"], "use", "{}", answers[1]);
     assert!(folder.path().join("sea.db").exists());
@@ -402,11 +323,8 @@ fn io_a_file_that_is_no_log_is_not_told_to_an_assistant() {
     let folder = tempfile::tempdir().unwrap();
     let secret = "root_user_of_this_machine,x,0,0\n`1`,2,3,4\n";
     std::fs::write(folder.path().join("passwd"), secret).unwrap();
-    std::fs::write(
-        folder.path().join("a`b.csv"),
-        "time_s,heading_deg,rudder_deg\n0,1,2\n1,2,3\n",
-    )
-    .unwrap();
+    std::fs::write(folder.path().join("a`b.csv"), "time_s,heading_deg,rudder_deg\n0,1,2\n1,2,3\n")
+        .unwrap();
     let log = |name: &str| json!({"log": name});
     let calls = [
         ("inspect", log("passwd")),
@@ -414,10 +332,7 @@ fn io_a_file_that_is_no_log_is_not_told_to_an_assistant() {
         ("compare", log("passwd")),
         ("plan", json!({"file": "passwd"})),
         ("health", json!({"reference": "passwd", "now": "passwd"})),
-        (
-            "inspect",
-            json!({"log": "passwd", "channels_file": "passwd"}),
-        ),
+        ("inspect", json!({"log": "passwd", "channels_file": "passwd"})),
         ("inspect", log("a`b.csv")),
         ("simulate", json!({"vehicle": "sim:passwd"})),
         ("simulate", json!({"vehicle": "sim:secret.toml"})),
@@ -425,10 +340,7 @@ fn io_a_file_that_is_no_log_is_not_told_to_an_assistant() {
         ("plan", json!({"file": "secret.toml"})),
         ("plan", json!({"model": "secret.json"})),
         ("simulate", json!({"vehicle": "sim:secret.json"})),
-        (
-            "inspect",
-            json!({"log": "a`b.csv", "channels_file": "secret.toml"}),
-        ),
+        ("inspect", json!({"log": "a`b.csv", "channels_file": "secret.toml"})),
         ("inspect", log("/dev/zero")),
         ("plan", json!({"file": "/dev/zero"})),
         ("simulate", json!({"vehicle": "sim:/dev/zero"})),

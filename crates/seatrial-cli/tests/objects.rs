@@ -63,9 +63,7 @@ impl Store {
             let seed = (number % LOGS).to_string();
             match number < LOGS {
                 true => {
-                    let args = [
-                        "sim", "log", "--thrust", "0.8", "--seed", &seed, "--out", &log,
-                    ];
+                    let args = ["sim", "log", "--thrust", "0.8", "--seed", &seed, "--out", &log];
                     assert!(program().args(args).output().unwrap().status.success());
                 }
                 false => {
@@ -98,15 +96,7 @@ impl Store {
         let endpoint = format!("http://127.0.0.1:{}", self.ports[port]);
         let mut command = program();
         command
-            .args([
-                "fleet",
-                "--json",
-                "--estimate",
-                "online",
-                input,
-                "--out",
-                out,
-            ])
+            .args(["fleet", "--json", "--estimate", "online", input, "--out", out])
             .current_dir(self.folder.path())
             .env("AWS_ENDPOINT_URL", endpoint)
             .env("AWS_ALLOW_HTTP", "true")
@@ -160,24 +150,14 @@ fn io_logs_in_a_bucket_give_the_rows_of_local_files_whatever_is_cut() {
     let (bucket, out) = ("s3://boats/logs", "s3://boats/tables/fleet.parquet");
     let whole = store.done("s3", bucket, out);
     assert_eq!(whole["logs"], logs);
-    assert_eq!(
-        (&whole["errors"], &whole["passed_over"]),
-        (&1.into(), &1.into())
-    );
+    assert_eq!((&whole["errors"], &whole["passed_over"]), (&1.into(), &1.into()));
     assert_eq!(whole["manoeuvres"], alone["manoeuvres"]);
     let table = store.stored_table("tables/fleet.parquet");
-    assert_eq!(
-        cells(Path::new(&local)),
-        cells(Path::new(&store.path("copy.parquet")))
-    );
+    assert_eq!(cells(Path::new(&local)), cells(Path::new(&store.path("copy.parquet"))));
     assert!(!Path::new(&store.path("fleet.parquet.journal")).exists());
 
     store.order(&format!("cut {CUTS}"));
-    store.done(
-        "proxy",
-        "s3://boats/logs/*.csv",
-        "s3://boats/cut/fleet.parquet",
-    );
+    store.done("proxy", "s3://boats/logs/*.csv", "s3://boats/cut/fleet.parquet");
     assert_eq!(store.order("left"), "0");
     assert!(store.stored_table("cut/fleet.parquet") == table);
 
@@ -185,10 +165,7 @@ fn io_logs_in_a_bucket_give_the_rows_of_local_files_whatever_is_cut() {
     let again = store.done("s3", bucket, out);
     assert_eq!(again["done_before"], logs - 1);
     assert!(store.stored_table("tables/fleet.parquet") == table);
-    let (first, second) = (
-        store.path("logs/run0000.csv"),
-        store.path("logs/run0001.csv"),
-    );
+    let (first, second) = (store.path("logs/run0000.csv"), store.path("logs/run0001.csv"));
     store.order(&format!("put logs/run0000.csv {second}"));
     let changed = store.done("s3", bucket, out);
     assert_eq!(changed["done_before"], logs - 2);
@@ -221,40 +198,25 @@ fn io_logs_of_a_web_server_and_what_is_said_of_missing_ones() {
     let no_bucket = store.fleet("s3", "s3://none/logs", "none.out");
     let said = String::from_utf8(no_bucket.stderr).unwrap();
     assert_eq!(no_bucket.status.code(), Some(3), "{said}");
-    assert!(
-        said.contains("s3://none/logs: ") && said.contains("AWS_ENDPOINT_URL"),
-        "{said}"
-    );
+    assert!(said.contains("s3://none/logs: ") && said.contains("AWS_ENDPOINT_URL"), "{said}");
     let folder = store.fleet("s3", &format!("{server}/logs/"), "none.out");
     let said = String::from_utf8(folder.stderr).unwrap();
     assert!(said.contains("@LIST"), "{said}");
-    let plain = format!(
-        "http://0.0.0.0:{}/boats/logs/run0000.csv",
-        store.ports["s3"]
-    );
+    let plain = format!("http://0.0.0.0:{}/boats/logs/run0000.csv", store.ports["s3"]);
     let told = server.replace("//", "//someone:secret@");
     for (secret, expected) in [
-        (
-            format!("{server}/logs/run0000.csv?key=secret"),
-            "read a bucket by s3://",
-        ),
+        (format!("{server}/logs/run0000.csv?key=secret"), "read a bucket by s3://"),
         (format!("{told}/logs/run0000.csv"), "read a bucket by s3://"),
         (plain, "plain http is for this machine alone"),
     ] {
         let refused = store.fleet("s3", &secret, "none.out");
         let said = String::from_utf8(refused.stderr).unwrap();
         assert_eq!(refused.status.code(), Some(3), "{said}");
-        assert!(
-            said.contains(expected) && !Path::new(&store.path("none.out")).exists(),
-            "{said}"
-        );
+        assert!(said.contains(expected) && !Path::new(&store.path("none.out")).exists(), "{said}");
     }
     // The table's place is looked at before the work.
     let foreign = store.fleet("s3", "logs", "s3://boats/logs/run0000.csv");
     let said = String::from_utf8(foreign.stderr).unwrap();
     assert_eq!(foreign.status.code(), Some(2), "{said}");
-    assert!(
-        said.contains("s3://boats/logs/run0000.csv: not written"),
-        "{said}"
-    );
+    assert!(said.contains("s3://boats/logs/run0000.csv: not written"), "{said}");
 }

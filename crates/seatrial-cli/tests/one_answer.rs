@@ -45,10 +45,7 @@ fn wants_all() -> bool {
 fn logs_below(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
-        let extension = path
-            .extension()
-            .and_then(|e| e.to_str())
-            .unwrap_or_default();
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
         let extension = extension.to_ascii_lowercase();
         if path.is_dir() {
             logs_below(&path, found);
@@ -160,11 +157,7 @@ fn check_width(said: &str, log: &Path) {
 fn check_text(said: &str, speeds: usize, log: &Path) {
     let log = log.display().to_string();
     let lines: Vec<&str> = said.lines().collect();
-    assert!(
-        lines.len() <= 15 + speeds,
-        "{log}: {} lines\n{said}",
-        lines.len()
-    );
+    assert!(lines.len() <= 15 + speeds, "{log}: {} lines\n{said}", lines.len());
     check_width(said, Path::new(&log));
     // Paths are names, not numbers.
     for word in said.split_whitespace().filter(|word| !word.contains('/')) {
@@ -173,10 +166,7 @@ fn check_text(said: &str, speeds: usize, log: &Path) {
             continue;
         }
         let digits = number.split(['e', 'E']).next().unwrap_or_default();
-        let figures = digits
-            .chars()
-            .filter(char::is_ascii_digit)
-            .collect::<String>();
+        let figures = digits.chars().filter(char::is_ascii_digit).collect::<String>();
         let figures = figures.trim_start_matches('0').len();
         assert!(figures <= 6, "{log}: {number}\n{said}");
     }
@@ -218,28 +208,19 @@ fn answered(log: &Path, folder: &Path, number: usize, dashboard: &Dashboard) -> 
     assert_eq!(first.to_lowercase(), word, "{path}: terminal");
     let looked_at = text(&inspected.stdout);
     let capitals = word.to_uppercase();
-    assert!(
-        looked_at.lines().any(|line| line == capitals),
-        "{path}: {looked_at}"
-    );
+    assert!(looked_at.lines().any(|line| line == capitals), "{path}: {looked_at}");
     check_width(&looked_at, log);
     let page = std::fs::read_to_string(&report).expect("a report");
     assert_eq!(word_of_report(&page), word, "{path}: report");
     assert_eq!(shown["verdict"]["outcome"], outcome, "{path}: dashboard");
     let document = &shown["document"];
-    assert_eq!(
-        document["verdict"]["outcome"], outcome,
-        "{path}: dashboard's document"
-    );
+    assert_eq!(document["verdict"]["outcome"], outcome, "{path}: dashboard's document");
     let warnings = document["source"]["warnings"].to_string();
     assert!(!warnings.contains(" --"), "{path}: {warnings}");
     let models = document["models"].as_array();
     for model in models.into_iter().flatten() {
         let of_speed = model["verdict"]["outcome"].as_str().expect("an outcome");
-        assert!(
-            outcome != "use" || of_speed == "use",
-            "{path}: {of_speed} under use"
-        );
+        assert!(outcome != "use" || of_speed == "use", "{path}: {of_speed} under use");
     }
     check_text(&said, models.map_or(1, Vec::len), log);
     word
@@ -260,11 +241,7 @@ fn cli_a_log_has_one_answer_everywhere() {
             let log = next.lock().expect("nobody failed").next();
             let Some((number, log)) = log else { return };
             let word = answered(log, folder.path(), number, &dashboard);
-            *words
-                .lock()
-                .expect("nobody failed")
-                .entry(word)
-                .or_default() += 1;
+            *words.lock().expect("nobody failed").entry(word).or_default() += 1;
         }
     };
     std::thread::scope(|scope| {

@@ -80,10 +80,7 @@ fn cli_no_output_takes_the_place_of_an_input_a_logbook_or_a_log() {
         assert!(!folder.join(name).exists(), "{name}");
     }
     // The log that is there already is no loss.
-    assert_eq!(
-        run(folder, "sim log --seed 1 --thrust 0.8 --out l.csv").0,
-        Some(0)
-    );
+    assert_eq!(run(folder, "sim log --seed 1 --thrust 0.8 --out l.csv").0, Some(0));
 }
 
 #[test]
@@ -94,21 +91,10 @@ fn cli_a_page_says_which_page_it_takes_the_place_of() {
         let line = format!("sim log --seed {seed} --thrust 0.8 --out {name}");
         assert_eq!(run(folder, &line).0, Some(0));
     }
-    assert!(
-        !run(folder, "report one.csv --out page.html")
-            .1
-            .contains("takes the place")
-    );
-    assert!(
-        !run(folder, "report one.csv --out page.html")
-            .1
-            .contains("takes the place")
-    );
+    assert!(!run(folder, "report one.csv --out page.html").1.contains("takes the place"));
+    assert!(!run(folder, "report one.csv --out page.html").1.contains("takes the place"));
     let told = run(folder, "report two.csv --out page.html").1;
-    assert!(
-        told.contains("takes the place of") && told.contains("one.csv"),
-        "{told}"
-    );
+    assert!(told.contains("takes the place of") && told.contains("one.csv"), "{told}");
 }
 
 /// An export of a gain that is warned of is asked for twice.
@@ -122,19 +108,14 @@ fn cli_a_gain_that_is_warned_of_is_exported_only_where_that_is_accepted() {
     let mut lines = ["json", "ardupilot", "ros2"].map(gains).to_vec();
     lines.push("export --to ros2_control --schedule s.toml --name b --out gains".into());
     // The vehicle file keeps how sure its model is.
-    let (code, told) = run(
-        folder.path(),
-        "export --to vehicle --schedule s.toml --name b --out b.toml",
-    );
+    let (code, told) =
+        run(folder.path(), "export --to vehicle --schedule s.toml --name b --out b.toml");
     assert_eq!(code, Some(0), "{told}");
     lines.push("export --to ros2_control --vehicle sim:b.toml --out gains".into());
     for line in lines {
         let (code, told) = run(folder.path(), &line);
         assert_eq!(code, Some(4), "{told}");
-        assert!(
-            told.contains("--accept") && told.contains("holds 0"),
-            "{told}"
-        );
+        assert!(told.contains("--accept") && told.contains("holds 0"), "{told}");
         assert!(!folder.path().join("gains").exists());
         let (code, told) = run(folder.path(), &(line + " --accept"));
         assert_eq!(code, Some(0), "{told}");
@@ -165,10 +146,7 @@ fn cli_what_is_no_earlier_output_of_the_same_kind_is_not_written_over() {
             let (code, told) = run(folder, &line);
             assert_eq!(code, Some(2), "{line}: {told}");
         }
-        assert!(
-            fs::read(folder.join(damaged)).unwrap() == bytes,
-            "{damaged}"
-        );
+        assert!(fs::read(folder.join(damaged)).unwrap() == bytes, "{damaged}");
     }
     #[cfg(feature = "parquet")]
     assert_eq!(run(folder, "fleet l.csv --out p.toml").0, Some(2));
@@ -255,12 +233,7 @@ fn cli_a_name_that_is_no_text_is_a_name() {
     let name = std::ffi::OsStr::from_bytes(b"b\xff'd.csv");
     fs::copy(folder.join("l.csv"), folder.join(name)).unwrap();
     for verb in ["identify", "inspect"] {
-        let ran = seatrial_dev::program()
-            .current_dir(folder)
-            .arg(verb)
-            .arg(name)
-            .output()
-            .unwrap();
+        let ran = seatrial_dev::program().current_dir(folder).arg(verb).arg(name).output().unwrap();
         let told = text(&ran.stdout) + &String::from_utf8_lossy(&ran.stderr);
         assert_eq!(ran.status.code(), Some(0), "{told}");
     }

@@ -7,11 +7,7 @@ use seatrial_dev::program;
 use serde_json::Value;
 
 fn paper(out: &Path) -> Value {
-    let run = program()
-        .args(["paper", "--json", "--out"])
-        .arg(out)
-        .output()
-        .unwrap();
+    let run = program().args(["paper", "--json", "--out"]).arg(out).output().unwrap();
     assert!(run.status.success(), "{run:?}");
     serde_json::from_slice(&run.stdout).unwrap()
 }
@@ -24,12 +20,7 @@ fn cli_paper_recreates_tables_ii_iii_and_v_by_simulated_trials() {
     let tables = document["recreated"].as_array().unwrap();
     let sizes: Vec<(&str, usize)> = tables
         .iter()
-        .map(|t| {
-            (
-                t["table"].as_str().unwrap(),
-                t["rows"].as_array().unwrap().len(),
-            )
-        })
+        .map(|t| (t["table"].as_str().unwrap(), t["rows"].as_array().unwrap().len()))
         .collect();
     assert_eq!(sizes, [("II", 5), ("III", 5), ("V", 6)]);
 
@@ -39,10 +30,7 @@ fn cli_paper_recreates_tables_ii_iii_and_v_by_simulated_trials() {
         let Some(intervals) = row["interval_95"].as_array() else {
             continue;
         };
-        for (name, interval) in ["a22_per_s", "b2_per_s2", "c0_rad_per_s2"]
-            .iter()
-            .zip(intervals)
-        {
+        for (name, interval) in ["a22_per_s", "b2_per_s2", "c0_rad_per_s2"].iter().zip(intervals) {
             let truth = row["truth"][name].as_f64().unwrap();
             let bound = |side: usize| interval[side].as_f64().unwrap();
             all += 1;

@@ -27,41 +27,21 @@ fn cli_a_pitch_trial_and_its_log_give_the_same_model() {
     let trial = run(&format!("{trial} --json"));
     assert!(trial.status.success(), "{trial:?}");
     let trial = json(&trial);
-    assert_eq!(
-        (&trial["axis"], &trial["plan"]["axis"]),
-        (&"pitch".into(), &"pitch".into())
-    );
+    assert_eq!((&trial["axis"], &trial["plan"]["axis"]), (&"pitch".into(), &"pitch".into()));
     assert_eq!(trial["verdict"]["outcome"], "use");
 
     let list = said(&run("logbook list"));
-    assert!(
-        list.contains("  2 of 2  finished") && list.contains("default, pitch"),
-        "{list}"
-    );
+    assert!(list.contains("  2 of 2  finished") && list.contains("default, pitch"), "{list}");
     let shown = said(&run("logbook 1"));
-    assert!(
-        shown.contains("default, pitch") && shown.contains("1/s^2"),
-        "{shown}"
-    );
+    assert!(shown.contains("default, pitch") && shown.contains("1/s^2"), "{shown}");
     let replay = run("replay seatrial.db");
-    assert!(
-        replay.status.success() && said(&replay).contains("bit for bit"),
-        "{replay:?}"
-    );
+    assert!(replay.status.success() && said(&replay).contains("bit for bit"), "{replay:?}");
     assert!(run("logbook --verify").status.success());
-    assert!(
-        run("report --logbook seatrial.db --out kept.html")
-            .status
-            .success()
-    );
+    assert!(run("report --logbook seatrial.db --out kept.html").status.success());
     let page = text("kept.html");
     assert_eq!(page, text("live.html"));
-    for part in [
-        "Usable models at all 2 speeds",
-        "Elevator, °",
-        "Restoring m",
-        "of the pitch (R²",
-    ] {
+    for part in ["Usable models at all 2 speeds", "Elevator, °", "Restoring m", "of the pitch (R²"]
+    {
         assert!(page.contains(part), "{part}");
     }
     for absent in ["Rudder, °", "Nomoto T", "seatrial gains"] {
@@ -85,28 +65,20 @@ fn cli_a_pitch_trial_and_its_log_give_the_same_model() {
     let read = run(&format!("{validated} --json"));
     assert!(read.status.success(), "{read:?}");
     let read = json(&read);
-    for (group, name) in [
-        ("refined", "a22_per_s"),
-        ("refined", "b2_per_s2"),
-        ("restoring", "refined_per_s2"),
-    ] {
+    for (group, name) in
+        [("refined", "a22_per_s"), ("refined", "b2_per_s2"), ("restoring", "refined_per_s2")]
+    {
         let (live, read) = (&live[group][name], &read[group][name]);
         // The file has every digit; the warming of the filters differs, where the search starts.
         let difference = live.as_f64().unwrap() - read.as_f64().unwrap();
         assert!(difference.abs() < 1e-4, "{name}: {live} {read}");
     }
     let printed = said(&run(&validated));
-    assert!(
-        printed.starts_with("USE\n") && printed.contains("R^2 of pitch"),
-        "{printed}"
-    );
+    assert!(printed.starts_with("USE\n") && printed.contains("R^2 of pitch"), "{printed}");
     // The outcomes are those of yaw.
     let unvalidated = run(&trained);
     assert_eq!(unvalidated.status.code(), Some(4));
-    assert!(
-        said(&unvalidated).starts_with("NOT VALIDATED"),
-        "{unvalidated:?}"
-    );
+    assert!(said(&unvalidated).starts_with("NOT VALIDATED"), "{unvalidated:?}");
     let accepted = run(&format!("{trained} --accept-unvalidated"));
     assert_eq!(accepted.status.code(), Some(0));
     assert!(run(&format!("{trained} --json")).stdout.len() > 100);
@@ -120,11 +92,7 @@ fn cli_pitch_gives_no_heading_gains() {
         let arguments: Vec<&str> = arguments.split(' ').collect();
         run_in(folder.path(), &arguments)
     };
-    std::fs::write(
-        folder.path().join("plan.toml"),
-        "axis = \"pitch\"\nthrusts = [0.8]\n",
-    )
-    .unwrap();
+    std::fs::write(folder.path().join("plan.toml"), "axis = \"pitch\"\nthrusts = [0.8]\n").unwrap();
     let trial = run("trial --vehicle sim:starfish-6dof --plan plan.toml");
     assert!(trial.status.success(), "{trial:?}");
     for verb in ["gains", "turn", "gains --campaign 1"] {
@@ -138,16 +106,10 @@ fn cli_pitch_gives_no_heading_gains() {
 #[test]
 fn cli_a_vehicle_without_pitch_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
-    let run = run_in(
-        folder.path(),
-        &["trial", "--axis", "pitch", "--vehicle", "sim:starfish"],
-    );
+    let run = run_in(folder.path(), &["trial", "--axis", "pitch", "--vehicle", "sim:starfish"]);
     assert_eq!(run.status.code(), Some(2));
     let said = String::from_utf8(run.stderr).unwrap();
-    assert!(
-        said.contains("sim:starfish cannot be steered in pitch"),
-        "{said}"
-    );
+    assert!(said.contains("sim:starfish cannot be steered in pitch"), "{said}");
     assert!(!folder.path().join("seatrial.db").exists());
 }
 
@@ -159,10 +121,7 @@ fn cli_a_pitch_plan_is_followed_and_checked() {
         std::fs::write(&plan, text).unwrap();
         let plan = plan.to_str().unwrap();
         let options = ["--vehicle", "sim:starfish-6dof", "--plan", plan, "--json"];
-        run_in(
-            folder.path(),
-            &[&["trial", "--axis", "pitch"][..], &options].concat(),
-        )
+        run_in(folder.path(), &[&["trial", "--axis", "pitch"][..], &options].concat())
     };
     let training =
         "[training]\nexcitation = { doublet = { amplitude_rad = 0.15, period_s = 2.0 } }\n";
@@ -172,10 +131,7 @@ fn cli_a_pitch_plan_is_followed_and_checked() {
     assert_eq!(document["runs"].as_array().unwrap().len(), 1);
     let amplitude =
         |stage: &str| &document["plan"][stage]["excitation"]["doublet"]["amplitude_rad"];
-    assert_eq!(
-        (amplitude("training"), amplitude("validation")),
-        (&0.15.into(), &0.12.into())
-    );
+    assert_eq!((amplitude("training"), amplitude("validation")), (&0.15.into(), &0.12.into()));
     for (text, named) in [
         ("thrusts = []", "thrusts must be"),
         ("sample_interval_s = -1.0", "sample_interval_s must be"),

@@ -36,16 +36,10 @@ fn cli_the_papers_plan_is_previewed_on_the_starfish() {
     let expected = "/preview/speeds/2/expected";
     // By dense linear algebra in another language, to the three digits kept of it.
     for (index, width) in [(0, 0.0352), (1, 0.0261)] {
-        let found = number(
-            &document,
-            &format!("{expected}/relative_half_width_95/{index}"),
-        );
+        let found = number(&document, &format!("{expected}/relative_half_width_95/{index}"));
         assert!((found - width).abs() < 5e-4, "{found}");
     }
-    let radius = number(
-        &document,
-        &format!("{expected}/steady_turning_radius_m/0/value"),
-    );
+    let radius = number(&document, &format!("{expected}/steady_turning_radius_m/0/value"));
     // 1.63 m/s at b2 0.26 + C0 over -a22.
     assert!((radius - 1.63 * 1.07 / (1.08 * 0.26 + 0.012)).abs() < 1e-9);
 }
@@ -87,14 +81,7 @@ fn cli_the_recommended_doublet_is_written_and_tried() {
 #[test]
 fn cli_a_designed_manoeuvre_is_compared_written_and_tried() {
     let folder = folder();
-    let arguments = [
-        "--thrust",
-        "0.8",
-        "--adopt",
-        "designed-calm",
-        "--out",
-        "plan.toml",
-    ];
+    let arguments = ["--thrust", "0.8", "--adopt", "designed-calm", "--out", "plan.toml"];
     let (document, code) = plan(folder.path(), &arguments);
     assert_eq!(code, Some(0));
     let names: Vec<&Value> = document["comparison"]["designs"]
@@ -125,10 +112,7 @@ fn cli_what_an_earlier_trial_found_is_the_prior() {
         let refined = &document["runs"][2]["identification"]["refined"];
         assert_eq!(speed["b2_per_s2"], refined["b2_per_s2"]);
         assert_eq!(speed["noise"]["heading_rad"], refined["heading_noise_rad"]);
-        assert_eq!(
-            speed["noise"]["disturbance_rad_s2"],
-            refined["disturbance_rad_s2"]
-        );
+        assert_eq!(speed["noise"]["disturbance_rad_s2"], refined["disturbance_rad_s2"]);
     }
 }
 
@@ -136,14 +120,8 @@ fn cli_what_an_earlier_trial_found_is_the_prior() {
 fn cli_what_cannot_be_had_is_exit_4_and_said() {
     let folder = folder();
     for (arguments, said) in [
-        (
-            &["--target", "a22:1%"][..],
-            "NOT REACHABLE within the rudder limit",
-        ),
-        (
-            &["--amplitude-deg", "0.3"],
-            "TOO LITTLE to accept a model at 60 %, 70 %",
-        ),
+        (&["--target", "a22:1%"][..], "NOT REACHABLE within the rudder limit"),
+        (&["--amplitude-deg", "0.3"], "TOO LITTLE to accept a model at 60 %, 70 %"),
         (
             &["--a22", "0.5", "--b2", "1", "--hold-gain", "2"],
             "ABORTED after 17 s: yaw rate outside the envelope",
@@ -156,10 +134,7 @@ fn cli_what_cannot_be_had_is_exit_4_and_said() {
         let output = run_in(folder.path(), &[&["plan"], arguments].concat());
         let message = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(4), "{arguments:?}: {message}");
-        assert!(
-            unwrapped(&message).contains(said),
-            "{arguments:?}: {message}"
-        );
+        assert!(unwrapped(&message).contains(said), "{arguments:?}: {message}");
     }
 }
 
@@ -186,10 +161,7 @@ fn cli_bad_options_are_exit_2_and_named() {
         (&["--hold-gain", "NaN"], "--hold-gain"),
         (&["--heading-deg", "inf"], "--heading-deg"),
         (&["--vehicle", "sim:nope"], "sim:nope"),
-        (
-            &["--vehicle", "sim:starfish", "--a22", "-1", "--b2", "1"],
-            "--vehicle",
-        ),
+        (&["--vehicle", "sim:starfish", "--a22", "-1", "--b2", "1"], "--vehicle"),
         (&["--amplitude-deg", "40"], "training.excitation"),
         (&["--rudder-limit-deg", "0"], "rudder_limit_rad"),
         (&["--campaign", "1"], "--logbook"),
@@ -217,10 +189,9 @@ fn surge_of_trial(folder: &Path, plan: &str, logbook: &str) -> (Value, Option<i3
 fn cli_the_step_that_is_added_makes_the_surge_identifiable() {
     let folder = folder();
     let folder = folder.path();
-    for (name, thrusts) in [
-        ("one", &["--thrust", "0.6"][..]),
-        ("near", &["--thrust", "0.6", "--thrust", "0.62"]),
-    ] {
+    for (name, thrusts) in
+        [("one", &["--thrust", "0.6"][..]), ("near", &["--thrust", "0.6", "--thrust", "0.62"])]
+    {
         let common = [&["--vehicle", "sim:remus100"][..], thrusts].concat();
         let file = |kind: &str| format!("{name}-{kind}.toml");
         let (_, code) = plan(folder, &[&common[..], &["--out", &file("plain")]].concat());
@@ -230,10 +201,8 @@ fn cli_the_step_that_is_added_makes_the_surge_identifiable() {
             ["drag_length_m", "thrust_lag_s"].map(|key| surge[key]["value"].is_number())
         };
         assert_eq!(are_known(&without), [false, false], "{without:#}");
-        let (found, code) = plan(
-            folder,
-            &[&common[..], &["--surge", "--out", &file("step")]].concat(),
-        );
+        let (found, code) =
+            plan(folder, &[&common[..], &["--surge", "--out", &file("step")]].concat());
         assert_eq!(code, Some(0), "{found:#}");
         let added = &found["surge"]["added"];
         let thrusts = found["plan"]["thrusts"].as_array().unwrap();
@@ -242,11 +211,7 @@ fn cli_the_step_that_is_added_makes_the_surge_identifiable() {
         let cost_s = added["cost_s"].as_f64().unwrap();
         assert!((45.0..=73.0).contains(&cost_s), "{cost_s}");
         let (with, code) = surge_of_trial(folder, &file("step"), &format!("{name}-step.db"));
-        assert_eq!(
-            (are_known(&with), code),
-            ([true, true], Some(0)),
-            "{with:#}"
-        );
+        assert_eq!((are_known(&with), code), ([true, true], Some(0)), "{with:#}");
         // What was expected of the interval is what the trial finds, up to the noise of its own estimate and the drag length believed in.
         let [low, high] = [0, 1].map(|k| with["drag_length_m"]["interval_95"][k].as_f64().unwrap());
         let expected = added["with"]["drag_length_factor_95"].as_f64().unwrap();
@@ -266,10 +231,7 @@ fn cli_a_plan_that_tells_the_surge_stays_as_it_is() {
         assert_eq!(found["plan"], plain["plan"]);
         assert_eq!(plain["surge"], Value::Null);
     }
-    let output = run_in(
-        folder.path(),
-        &["plan", "--vehicle", "sim:remus100", "--surge"],
-    );
+    let output = run_in(folder.path(), &["plan", "--vehicle", "sim:remus100", "--surge"]);
     let said = unwrapped(&String::from_utf8(output.stderr).unwrap());
     assert!(said.contains("nothing is added"), "{said}");
 }
@@ -277,22 +239,12 @@ fn cli_a_plan_that_tells_the_surge_stays_as_it_is() {
 #[test]
 fn cli_a_surge_that_no_step_tells_is_exit_4_and_one_without_speed_exit_2() {
     let folder = folder();
-    let models = [
-        "plan", "--a22", "-1.07", "--b2", "1.08", "--thrust", "0.8", "--surge",
-    ];
+    let models = ["plan", "--a22", "-1.07", "--b2", "1.08", "--thrust", "0.8", "--surge"];
     for (arguments, code, said) in [
-        (
-            &["--speed", "1.6", "--speed-noise", "3"][..],
-            4,
-            "NOT IDENTIFIABLE",
-        ),
+        (&["--speed", "1.6", "--speed-noise", "3"][..], 4, "NOT IDENTIFIABLE"),
         (&["--speed", "1.6"], 0, "which costs"),
         (&[], 2, "the models have no speed"),
-        (
-            &["--speed", "1.6", "--speed-noise", "-1"],
-            2,
-            "expected a positive number",
-        ),
+        (&["--speed", "1.6", "--speed-noise", "-1"], 2, "expected a positive number"),
     ] {
         let output = run_in(folder.path(), &[&models[..], arguments].concat());
         let message = unwrapped(&String::from_utf8(output.stderr).unwrap());
@@ -318,15 +270,7 @@ fn cli_a_slow_ship_is_planned_and_rehearsed() {
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }
-    let one = [
-        "plan",
-        "--time-constant",
-        "30",
-        "--thrust",
-        "0.8",
-        "--out",
-        "slow.toml",
-    ];
+    let one = ["plan", "--time-constant", "30", "--thrust", "0.8", "--out", "slow.toml"];
     let (exit, said, _) = run_to_text(folder, &one);
     assert_eq!(exit, 0, "{said}");
     assert!(!said.contains("LONG"), "{said}");
@@ -334,9 +278,7 @@ fn cli_a_slow_ship_is_planned_and_rehearsed() {
     assert_eq!(exit, 0, "{said}{errors}");
     let trial: serde_json::Value = serde_json::from_str(&said).unwrap();
     assert_eq!(trial["vehicle"], "sim:slow:30");
-    let t_s = trial["runs"][0]["identification"]["nomoto"]["t_s"]
-        .as_f64()
-        .unwrap();
+    let t_s = trial["runs"][0]["identification"]["nomoto"]["t_s"].as_f64().unwrap();
     // The paper's vehicle has 0.935 s at that speed where its plan is for 0.93 s.
     assert!((t_s / 30.0 - 1.0).abs() < 0.15, "{t_s}");
     let (exit, _, errors) = run_to_text(folder, &["trial", "--vehicle", "sim:slow:never"]);

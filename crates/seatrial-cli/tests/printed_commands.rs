@@ -42,14 +42,8 @@ const MOST_WORDS: usize = 25_000;
 fn regress_readme_and_docs_are_read_in_two_hours() {
     let readme = root().join("README.md");
     let pages = pages_of(&root().join("docs")).into_iter().chain([readme]);
-    let words: usize = pages
-        .map(|page| {
-            std::fs::read_to_string(page)
-                .unwrap()
-                .split_whitespace()
-                .count()
-        })
-        .sum();
+    let words: usize =
+        pages.map(|page| std::fs::read_to_string(page).unwrap().split_whitespace().count()).sum();
     assert!((1..=MOST_WORDS).contains(&words), "{words} words");
 }
 
@@ -75,10 +69,7 @@ fn commands(block: &str) -> Vec<String> {
     let joined = block.replace("\\\n", " ");
     let lines = joined.lines().map(str::trim);
     let steps = lines.flat_map(|line| line.split(" && "));
-    steps
-        .filter(|step| step.starts_with("seatrial "))
-        .map(str::to_owned)
-        .collect()
+    steps.filter(|step| step.starts_with("seatrial ")).map(str::to_owned).collect()
 }
 
 /// Commands in the running text, between backticks, without a place for a name of one's own.
@@ -112,12 +103,8 @@ fn run(command: &str, folder: &Path, extra: &[&str]) -> Output {
         Some((command, file)) => (command, Some(file)),
         None => (command, None),
     };
-    let output = program()
-        .current_dir(folder)
-        .args(words(command))
-        .args(extra)
-        .output()
-        .expect("it runs");
+    let output =
+        program().current_dir(folder).args(words(command)).args(extra).output().expect("it runs");
     if let Some(file) = file {
         std::fs::write(folder.join(file.trim()), &output.stdout).expect("a file");
     }
@@ -184,14 +171,8 @@ const RUN_ELSEWHERE: [(&str, &str); 12] = [
     ("seatrial.", "Python, in the tests of the wheel"),
     ("mkdir -p logs", "the folder is there"),
     ("cargo xtask ", "the test command itself"),
-    (
-        "cargo install ",
-        "the installation that every other command here stands for",
-    ),
-    (
-        "cargo build ",
-        "xtask ros2, and the tests of the recordings",
-    ),
+    ("cargo install ", "the installation that every other command here stands for"),
+    ("cargo build ", "xtask ros2, and the tests of the recordings"),
     ("cargo rustc ", "xtask embedded"),
     ("cmake ", "xtask embedded"),
     ("gcc ", "xtask embedded"),
@@ -255,18 +236,10 @@ fn checked(language: &str, body: &str) -> Result<(), String> {
 
 fn shell_is_run(body: &str) -> Result<(), String> {
     let joined = body.replace("\\\n", " ");
-    for line in joined
-        .lines()
-        .map(str::trim)
-        .filter(|line| !line.is_empty())
-    {
+    for line in joined.lines().map(str::trim).filter(|line| !line.is_empty()) {
         for step in line.split(" && ").map(str::trim) {
             let is_ours = step.starts_with("seatrial ");
-            if !is_ours
-                && !RUN_ELSEWHERE
-                    .iter()
-                    .any(|(begin, _)| step.starts_with(begin))
-            {
+            if !is_ours && !RUN_ELSEWHERE.iter().any(|(begin, _)| step.starts_with(begin)) {
                 return Err(format!("`{step}` that no test runs"));
             }
         }
@@ -296,10 +269,7 @@ fn cli_every_scenario_plays() {
         let output = run(&command, folder.path(), &[]);
         let code = output.status.code().unwrap_or(-1);
         let said = text(&output.stderr);
-        assert!(
-            OF_A_SCENARIO.contains(&code),
-            "{command}: exit {code}\n{said}"
-        );
+        assert!(OF_A_SCENARIO.contains(&code), "{command}: exit {code}\n{said}");
     }
 }
 

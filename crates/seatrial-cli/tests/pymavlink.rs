@@ -48,10 +48,7 @@ impl Scene {
             ("udp", socket.local_addr().unwrap().port())
         };
         let mut boat = Command::new(python)
-            .arg(concat!(
-                env!("CARGO_MANIFEST_DIR"),
-                "/../seatrial-links/tests/vehicle/vehicle.py"
-            ))
+            .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/../seatrial-links/tests/vehicle/vehicle.py"))
             .args([&format!("--{kind}"), &port.to_string()])
             .args(options)
             .current_dir(folder.path())
@@ -75,11 +72,7 @@ impl Scene {
     }
 
     fn seatrial(&self, arguments: &[&str]) -> Output {
-        program()
-            .args(arguments)
-            .current_dir(self.folder.path())
-            .output()
-            .unwrap()
+        program().args(arguments).current_dir(self.folder.path()).output().unwrap()
     }
 
     fn trial(&self) -> Output {
@@ -219,14 +212,8 @@ fn ends_for(mishap: &str, is_tcp: bool, reason: &str) {
     if is_cut {
         scene.bring_back();
         let backup = "seatrial.restore.toml";
-        let restored = scene.seatrial(&[
-            "vehicle",
-            "restore",
-            "--yes",
-            backup,
-            "--vehicle",
-            &scene.address,
-        ]);
+        let restored =
+            scene.seatrial(&["vehicle", "restore", "--yes", backup, "--vehicle", &scene.address]);
         let errors = String::from_utf8_lossy(&restored.stderr);
         assert_eq!(restored.status.code(), Some(0), "{errors}");
         assert!(!scene.has_backup());

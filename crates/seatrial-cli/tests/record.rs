@@ -22,10 +22,7 @@ fn cli_a_recording_is_what_the_trial_saw() {
     let record = |name: &str| {
         let logbook = format!("{name}.db");
         let arguments = ["trial", "--plan", "plan.toml", "--json", "--record", name];
-        json(&run_in(
-            folder,
-            &[&arguments[..], &["--logbook", &logbook]].concat(),
-        ))
+        json(&run_in(folder, &[&arguments[..], &["--logbook", &logbook]].concat()))
     };
     let trial = record("run.csv");
     let stage = &trial["runs"][0]["stages"][1];
@@ -67,9 +64,7 @@ fn cli_a_recording_is_what_the_trial_saw() {
     let online = &trial["runs"][0]["identification"]["online"];
     let recorded: f64 = last_trained[column("estimate_a22_per_s")].parse().unwrap();
     assert_eq!(online["a22_per_s"].as_f64(), Some(recorded));
-    let half_width: f64 = last_trained[column("half_width_a22_per_s")]
-        .parse()
-        .unwrap();
+    let half_width: f64 = last_trained[column("half_width_a22_per_s")].parse().unwrap();
     assert!((0.0..0.5).contains(&half_width), "{half_width}");
 }
 
@@ -79,14 +74,7 @@ fn cli_a_killed_trial_leaves_a_recording() {
     let folder = folder.path();
     for name in ["killed.csv", "killed.mcap"] {
         let mut trial = program()
-            .args([
-                "trial",
-                "--realtime",
-                "--logbook",
-                "trial.db",
-                "--record",
-                name,
-            ])
+            .args(["trial", "--realtime", "--logbook", "trial.db", "--record", name])
             .current_dir(folder)
             .stdout(Stdio::null())
             .stderr(Stdio::null())
@@ -104,11 +92,7 @@ fn cli_a_killed_trial_leaves_a_recording() {
         trial.wait().unwrap();
         let inspected = run_in(folder, &["inspect", name, "--json"]);
         let stderr = String::from_utf8_lossy(&inspected.stderr);
-        assert_eq!(
-            stderr.contains("cut off"),
-            name == "killed.mcap",
-            "{stderr}"
-        );
+        assert_eq!(stderr.contains("cut off"), name == "killed.mcap", "{stderr}");
         let document: Value = serde_json::from_slice(&inspected.stdout).unwrap();
         let samples = document["source"]["samples_read"].as_u64();
         assert!(samples >= Some(35), "{document:#}");
@@ -126,10 +110,7 @@ fn cli_a_recording_that_cannot_be_saved_does_not_stop_the_trial() {
         let trial = run_in(folder, &["trial", "--plan", "plan.toml", "--record", name]);
         let stderr = String::from_utf8_lossy(&trial.stderr);
         let code = trial.status.code();
-        assert!(
-            code == Some(6) && stderr.contains("No space left"),
-            "{stderr}"
-        );
+        assert!(code == Some(6) && stderr.contains("No space left"), "{stderr}");
         if name == "full.mcap" {
             // Only the recording is lost.
             assert!(String::from_utf8_lossy(&trial.stdout).contains("USE"));

@@ -79,14 +79,8 @@ fn record_until_killed(
     abort_before: Option<usize>,
     gremlin: fn(usize, &mut YawModel<f64>),
 ) -> usize {
-    let plan = Plan {
-        thrusts: List::from_slice(&[0.6, 0.8]).unwrap(),
-        ..Plan::paper()
-    };
-    let new = NewCampaign {
-        plan: &toml::to_string(&plan).unwrap(),
-        ..NEW
-    };
+    let plan = Plan { thrusts: List::from_slice(&[0.6, 0.8]).unwrap(), ..Plan::paper() };
+    let new = NewCampaign { plan: &toml::to_string(&plan).unwrap(), ..NEW };
     let mut record = Record {
         recorder: Recorder::begin(Logbook::open(logbook).unwrap(), &new).unwrap(),
         samples: 0,
@@ -111,11 +105,7 @@ fn record_until_killed(
 }
 
 fn replay(logbook: &Path) -> (Output, Value) {
-    let output = program()
-        .args(["replay", "--json"])
-        .arg(logbook)
-        .output()
-        .unwrap();
+    let output = program().args(["replay", "--json"]).arg(logbook).output().unwrap();
     let document = serde_json::from_slice(&output.stdout).unwrap_or_default();
     (output, document)
 }
@@ -142,10 +132,7 @@ fn parity_an_operators_abort_replays_bit_for_bit() {
         let logbook = folder.path().join(format!("{abort_before}.db"));
         let samples = record(&logbook, Some(abort_before), |_, _| ());
         assert_eq!(samples, abort_before + 2);
-        let entry = Logbook::open_read_only(&logbook)
-            .unwrap()
-            .campaigns()
-            .unwrap();
+        let entry = Logbook::open_read_only(&logbook).unwrap().campaigns().unwrap();
         let outcome = Outcome::Aborted(AbortReason::Operator);
         assert_eq!(entry[0].state, State::Ended { outcome });
         let (output, document) = replay(&logbook);
@@ -171,17 +158,11 @@ fn parity_a_trial_killed_after_a_result_replays_bit_for_bit() {
     let samples = record_until_killed(&logbook, Some(1), Some(500), |_, _| ());
     let (output, document) = replay(&logbook);
     assert_eq!(output.status.code(), Some(0), "{document}");
-    assert_eq!(
-        (&document["samples"], &document["results"]),
-        (&samples.into(), &0.into())
-    );
+    assert_eq!((&document["samples"], &document["results"]), (&samples.into(), &0.into()));
     assert_eq!(document["runs_without_their_end"], serde_json::json!([1]));
     let printed = program().arg("replay").arg(&logbook).output().unwrap();
     let printed = String::from_utf8(printed.stdout).unwrap();
-    assert!(
-        printed.contains("run 1 was stopped after the last sample kept"),
-        "{printed}"
-    );
+    assert!(printed.contains("run 1 was stopped after the last sample kept"), "{printed}");
 }
 
 /// A difference is a line that can be read, whatever is recorded.
@@ -218,10 +199,7 @@ fn parity_the_last_bit_of_one_estimate_is_named() {
     assert_eq!(difference["sample"], 400);
     assert_eq!(difference["run"], 1);
     let found = difference["found"].as_str().unwrap();
-    assert!(
-        found.starts_with("estimate_b2_per_s2: recorded "),
-        "{found}"
-    );
+    assert!(found.starts_with("estimate_b2_per_s2: recorded "), "{found}");
     assert!(!found.contains(';'), "one value differs: {found}");
 }
 
@@ -234,12 +212,7 @@ fn parity_a_result_that_comes_out_otherwise_is_named() {
     let entry = read.campaigns().unwrap().remove(0);
     let plan: Plan<f64> = toml::from_str(&entry.plan).unwrap();
     let mut recording = read.recording(entry.id).unwrap();
-    let refined = recording.campaign.runs[1]
-        .identification
-        .as_mut()
-        .unwrap()
-        .refined
-        .as_mut();
+    let refined = recording.campaign.runs[1].identification.as_mut().unwrap().refined.as_mut();
     refined.unwrap().interval_95.a22_per_s[0] -= 1e-9;
     let replay = Replay::of(plan, &recording).unwrap();
     assert_eq!(replay.results, 1);

@@ -30,9 +30,7 @@ fn record(logbook: &Path, campaign: &Campaign) {
     };
     let mut recorder = Recorder::begin(Logbook::open(logbook).unwrap(), &new).unwrap();
     for run in &campaign.runs {
-        recorder
-            .begin_run(run.number, run.thrust, run.attempt)
-            .unwrap();
+        recorder.begin_run(run.number, run.thrust, run.attempt).unwrap();
         for sample in &run.record.samples {
             let step = Step {
                 sample: *sample,
@@ -53,9 +51,7 @@ fn record(logbook: &Path, campaign: &Campaign) {
 
 fn charts(page: &str) -> Vec<&str> {
     let starts = page.match_indices("<svg class=\"chart\"");
-    starts
-        .map(|(from, _)| &page[from..from + page[from..].find("<figcaption>").unwrap()])
-        .collect()
+    starts.map(|(from, _)| &page[from..from + page[from..].find("<figcaption>").unwrap()]).collect()
 }
 
 #[test]
@@ -65,22 +61,11 @@ fn cli_report_of_a_logbook_draws_what_was_run() {
     made_up_trial::reject(&mut campaign.runs[1]);
     made_up_trial::interrupt(&mut campaign.runs[2]);
     campaign.outcome = Some(Outcome::Aborted(AbortReason::Roll));
-    record(
-        &folder.path().join("seatrial.db"),
-        &made_up_trial::campaign(&[0.6]),
-    );
+    record(&folder.path().join("seatrial.db"), &made_up_trial::campaign(&[0.6]));
     record(&folder.path().join("seatrial.db"), &campaign);
 
     let output = seatrial(
-        &[
-            "--logbook",
-            "seatrial.db",
-            "--campaign",
-            "2",
-            "--out",
-            "page.html",
-            "--json",
-        ],
+        &["--logbook", "seatrial.db", "--campaign", "2", "--out", "page.html", "--json"],
         folder.path(),
     );
     assert!(output.status.success(), "{}", text(&output.stderr));
@@ -127,12 +112,7 @@ fn cli_report_of_a_log_draws_it_with_and_without_a_model() {
     let (larger, smaller) = (["120", "136.5"], ["136.5", "153"]);
     let page_of = |[from, to]: [&str; 2], [validate_from, validate_to]: [&str; 2]| {
         let windows = ["run.csv", "--from", from, "--to", to];
-        let held_out = [
-            "--validate-from",
-            validate_from,
-            "--validate-to",
-            validate_to,
-        ];
+        let held_out = ["--validate-from", validate_from, "--validate-to", validate_to];
         let output = seatrial(&[&windows[..], &held_out].concat(), folder.path());
         let page = std::fs::read_to_string(folder.path().join("run.html")).unwrap();
         assert_eq!(charts(&page).len(), 3);
@@ -174,21 +154,11 @@ fn cli_report_says_what_is_wrong() {
         assert!(text(&output.stderr).contains(said), "{arguments:?}");
     }
 
-    record(
-        &folder.path().join("seatrial.db"),
-        &made_up_trial::campaign(&[0.6]),
-    );
+    record(&folder.path().join("seatrial.db"), &made_up_trial::campaign(&[0.6]));
     let logbook = ["--logbook", "seatrial.db"];
-    let output = seatrial(
-        &[&logbook[..], &["--campaign", "9"]].concat(),
-        folder.path(),
-    );
+    let output = seatrial(&[&logbook[..], &["--campaign", "9"]].concat(), folder.path());
     assert_eq!(output.status.code(), Some(3));
-    assert!(
-        text(&output.stderr).contains('9'),
-        "{}",
-        text(&output.stderr)
-    );
+    assert!(text(&output.stderr).contains('9'), "{}", text(&output.stderr));
 
     let nowhere = [&logbook[..], &["--out", "no/such/folder/page.html"]].concat();
     let output = seatrial(&nowhere, folder.path());

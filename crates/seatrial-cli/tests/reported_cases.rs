@@ -20,10 +20,7 @@ const CASES: [(&str, Right); 20] = [
     ("02_heading_tenths.csv", Unreadable("ddeg")),
     ("03_rudder_order_slow_gear.csv", Model(10.0, 0.1, 0.02)),
     ("03_truth_measured_rudder.csv", Model(10.0, 0.1, 0.02)),
-    (
-        "05_rowcount_time_derived_rate.csv",
-        Refused(["unit_doubtful", "time"]),
-    ),
+    ("05_rowcount_time_derived_rate.csv", Refused(["unit_doubtful", "time"])),
     ("06_season1_rudder_deg.csv", Model(2.0, 0.6, 0.02)),
     // Per full rudder, whose angle is not known.
     ("06_season2_servo_pwm.csv", Model(2.0, 0.366, 0.02)),
@@ -60,11 +57,7 @@ fn cli_every_reported_case_is_identified_or_refused_by_name() {
             Refused([code, of]) => {
                 assert_eq!(outcome, "do_not_use", "{name}");
                 let reason = &document["verdict"]["reasons"][0];
-                assert_eq!(
-                    (&reason["code"], &reason["of"]),
-                    (&code.into(), &of.into()),
-                    "{name}"
-                );
+                assert_eq!((&reason["code"], &reason["of"]), (&code.into(), &of.into()), "{name}");
                 continue;
             }
             Unreadable(_) => unreachable!("looked at above"),
@@ -84,22 +77,18 @@ fn cli_every_reported_case_is_identified_or_refused_by_name() {
 #[test]
 fn cli_growing_damping_has_one_answer() {
     let Some(cases) = data("cases") else { return };
-    let found = [
-        ("15_cubic_damping_zigzag.csv", -0.509),
-        ("15b_cubic_damping_zigzag_long.csv", -0.528),
-    ]
-    .map(|(name, a22_per_s)| {
-        let (_, said, error) = run_to_text(&cases, &["identify", name, "--json"]);
-        let document: Value = serde_json::from_str(&said).unwrap_or_else(|_| panic!("{error}"));
-        let refined = &document["refined"];
-        let interval = &refined["interval_95"]["a22_per_s"];
-        let [low, high] = [0, 1].map(|end| interval[end].as_f64().unwrap());
-        assert!(
-            low < a22_per_s && a22_per_s < high,
-            "{name}: {low} to {high}"
-        );
-        ["a22_per_s", "b2_per_s2"].map(|key| refined[key].as_f64().unwrap())
-    });
+    let found =
+        [("15_cubic_damping_zigzag.csv", -0.509), ("15b_cubic_damping_zigzag_long.csv", -0.528)]
+            .map(|(name, a22_per_s)| {
+                let (_, said, error) = run_to_text(&cases, &["identify", name, "--json"]);
+                let document: Value =
+                    serde_json::from_str(&said).unwrap_or_else(|_| panic!("{error}"));
+                let refined = &document["refined"];
+                let interval = &refined["interval_95"]["a22_per_s"];
+                let [low, high] = [0, 1].map(|end| interval[end].as_f64().unwrap());
+                assert!(low < a22_per_s && a22_per_s < high, "{name}: {low} to {high}");
+                ["a22_per_s", "b2_per_s2"].map(|key| refined[key].as_f64().unwrap())
+            });
     let [short, long] = found;
     for (one, other) in short.iter().zip(long) {
         // The short record has half as many turns.
@@ -140,17 +129,12 @@ fn cli_a_turning_circle_is_read_from_positions() {
         assert_eq!(exit, 0, "{name}: {error}");
         let document: Value = serde_json::from_str(&said).unwrap();
         let indices = document["indices"].as_array().unwrap();
-        for (figure, truth_m) in [
-            ("advance", 948.0),
-            ("transfer", 385.0),
-            ("tactical diameter", 982.0),
-        ] {
+        for (figure, truth_m) in
+            [("advance", 948.0), ("transfer", 385.0), ("tactical diameter", 982.0)]
+        {
             let found = indices.iter().find(|index| index["name"] == figure);
             let found_m = found.unwrap()["value"].as_f64().unwrap();
-            assert!(
-                (found_m - truth_m).abs() < 2.0,
-                "{name}: {figure} {found_m}"
-            );
+            assert!((found_m - truth_m).abs() < 2.0, "{name}: {figure} {found_m}");
         }
     }
 }
@@ -161,8 +145,5 @@ fn cli_a_rudder_in_two_units_is_not_compared() {
     let logs = ["06_season1_rudder_deg.csv", "06_season2_servo_pwm.csv"];
     let (exit, said, error) = run_to_text(&cases, &["health", logs[0], logs[1]]);
     assert_eq!(exit, 4, "{said}{error}");
-    assert!(
-        said.contains("CANNOT TELL") && said.contains("--rudder-range-deg"),
-        "{said}"
-    );
+    assert!(said.contains("CANNOT TELL") && said.contains("--rudder-range-deg"), "{said}");
 }

@@ -61,10 +61,7 @@ impl Peer {
         let python = python_with(over.package)?;
         let mut process = Command::new(python)
             .arg("-B")
-            .arg(concat!(
-                env!("CARGO_MANIFEST_DIR"),
-                "/tests/ros2/vehicle.py"
-            ))
+            .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/ros2/vehicle.py"))
             .args([over.name, &over.domain.to_string(), mishap, "0.5"])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -77,11 +74,7 @@ impl Peer {
                 let _ = sender.send(line);
             }
         });
-        let peer = Self {
-            input: process.stdin.take().unwrap(),
-            process,
-            lines,
-        };
+        let peer = Self { input: process.stdin.take().unwrap(), process, lines };
         peer.wait_for("ready");
         Some(peer)
     }
@@ -130,10 +123,7 @@ impl Trial {
 
     fn begin(folder: tempfile::TempDir, mut command: Command) -> Self {
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
-        Self {
-            folder,
-            process: command.spawn().unwrap(),
-        }
+        Self { folder, process: command.spawn().unwrap() }
     }
 
     fn logbook(folder: &Path) -> PathBuf {
@@ -146,10 +136,7 @@ impl Trial {
 }
 
 fn now_s() -> f64 {
-    SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .unwrap()
-        .as_secs_f64()
+    SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_secs_f64()
 }
 
 /// Aborted with every sample kept, rudder and thrust neutral on the wire within a second, the controls taken back.
@@ -194,11 +181,8 @@ fn recovers(over: Over, peer: Peer, trial: Trial) {
         // What the issue asks for; sleeps of the machine are what it is made of.
         assert!(error.abs() < 0.05, "{name} {found}");
     }
-    let replay = program()
-        .args(["replay", "--json"])
-        .arg(Trial::logbook(folder.path()))
-        .output()
-        .unwrap();
+    let replay =
+        program().args(["replay", "--json"]).arg(Trial::logbook(folder.path())).output().unwrap();
     assert_eq!(replay.status.code(), Some(0), "{replay:?}");
     let replay: Value = serde_json::from_slice(&replay.stdout).unwrap();
     assert_eq!(replay["identical"], true);
@@ -248,10 +232,7 @@ fn a_vehicle_that_is_gone_ends_it(over: Over) {
     let seen = peer.seen();
     let logbook = Logbook::open_read_only(Trial::logbook(folder.path())).unwrap();
     assert_eq!(logbook.verify().unwrap().damage, []);
-    let replay = program()
-        .arg("replay")
-        .arg(Trial::logbook(folder.path()))
-        .status();
+    let replay = program().arg("replay").arg(Trial::logbook(folder.path())).status();
     assert!(replay.unwrap().success());
     assert!(seen["rudders"].as_u64().unwrap() > 50, "{seen}");
 }
@@ -354,22 +335,12 @@ mod jazzy {
         let programs = program_path();
         let mut command = Command::new(python_with(over.package).unwrap());
         command
-            .args([
-                "-B",
-                &format!("{packaging}/seatrial_ros/trial.py"),
-                "--ros-args",
-            ])
-            .args([
-                "--params-file",
-                &format!("{packaging}/config/two_thrusters.yaml"),
-            ])
+            .args(["-B", &format!("{packaging}/seatrial_ros/trial.py"), "--ros-args"])
+            .args(["--params-file", &format!("{packaging}/config/two_thrusters.yaml")])
             .args(["-r", "__ns:=/boat", "-r", "odom:=odometry"])
             .args(["-p", &format!("plan:={}", plan.display())])
             .args(["-p", "vehicle.enable.service:=enable"])
-            .args([
-                "-p",
-                "arguments:=['--yes', '--json', '--logbook', 'seatrial.db']",
-            ])
+            .args(["-p", "arguments:=['--yes', '--json', '--logbook', 'seatrial.db']"])
             .current_dir(folder.path())
             .env("PATH", programs.parent().unwrap())
             .env("ROS_DOMAIN_ID", over.domain.to_string())
@@ -394,10 +365,7 @@ mod jazzy {
             let (_folder, output) = trial.end();
             let printed = String::from_utf8_lossy(&output.stderr);
             assert_eq!(output.status.code(), Some(5), "{printed}");
-            assert!(
-                printed.contains("/boat/seatrial/abort was called"),
-                "{printed}"
-            );
+            assert!(printed.contains("/boat/seatrial/abort was called"), "{printed}");
             let seen = peer.seen();
             assert_eq!(seen["last_rudder"].as_f64().unwrap(), 0.0, "{seen}");
             assert_eq!(seen["last_thrust"].as_f64().unwrap(), 0.0, "{seen}");
@@ -477,10 +445,7 @@ mod zenoh {
                 if ours.contains(&format!("socket:[{}]", fields[9])) {
                     of_tcp += usize::from(kind.starts_with("tcp"));
                     // 0A is LISTEN; a socket of UDP takes what comes.
-                    assert!(
-                        kind.starts_with("tcp") && fields[3] != "0A",
-                        "{kind} {socket}"
-                    );
+                    assert!(kind.starts_with("tcp") && fields[3] != "0A", "{kind} {socket}");
                 }
             }
         }

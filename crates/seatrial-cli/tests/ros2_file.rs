@@ -34,16 +34,8 @@ fn cli_a_file_that_describes_no_vehicle_is_refused_with_its_line() {
         ("0.35", "0.1", "more than rudder.limit_rad"),
         ("[thrust]", "[trust]", "trust"),
         ("0.5", "50.0", "command_timeout_s is 50: expected 0.1 to 5"),
-        (
-            "0.5",
-            "0.5\nzenoh.endpoint = 'udp/127.0.0.1:7447'",
-            "expected tcp/HOST:PORT",
-        ),
-        (
-            "0.5",
-            "0.5\nservices = 'cyclonedds'\n[zenoh]",
-            "services are about DDS",
-        ),
+        ("0.5", "0.5\nzenoh.endpoint = 'udp/127.0.0.1:7447'", "expected tcp/HOST:PORT"),
+        ("0.5", "0.5\nservices = 'cyclonedds'\n[zenoh]", "services are about DDS"),
     ] {
         let output = check(&VEHICLE.replace(from, to));
         let printed = String::from_utf8_lossy(&output.stderr);
@@ -60,12 +52,7 @@ fn cli_ros_2_is_never_joined_unasked() {
     let nobody = "0.5\nzenoh.endpoint = 'tcp/127.0.0.1:9'";
     let over_zenoh = VEHICLE.replace("0.5", nobody);
     for (description, is_built, refused, feature) in [
-        (
-            VEHICLE,
-            cfg!(feature = "ros2"),
-            "listens_on_all_addresses",
-            "--features ros2",
-        ),
+        (VEHICLE, cfg!(feature = "ros2"), "listens_on_all_addresses", "--features ros2"),
         (
             &over_zenoh,
             cfg!(feature = "ros2-zenoh"),

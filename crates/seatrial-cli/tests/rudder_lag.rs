@@ -7,12 +7,7 @@ use serde_json::Value;
 
 /// What `identify` finds, and its exit code.
 fn identify(log: &Path, arguments: &[&str]) -> (Value, Option<i32>) {
-    let output = program()
-        .args(["identify", "--json"])
-        .arg(log)
-        .args(arguments)
-        .output()
-        .unwrap();
+    let output = program().args(["identify", "--json"]).arg(log).args(arguments).output().unwrap();
     (document(&output), output.status.code())
 }
 
@@ -21,11 +16,7 @@ fn allowed_lag_s(document: &Value) -> f64 {
     let folder = tempfile::tempdir().unwrap();
     let model = folder.path().join("model.json");
     std::fs::write(&model, document.to_string()).unwrap();
-    let output = program()
-        .args(["gains", "--json", "--model"])
-        .arg(&model)
-        .output()
-        .unwrap();
+    let output = program().args(["gains", "--json", "--model"]).arg(&model).output().unwrap();
     let gains = seatrial_dev::document(&output);
     let timing = &gains["points"][0]["allowance"]["timing"];
     timing["delay_s"].as_f64().unwrap() - timing["sample_interval_s"].as_f64().unwrap()
@@ -33,16 +24,10 @@ fn allowed_lag_s(document: &Value) -> f64 {
 
 fn assert_within(document: &Value, name: &str, truth: f64, share: f64) {
     let found = document["refined"][name].as_f64().unwrap();
-    assert!(
-        (found / truth - 1.0).abs() < share,
-        "{name} {found}, truth {truth}"
-    );
+    assert!((found / truth - 1.0).abs() < share, "{name} {found}, truth {truth}");
     let interval = document["refined"]["interval_95"][name].as_array().unwrap();
     let (low, high) = (interval[0].as_f64().unwrap(), interval[1].as_f64().unwrap());
-    assert!(
-        low <= truth && truth <= high,
-        "{name} {low} to {high}, truth {truth}"
-    );
+    assert!(low <= truth && truth <= high, "{name} {low} to {high}, truth {truth}");
 }
 
 /// ArduPilot's Rover firmware on a simulated boat of known a22 and b2 at two throttles, with a rudder lag of 0.15 s.
@@ -59,12 +44,7 @@ fn val_ardupilot_rover_with_a_lagging_rudder() {
         let [from, to, validate_from, validate_to] = windows;
         let identified = |given: &[&str], share: f64| {
             let windows = ["--from", from, "--to", to];
-            let held_out = [
-                "--validate-from",
-                validate_from,
-                "--validate-to",
-                validate_to,
-            ];
+            let held_out = ["--validate-from", validate_from, "--validate-to", validate_to];
             let range = ["--rudder-range-deg", "35"];
             let (document, code) =
                 identify(&log, &[&windows[..], &held_out, &range, given].concat());
@@ -74,9 +54,7 @@ fn val_ardupilot_rover_with_a_lagging_rudder() {
             document
         };
         let found = identified(&[], 0.1);
-        let lag = found["higher_order"]["model"]["rudder_lag_s"]
-            .as_f64()
-            .unwrap();
+        let lag = found["higher_order"]["model"]["rudder_lag_s"].as_f64().unwrap();
         // Its interval is 0.03 s either side.
         assert!((lag - 0.15).abs() < 0.03, "{lag}");
         // Given, no order is left to explain. 0.144 and 0.156 s fit best, and the interval of a22 at the faster throttle is 19 %
@@ -95,10 +73,7 @@ fn val_ardupilot_rover_with_a_lagging_rudder() {
 #[test]
 fn cli_a_lag_that_cannot_be_is_a_usage_error() {
     for (option, value) in [("--rudder-lag", "-0.1"), ("--rudder-delay", "1000")] {
-        let output = program()
-            .args(["identify", "no.csv", option, value])
-            .output()
-            .unwrap();
+        let output = program().args(["identify", "no.csv", option, value]).output().unwrap();
         assert_eq!(output.status.code(), Some(2));
         let text = String::from_utf8(output.stderr).unwrap();
         assert!(text.contains(option) && text.contains(value), "{text}");
@@ -111,11 +86,7 @@ fn recover_a_trial_behind_a_slow_servo() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
     let run = |arguments: &[&str]| {
-        let output = program()
-            .current_dir(folder.path())
-            .args(arguments)
-            .output()
-            .unwrap();
+        let output = program().current_dir(folder.path()).args(arguments).output().unwrap();
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(0), "{arguments:?}: {said}");
         output.stdout
@@ -166,18 +137,12 @@ fn recover_a_trial_behind_a_slow_servo() {
         let [trial, log] =
             [found, &log].map(|document| document["refined"][name].as_f64().unwrap());
         // The same samples; the search ends within this of the summit.
-        assert!(
-            (trial / log - 1.0).abs() < 1e-4,
-            "{name}: {trial} and {log}"
-        );
+        assert!((trial / log - 1.0).abs() < 1e-4, "{name}: {trial} and {log}");
     }
     // The gain allows for the servo beside a sample, and the trial is repeatable.
     let gains = document(&["gains", "--logbook", "seatrial.db"]);
     let timing = &gains["points"][0]["allowance"]["timing"];
-    assert!(
-        (timing["delay_s"].as_f64().unwrap() - 0.35).abs() < 1e-9,
-        "{timing}"
-    );
+    assert!((timing["delay_s"].as_f64().unwrap() - 0.35).abs() < 1e-9, "{timing}");
     run(&["replay", "seatrial.db"]);
 }
 
@@ -193,28 +158,12 @@ fn cli_options_go_before_the_servo_of_the_plan() {
             .unwrap();
         serde_json::from_slice::<Value>(&output.stdout).unwrap_or_default()["plan"].clone()
     };
-    let written = plan(&[
-        "--rudder-lag",
-        "0.2",
-        "--rudder-delay",
-        "0.1",
-        "--out",
-        "plan.toml",
-    ]);
-    assert_eq!(
-        (&written["rudder_lag_s"], &written["rudder_delay_s"]),
-        (&0.2.into(), &0.1.into())
-    );
+    let written = plan(&["--rudder-lag", "0.2", "--rudder-delay", "0.1", "--out", "plan.toml"]);
+    assert_eq!((&written["rudder_lag_s"], &written["rudder_delay_s"]), (&0.2.into(), &0.1.into()));
     let changed = plan(&["--plan", "plan.toml", "--rudder-lag", "0"]);
-    assert_eq!(
-        (&changed["rudder_lag_s"], &changed["rudder_delay_s"]),
-        (&Value::Null, &0.1.into())
-    );
+    assert_eq!((&changed["rudder_lag_s"], &changed["rudder_delay_s"]), (&Value::Null, &0.1.into()));
     for verb in ["plan", "trial"] {
-        let output = program()
-            .args([verb, "--rudder-lag", "101"])
-            .output()
-            .unwrap();
+        let output = program().args([verb, "--rudder-lag", "101"]).output().unwrap();
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2), "{said}");
         assert!(said.contains("--rudder-lag 101"), "{said}");

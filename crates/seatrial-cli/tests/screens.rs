@@ -38,11 +38,7 @@ fn has_terminals() -> bool {
 /// Two campaigns in `seatrial.db`, and a log of one of their runs.
 fn prepare(folder: &Path) {
     for seed in ["1", "2"] {
-        let made = program()
-            .args(["trial", "--seed", seed])
-            .current_dir(folder)
-            .output()
-            .unwrap();
+        let made = program().args(["trial", "--seed", seed]).current_dir(folder).output().unwrap();
         assert_eq!(made.status.code(), Some(0), "{made:?}");
     }
     let made = program()
@@ -82,10 +78,7 @@ fn cli_no_screen_is_wider_than_its_terminal_and_verdicts_have_colour() {
             let text = plain(&shown);
             println!("{columns} {command}\n{text}");
             let widest = text.lines().map(|line| line.chars().count()).max();
-            assert!(
-                widest.unwrap_or(0) <= columns,
-                "{columns} {command}\n{text}"
-            );
+            assert!(widest.unwrap_or(0) <= columns, "{columns} {command}\n{text}");
             assert!(
                 shown.contains(&format!("m{verdict}\x1b[0m")) || verdict.is_empty(),
                 "{columns} {command}\n{shown}"
@@ -101,11 +94,8 @@ fn cli_a_refused_campaign_is_refused_in_the_same_words_everywhere() {
     }
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let made = program()
-        .args(["trial", "--scenario", "broken_fin"])
-        .current_dir(folder)
-        .output()
-        .unwrap();
+    let made =
+        program().args(["trial", "--scenario", "broken_fin"]).current_dir(folder).output().unwrap();
     assert_eq!(made.status.code(), Some(4), "{made:?}");
     for command in ["logbook 1", "turn --campaign 1", "gains --campaign 1"] {
         let shown = screen(folder, 80, command);

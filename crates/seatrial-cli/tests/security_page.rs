@@ -4,9 +4,8 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const PREFIXES: [&str; 8] = [
-    "exact_", "recover_", "prop_", "regress_", "parity_", "io_", "cli_", "test_",
-];
+const PREFIXES: [&str; 8] =
+    ["exact_", "recover_", "prop_", "regress_", "parity_", "io_", "cli_", "test_"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -17,10 +16,7 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
         let path = entry.unwrap().path();
         if path.is_dir() {
             sources(&path, found);
-        } else if path
-            .extension()
-            .is_some_and(|extension| extension == "rs" || extension == "py")
-        {
+        } else if path.extension().is_some_and(|extension| extension == "rs" || extension == "py") {
             found.push(path);
         }
     }
@@ -38,10 +34,7 @@ fn tests() -> HashSet<String> {
                 .iter()
                 .find_map(|word| line.strip_prefix(word))
                 .and_then(|rest| rest.split_once("("));
-            names.extend(
-                name.map(|(name, _)| name.to_owned())
-                    .filter(|name| is_test(name)),
-            );
+            names.extend(name.map(|(name, _)| name.to_owned()).filter(|name| is_test(name)));
         }
     }
     names

@@ -17,9 +17,7 @@ fn value(document: &Value, manoeuvre: &str, name: &str) -> f64 {
     let mut found = indices.filter(|index| {
         index["name"] == name && index["manoeuvre"].as_str().unwrap().starts_with(manoeuvre)
     });
-    found
-        .next()
-        .unwrap_or_else(|| panic!("{manoeuvre} {name}\n{document:#}"))["value"]
+    found.next().unwrap_or_else(|| panic!("{manoeuvre} {name}\n{document:#}"))["value"]
         .as_f64()
         .unwrap()
 }
@@ -37,11 +35,7 @@ fn exact_a_recorded_zig_zag_has_the_predicted_figures() {
         "manoeuvres predict --vehicle sim:ship.toml --length 170 --report form.html --json",
     );
     assert_eq!(predicted["criteria"].as_array().unwrap().len(), 6);
-    assert!(
-        std::fs::read_to_string(folder.join("form.html"))
-            .unwrap()
-            .contains("MSC.137(76)")
-    );
+    assert!(std::fs::read_to_string(folder.join("form.html")).unwrap().contains("MSC.137(76)"));
     let ship = seatrial_sim::IdentifiedVehicle::from_toml(vehicle).unwrap();
     let mut plant = ship.plant(0.8);
     let angle_rad = 20_f64.to_radians();
@@ -75,10 +69,7 @@ fn exact_a_recorded_zig_zag_has_the_predicted_figures() {
     ] {
         let [ours, theirs] = [&predicted, &read].map(|d| value(d, "zig-zag 20/20", name));
         // Samples of 0.25 s: a rudder ordered over up to 0.25 s late, 1 % of the swings.
-        assert!(
-            (theirs / ours - 1.0).abs() < 0.02,
-            "{name}: {ours} {theirs}"
-        );
+        assert!((theirs / ours - 1.0).abs() < 0.02, "{name}: {ours} {theirs}");
     }
     assert_eq!(read["criteria"].as_array().unwrap().len(), 1);
 }
@@ -87,38 +78,20 @@ fn exact_a_recorded_zig_zag_has_the_predicted_figures() {
 fn cli_intervals_come_from_the_trial() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let trial = run_in(
-        folder,
-        &["trial", "--vehicle", "sim:starfish", "--seed", "1", "--yes"],
-    );
+    let trial = run_in(folder, &["trial", "--vehicle", "sim:starfish", "--seed", "1", "--yes"]);
     assert_eq!(trial.status.code(), Some(0));
-    let found = document(
-        folder,
-        "manoeuvres --logbook seatrial.db --thrust 0.8 --draws 100 --json",
-    );
+    let found =
+        document(folder, "manoeuvres --logbook seatrial.db --thrust 0.8 --draws 100 --json");
     let indices = found["indices"].as_array().unwrap();
-    for index in indices
-        .iter()
-        .filter(|i| i["manoeuvre"].as_str().unwrap().starts_with("zig-zag"))
+    for index in indices.iter().filter(|i| i["manoeuvre"].as_str().unwrap().starts_with("zig-zag"))
     {
-        let interval = index["interval_95"]
-            .as_array()
-            .unwrap_or_else(|| panic!("{index}"));
+        let interval = index["interval_95"].as_array().unwrap_or_else(|| panic!("{index}"));
         let [low, high] = [0, 1].map(|k| interval[k].as_f64().unwrap());
         let value = index["value"].as_f64().unwrap();
         assert!(low < value && value < high, "{index}");
     }
-    let refused = run_in(
-        folder,
-        &[
-            "manoeuvres",
-            "predict",
-            "--logbook",
-            "seatrial.db",
-            "--length",
-            "-1",
-        ],
-    );
+    let refused =
+        run_in(folder, &["manoeuvres", "predict", "--logbook", "seatrial.db", "--length", "-1"]);
     assert_eq!(refused.status.code(), Some(2));
     let refused = run_in(folder, &["manoeuvres", "read", "nowhere.csv"]);
     assert_eq!(refused.status.code(), Some(3));

@@ -6,9 +6,7 @@ use seatrial_dev::run_to_text;
 fn cli_simulated_logs_read_back_and_say_nothing_of_the_truth() {
     let folder = tempfile::tempdir().unwrap();
     let log = |out: &str| {
-        let arguments = [
-            "sim", "log", "--seed", "5", "--thrust", "0.8", "--json", "--out", out,
-        ];
+        let arguments = ["sim", "log", "--seed", "5", "--thrust", "0.8", "--json", "--out", out];
         let truth = ["--truth", "truth.toml"];
         let (exit, stdout, stderr) = run_to_text(folder.path(), &[&arguments[..], &truth].concat());
         assert_eq!(exit, 0, "{stderr}");
@@ -41,10 +39,8 @@ fn cli_a_full_disk_exits_6() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["full.csv", "full.parquet", "full.mcap"] {
         std::os::unix::fs::symlink("/dev/full", folder.path().join(name)).unwrap();
-        let (exit, _, stderr) = run_to_text(
-            folder.path(),
-            &["sim", "log", "--thrust", "0.8", "--out", name],
-        );
+        let (exit, _, stderr) =
+            run_to_text(folder.path(), &["sim", "log", "--thrust", "0.8", "--out", name]);
         assert_eq!(exit, 6, "{stderr}");
         assert!(stderr.contains("No space left"), "{stderr}");
     }
@@ -66,10 +62,7 @@ fn cli_the_same_seed_writes_the_same_bytes() {
 fn cli_vehicles_of_six_degrees_of_freedom_are_practised_with() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    for (vehicle, log) in [
-        ("sim:starfish-6dof", "starfish.csv"),
-        ("sim:remus100", "remus.csv"),
-    ] {
+    for (vehicle, log) in [("sim:starfish-6dof", "starfish.csv"), ("sim:remus100", "remus.csv")] {
         for truth in ["truth.toml", "truth.json"] {
             let arguments = [
                 "sim",
@@ -86,10 +79,7 @@ fn cli_vehicles_of_six_degrees_of_freedom_are_practised_with() {
             let (exit, _, stderr) = run_to_text(folder, &arguments);
             assert_eq!(exit, 0, "{stderr}");
             let truth = std::fs::read_to_string(folder.join(truth)).unwrap();
-            assert!(
-                truth.contains("a22_per_s") && truth.contains("munk_moment"),
-                "{truth}"
-            );
+            assert!(truth.contains("a22_per_s") && truth.contains("munk_moment"), "{truth}");
         }
         let (exit, stdout, stderr) = run_to_text(folder, &["identify", log, "--json"]);
         assert_eq!(exit, 0, "{vehicle}: {stdout}{stderr}");
@@ -97,10 +87,7 @@ fn cli_vehicles_of_six_degrees_of_freedom_are_practised_with() {
         // At full thrust the fin of the REMUS 100 lags by a third of the vehicle's time constant, and 20 Hz may be refused
         // as too slow.
         let is_fast = vehicle == "sim:remus100" && stdout.starts_with("4 of 5 runs accepted");
-        assert!(
-            exit == 0 || exit == 4 && is_fast,
-            "{vehicle}: {stdout}{stderr}"
-        );
+        assert!(exit == 0 || exit == 4 && is_fast, "{vehicle}: {stdout}{stderr}");
         let (exit, stdout, stderr) = run_to_text(folder, &["plan", "--vehicle", vehicle]);
         assert_eq!(exit, 0, "{vehicle}: {stdout}{stderr}");
     }

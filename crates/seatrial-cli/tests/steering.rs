@@ -47,9 +47,7 @@ const IDENTIFICATION: &str = r#"{"schema":"seatrial.identification.v1",
 /// Table IV with the delta0 that its row needs, and the example of the help text.
 #[test]
 fn cli_turn_is_table_iv_to_port() {
-    let model = [
-        "--a22", "-1.62", "--b2", "1.25", "--c0", "0.045", "--speed", "1.4",
-    ];
+    let model = ["--a22", "-1.62", "--b2", "1.25", "--c0", "0.045", "--speed", "1.4"];
     let (document, code) = json(&[&["turn"], &model[..]].concat());
     assert_eq!(code, Some(0));
     assert_eq!(document["schema"], "seatrial.turn.v1");
@@ -97,19 +95,11 @@ fn cli_an_interval_of_damping_never_makes_a_gain_larger() {
     }
     let sure = document(&with("[-1.3, -1.2]"));
     assert!(number(&sure, "/points/0/proportional_gain/value") > 0.0);
-    for interval in [
-        "[-0.1, -1.9]",
-        "[-1.2, -1.1]",
-        "[-1.9, -1.4]",
-        "[-1.9, nan]",
-    ] {
+    for interval in ["[-0.1, -1.9]", "[-1.2, -1.1]", "[-1.9, -1.4]", "[-1.9, nan]"] {
         let refused = with(interval);
         let told = text(&refused.stderr);
         assert_eq!(refused.status.code(), Some(2), "{interval}: {told}");
-        assert!(
-            told.contains("point 2") && told.contains("interval of a22_per_s"),
-            "{told}"
-        );
+        assert!(told.contains("point 2") && told.contains("interval of a22_per_s"), "{told}");
     }
 }
 
@@ -118,9 +108,7 @@ fn cli_an_interval_of_damping_never_makes_a_gain_larger() {
 fn cli_a_document_whose_interval_does_not_hold_its_value_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("l.csv").display().to_string();
-    run(&[
-        "sim", "log", "--seed", "1", "--thrust", "0.8", "--out", &log,
-    ]);
+    run(&["sim", "log", "--seed", "1", "--thrust", "0.8", "--out", &log]);
     let (sound, _) = json(&["identify", &log]);
     let with = |path: &str, value: Value| {
         let mut changed = sound.clone();
@@ -153,10 +141,7 @@ fn cli_a_document_whose_interval_does_not_hold_its_value_is_refused() {
     // One that reaches 0 is an interval, and there is no gain.
     let model = with("interval_95/a22_per_s/1", serde_json::json!(0.0));
     let (none, code) = json(&["gains", "--model", &model]);
-    assert_eq!(
-        (none.pointer("/points/0/proportional_gain"), code),
-        (Some(&Value::Null), Some(4))
-    );
+    assert_eq!((none.pointer("/points/0/proportional_gain"), code), (Some(&Value::Null), Some(4)));
 }
 
 /// Each figure that follows from others of the document, and each that no seatrial writes.
@@ -164,9 +149,7 @@ fn cli_a_document_whose_interval_does_not_hold_its_value_is_refused() {
 fn cli_a_document_that_contradicts_itself_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("l.csv").display().to_string();
-    run(&[
-        "sim", "log", "--seed", "1", "--thrust", "0.8", "--out", &log,
-    ]);
+    run(&["sim", "log", "--seed", "1", "--thrust", "0.8", "--out", &log]);
     let (sound, _) = json(&["identify", &log]);
     let refused = |path: &str, value: &str| {
         let mut changed = sound.clone();
@@ -187,10 +170,7 @@ fn cli_a_document_that_contradicts_itself_is_refused() {
     };
     for of in ["", "/models/0/identification"] {
         refused(&format!("{of}/refined/interval_95/b2_per_s2"), "[-1, 1.5]");
-        refused(
-            &format!("{of}/refined/interval_95/a22_per_s"),
-            "[-1e300, 1e300]",
-        );
+        refused(&format!("{of}/refined/interval_95/a22_per_s"), "[-1e300, 1e300]");
         refused(&format!("{of}/refined/heading_noise_rad"), "-5");
         refused(&format!("{of}/refined/delta0_rad"), "0.2");
         refused(&format!("{of}/nomoto/t_s"), "2.5");
@@ -219,12 +199,7 @@ fn cli_a_document_that_contradicts_itself_is_refused() {
 fn cli_turn_refuses_an_unstable_vehicle_as_a_value() {
     let (document, code) = json(&["turn", "--a22", "0.1", "--b2", "1"]);
     assert_eq!(code, Some(4));
-    for hand in document
-        .pointer("/points/0/hands")
-        .unwrap()
-        .as_array()
-        .unwrap()
-    {
+    for hand in document.pointer("/points/0/hands").unwrap().as_array().unwrap() {
         assert!(hand["refused"].as_str().unwrap().contains("a22"));
         assert!(hand["yaw_rate_rad_s"].is_null());
     }
@@ -237,10 +212,7 @@ fn cli_turn_finds_the_least_radius_over_speed_and_marks_extrapolation() {
     let (document, _) = json(&["turn", "--schedule", &schedule]);
     assert!(document.pointer("/over_speed/1/minimum").unwrap().is_null());
     let (document, _) = json(&["turn", "--schedule", &schedule, "--up-to-speed", "5"]);
-    assert_eq!(
-        document.pointer("/over_speed/1/minimum/extrapolated"),
-        Some(&Value::Bool(true))
-    );
+    assert_eq!(document.pointer("/over_speed/1/minimum/extrapolated"), Some(&Value::Bool(true)));
     let output = run(&["turn", "--a22", "-1", "--b2", "1", "--up-to-speed", "5"]);
     assert_eq!(output.status.code(), Some(2));
 }
@@ -263,16 +235,8 @@ fn cli_gains_are_table_v_and_between_them_that_of_the_model() {
     let overshoot = number(&document, "/points/0/loop/overshoot/value");
     // The default ratio is 1/sqrt(2) exactly.
     assert!((overshoot - (-std::f64::consts::PI).exp()).abs() < 1e-12);
-    assert!(
-        document
-            .pointer("/points/0/loop/gain_margin")
-            .unwrap()
-            .is_null()
-    );
-    assert_eq!(
-        document.pointer("/at/extrapolated"),
-        Some(&Value::Bool(false))
-    );
+    assert!(document.pointer("/points/0/loop/gain_margin").unwrap().is_null());
+    assert_eq!(document.pointer("/at/extrapolated"), Some(&Value::Bool(false)));
 }
 
 #[test]
@@ -286,14 +250,7 @@ fn cli_gains_extrapolate_only_when_asked() {
     let allowed = run(&[&outside[..], &["--extrapolate"]].concat());
     assert_eq!(allowed.status.code(), Some(0));
     assert!(text(&allowed.stdout).contains("EXTRAPOLATED"));
-    let too_far = [
-        "gains",
-        "--schedule",
-        &schedule,
-        "--at-thrust",
-        "0.2",
-        "--extrapolate",
-    ];
+    let too_far = ["gains", "--schedule", &schedule, "--at-thrust", "0.2", "--extrapolate"];
     assert_eq!(run(&too_far).status.code(), Some(2));
 }
 
@@ -301,15 +258,8 @@ fn cli_gains_extrapolate_only_when_asked() {
 fn cli_gains_carry_intervals_of_the_refined_estimate() {
     let directory = tempfile::tempdir().unwrap();
     let model = write(directory.path(), "model.json", IDENTIFICATION);
-    let (document, code) = json(&[
-        "gains",
-        "--model",
-        &model,
-        "--delay",
-        "0.1",
-        "--interval",
-        "0.05",
-    ]);
+    let (document, code) =
+        json(&["gains", "--model", &model, "--delay", "0.1", "--interval", "0.05"]);
     assert_eq!(code, Some(0));
     assert_eq!(number(&document, "/points/0/a22_per_s"), -1.07);
     let paper = number(&document, "/points/0/gain_of_57/value");
@@ -393,12 +343,8 @@ fn cli_gains_from_a_trial_take_the_last_accepted_run_of_each_thrust() {
             2.0 * thrust
         )
     };
-    let runs = [
-        run(0.6, -1.0, true),
-        run(0.8, -9.0, false),
-        run(0.8, -2.0, true),
-        run(0.6, -1.2, true),
-    ];
+    let runs =
+        [run(0.6, -1.0, true), run(0.8, -9.0, false), run(0.8, -2.0, true), run(0.6, -1.2, true)];
     let directory = tempfile::tempdir().unwrap();
     let trial = |name, runs: &[String]| {
         let document = format!(r#"{{"rudder_limit_rad":0.3,"runs":[{}]}}"#, runs.join(","));
@@ -430,10 +376,7 @@ fn cli_gains_export_what_a_controller_needs() {
     assert_eq!(gains["schema"], "seatrial.gains.v1");
     let document: Value = serde_json::from_str(&std::fs::read_to_string(out).unwrap()).unwrap();
     assert_eq!(document["schema"], "seatrial.gain_schedule.v1");
-    assert_eq!(
-        number(&document, "/points/0/feed_forward_rudder_rad"),
-        -0.0129 / 0.65
-    );
+    assert_eq!(number(&document, "/points/0/feed_forward_rudder_rad"), -0.0129 / 0.65);
     let missing = run(&[&export[..], &["--out", "/nowhere/gains.json"]].concat());
     assert_eq!(missing.status.code(), Some(6));
 }
@@ -459,49 +402,32 @@ fn cli_gains_export_for_autopilots_at_one_speed() {
     // Twice the angle at full steering is half the steering for the same turn.
     let feed_forward = |arguments: &[&str]| {
         let (file, _) = export(&[&["ardupilot"], arguments].concat());
-        let line = file
-            .lines()
-            .find(|line| line.starts_with("ATC_STR_RAT_FF,"));
+        let line = file.lines().find(|line| line.starts_with("ATC_STR_RAT_FF,"));
         line.unwrap()[15..].parse::<f64>().unwrap()
     };
     let ratio =
         feed_forward(&["--full-rudder-deg", "15"]) / feed_forward(&["--full-rudder-deg", "30"]);
     // Parameters are single precision.
     assert!((ratio - 2.0).abs() < 1e-6, "{ratio}");
-    for (format, says) in [
-        ("px4", "\tRA_WHEEL_BASE\t"),
-        ("ros2", "heading_controller:"),
-        ("c", "#endif"),
-    ] {
+    for (format, says) in
+        [("px4", "\tRA_WHEEL_BASE\t"), ("ros2", "heading_controller:"), ("c", "#endif")]
+    {
         let (file, _) = export(&[format]);
         assert!(file.contains(says), "{file}");
     }
-    let no_json = [
-        "gains", "--a22", "-1", "--b2", "1", "--export", "c", "--json",
-    ];
+    let no_json = ["gains", "--a22", "-1", "--b2", "1", "--export", "c", "--json"];
     assert_eq!(run(&no_json).status.code(), Some(2));
     // Of a log with servo outputs b2 is per full rudder: -a22/b2.
     let of_servo = IDENTIFICATION.replacen('{', r#"{"source":{"rudder_unit":"full_rudder"},"#, 1);
     let of_servo = write(directory.path(), "servo.json", &of_servo);
     let output = run(&["gains", "--model", &of_servo, "--export", "ardupilot"]);
     let file = text(&output.stdout);
-    assert!(
-        file.contains(&format!("\nATC_STR_RAT_FF,{}\n", (1.07 / 1.08) as f32)),
-        "{file}"
-    );
+    assert!(file.contains(&format!("\nATC_STR_RAT_FF,{}\n", (1.07 / 1.08) as f32)), "{file}");
     let outside = ["--at-speed", "9", "--export", "px4"];
     let outside = run(&[&["gains", "--schedule", &schedule], &outside[..]].concat());
     assert_eq!(outside.status.code(), Some(2));
     assert!(text(&outside.stderr).contains("--extrapolate"));
-    let unstable = [
-        "gains",
-        "--a22",
-        "0.1",
-        "--b2",
-        "1",
-        "--export",
-        "ardupilot",
-    ];
+    let unstable = ["gains", "--a22", "0.1", "--b2", "1", "--export", "ardupilot"];
     let unstable = run(&unstable);
     assert_eq!(unstable.status.code(), Some(3));
     assert!(text(&unstable.stderr).contains("course unstable"));
@@ -514,27 +440,11 @@ fn cli_bad_sources_say_what_is_wrong() {
     let twice = SCHEDULE.replace("thrust = 1.0", "thrust = 0.6");
     for (arguments, code, says) in [
         (vec!["gains".into()], 2, "--model FILE"),
+        (vec!["turn".into(), "--model".into(), "/nowhere.json".into()], 3, "/nowhere.json"),
+        (vec!["turn".into(), "--model".into(), file("a.json", "a22")], 3, "identify --json"),
+        (vec!["turn".into(), "--model".into(), file("b.json", "{}")], 3, "`refined`"),
         (
-            vec!["turn".into(), "--model".into(), "/nowhere.json".into()],
-            3,
-            "/nowhere.json",
-        ),
-        (
-            vec!["turn".into(), "--model".into(), file("a.json", "a22")],
-            3,
-            "identify --json",
-        ),
-        (
-            vec!["turn".into(), "--model".into(), file("b.json", "{}")],
-            3,
-            "`refined`",
-        ),
-        (
-            vec![
-                "turn".into(),
-                "--model".into(),
-                file("c.json", r#"{"online":{"a22_per_s":-1}}"#),
-            ],
+            vec!["turn".into(), "--model".into(), file("c.json", r#"{"online":{"a22_per_s":-1}}"#)],
             3,
             "`b2_per_s2`",
         ),
@@ -547,17 +457,9 @@ fn cli_bad_sources_say_what_is_wrong() {
             3,
             "`verdict` is missing",
         ),
+        (vec!["turn".into(), "--schedule".into(), file("d.toml", "")], 3, "[[point]]"),
         (
-            vec!["turn".into(), "--schedule".into(), file("d.toml", "")],
-            3,
-            "[[point]]",
-        ),
-        (
-            vec![
-                "turn".into(),
-                "--schedule".into(),
-                file("e.toml", "[[point]]\na22 = 1"),
-            ],
+            vec!["turn".into(), "--schedule".into(), file("e.toml", "[[point]]\na22 = 1")],
             3,
             "line 2",
         ),
@@ -573,31 +475,19 @@ fn cli_bad_sources_say_what_is_wrong() {
             "two points at 0.6",
         ),
         (
-            ["gains", "--a22", "-1", "--b2", "1", "--zeta", "0"]
-                .map(String::from)
-                .to_vec(),
+            ["gains", "--a22", "-1", "--b2", "1", "--zeta", "0"].map(String::from).to_vec(),
             2,
             "--zeta",
         ),
         (
-            ["gains", "--a22", "-1", "--b2", "1", "--interval=-0.1"]
-                .map(String::from)
-                .to_vec(),
+            ["gains", "--a22", "-1", "--b2", "1", "--interval=-0.1"].map(String::from).to_vec(),
             2,
             "--interval",
         ),
         (
-            [
-                "turn",
-                "--a22",
-                "-1",
-                "--b2",
-                "1",
-                "--rudder-limit-deg",
-                "0",
-            ]
-            .map(String::from)
-            .to_vec(),
+            ["turn", "--a22", "-1", "--b2", "1", "--rudder-limit-deg", "0"]
+                .map(String::from)
+                .to_vec(),
             2,
             "rudder limit",
         ),
@@ -640,12 +530,7 @@ fn cli_a_measured_u_turn_scales_the_circles() {
     let (document, code) = with("2.13:9.9");
     assert_eq!(code, Some(0));
     let mean = |point: usize, name: &str| {
-        let of = |hand| {
-            number(
-                &document,
-                &format!("/points/{point}/hands/{hand}/{name}/value"),
-            )
-        };
+        let of = |hand| number(&document, &format!("/points/{point}/hands/{hand}/{name}/value"));
         0.5 * (of(0) + of(1))
     };
     let points = document["points"].as_array().unwrap();

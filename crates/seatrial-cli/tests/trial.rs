@@ -208,12 +208,8 @@ fn cli_a_bad_vehicle_is_named() {
 fn cli_a_logbook_that_cannot_be_is_exit_3() {
     let folder = Folder::new();
     std::fs::create_dir(folder.path("folder")).unwrap();
-    folder.write(
-        "notes.txt",
-        "not a logbook, but long enough to be read as one"
-            .repeat(99)
-            .as_str(),
-    );
+    folder
+        .write("notes.txt", "not a logbook, but long enough to be read as one".repeat(99).as_str());
     for (logbook, expected) in [
         ("folder", "a directory"),
         ("no_such_folder/seatrial.db", "does its folder exist"),
@@ -291,10 +287,7 @@ fn recover_a_vehicle_of_a_file() {
     let (output, document) = folder.trial(&["--vehicle", "sim:boat.toml", "--plan", "plan.toml"]);
     assert_eq!(output.status.code(), Some(0), "{}", message(&output));
     assert_eq!(document["vehicle"], "sim:boat.toml");
-    for (run, truth) in runs(&document)
-        .iter()
-        .zip([[-2.0, 1.5, 0.01], [-3.0, 4.0, 0.04]])
-    {
+    for (run, truth) in runs(&document).iter().zip([[-2.0, 1.5, 0.01], [-3.0, 4.0, 0.04]]) {
         let refined = &run["identification"]["refined"];
         // A thousandth of a radian of compass noise: 1 to 2 % of a22 and b2; C0 is a small difference.
         for ((name, truth), share) in ["a22_per_s", "b2_per_s2", "c0_rad_per_s2"]
@@ -303,10 +296,7 @@ fn recover_a_vehicle_of_a_file() {
             .zip([0.03, 0.03, 0.1])
         {
             let found = refined[name].as_f64().unwrap();
-            assert!(
-                (found / truth - 1.0).abs() < share,
-                "{name} {found}, not {truth}"
-            );
+            assert!((found / truth - 1.0).abs() < share, "{name} {found}, not {truth}");
         }
     }
 }
@@ -314,9 +304,7 @@ fn recover_a_vehicle_of_a_file() {
 #[test]
 fn cli_a_reversed_rudder_aborts() {
     let folder = Folder::new();
-    let reversed = BOAT
-        .replace("b2_per_s2 = ", "b2_per_s2 = -")
-        .replace("gain = ", "gain = -");
+    let reversed = BOAT.replace("b2_per_s2 = ", "b2_per_s2 = -").replace("gain = ", "gain = -");
     folder.write("reversed.toml", &reversed);
     folder.write("plan.toml", "thrusts = [0.5]\n");
     let (output, document) =
@@ -350,52 +338,29 @@ fn cli_a_rehearsal_is_kept_and_replayed() {
         let _ = std::fs::remove_file(folder.path("seatrial.db"));
         let (output, document) =
             folder.trial(&["--plan", "plan.toml", "--scenario", "scenario.toml"]);
-        assert_eq!(
-            output.status.code(),
-            Some(exit),
-            "{fault}: {}",
-            message(&output)
-        );
-        assert_eq!(
-            document["outcome"]["reason"].as_str().unwrap_or(""),
-            reason,
-            "{fault}"
-        );
+        assert_eq!(output.status.code(), Some(exit), "{fault}: {}", message(&output));
+        assert_eq!(document["outcome"]["reason"].as_str().unwrap_or(""), reason, "{fault}");
         for verb in ["verify", "show"] {
             let kept = folder.run(&["logbook", verb, "--logbook", "seatrial.db"]);
             assert_eq!(kept.status.code(), Some(0), "{fault}: {}", message(&kept));
         }
         let replayed = folder.run(&["replay", "seatrial.db"]);
-        assert_eq!(
-            replayed.status.code(),
-            Some(0),
-            "{fault}: {}",
-            message(&replayed)
-        );
+        assert_eq!(replayed.status.code(), Some(0), "{fault}: {}", message(&replayed));
     }
 }
 
 #[test]
 fn cli_a_scenario_that_cannot_be_played_is_named() {
     let folder = Folder::new();
-    folder.write(
-        "current.toml",
-        "[[fault]]\nkind = 'current_step'\nat_s = 5\n",
-    );
+    folder.write("current.toml", "[[fault]]\nkind = 'current_step'\nat_s = 5\n");
     folder.write("typo.toml", "[[fault]]\nkind = 'compas_step'\nat_s = 5\n");
     for (scenario, expected) in [
         ("current.toml", "current_step: this vehicle cannot play it"),
-        (
-            "typo.toml",
-            "compas_step: no such kind; expected one of compass_freeze",
-        ),
+        ("typo.toml", "compas_step: no such kind; expected one of compass_freeze"),
         ("missing.toml", "No such file"),
     ] {
         let message = folder.refused(3, &["--scenario", scenario]);
-        assert!(
-            message.contains(scenario) && message.contains(expected),
-            "{message}"
-        );
+        assert!(message.contains(scenario) && message.contains(expected), "{message}");
     }
     assert!(!folder.path("seatrial.db").exists());
 }
@@ -428,9 +393,8 @@ fn cli_the_answer_begins_on_a_clean_screen() {
     drop(typed);
     assert!(played.wait().unwrap().success());
     let said = String::from_utf8_lossy(&said).into_owned();
-    let (before, _) = said
-        .split_once("\x1b[1;32mUSE\x1b[0m\r\n")
-        .unwrap_or_else(|| panic!("{said}"));
+    let (before, _) =
+        said.split_once("\x1b[1;32mUSE\x1b[0m\r\n").unwrap_or_else(|| panic!("{said}"));
     let mut places = before.match_indices('H').filter_map(|(end, _)| {
         let begin = before[..end].rfind("\x1b[")?;
         let (row, column) = before[begin + 2..end].split_once(';')?;
@@ -450,24 +414,14 @@ fn cli_trial_names_a_rudder_that_stuck() {
     );
     let plan = ["plan", "--thrust", "0.8", "--out", "plan.toml"];
     assert!(folder.command(&plan).output().unwrap().status.success());
-    let trial = [
-        "trial",
-        "--plan",
-        "plan.toml",
-        "--scenario",
-        "stuck.toml",
-        "--json",
-    ];
+    let trial = ["trial", "--plan", "plan.toml", "--scenario", "stuck.toml", "--json"];
     let said = folder.command(&trial).output().unwrap();
     let document: Value = serde_json::from_slice(&said.stdout).unwrap();
     let text = document["runs"][0]["verdict"]["reasons"][0]["text"]
         .as_str()
         .unwrap_or_default()
         .to_owned();
-    assert!(
-        text.starts_with("The rudder seems to have stuck at "),
-        "{document:#}"
-    );
+    assert!(text.starts_with("The rudder seems to have stuck at "), "{document:#}");
 }
 
 /// What a rehearsal with the faults of a scenario prints, and its exit code.
@@ -475,10 +429,7 @@ fn rehearsed(folder: &Folder, scenario: &str) -> (String, Option<i32>) {
     let trial = ["trial", "--yes", "--scenario", scenario];
     let said = folder.command(&trial).output().unwrap();
     let text = String::from_utf8(said.stdout).unwrap();
-    (
-        text.split_whitespace().collect::<Vec<_>>().join(" "),
-        said.status.code(),
-    )
+    (text.split_whitespace().collect::<Vec<_>>().join(" "), said.status.code())
 }
 
 #[test]
@@ -503,19 +454,13 @@ fn cli_the_command_that_shows_more_remarks_prints_them() {
     );
     let shown = folder.command(&["logbook", "1"]).output().unwrap();
     let shown = String::from_utf8(shown.stdout).unwrap();
-    assert!(
-        shown.contains("Also   Run 1 at 60 % thrust was refused"),
-        "{shown}"
-    );
+    assert!(shown.contains("Also   Run 1 at 60 % thrust was refused"), "{shown}");
 }
 
 #[test]
 fn cli_an_aborted_trial_names_what_its_record_shows_and_leads_to_no_gains() {
     for (scenario, cause) in [
-        (
-            "bad_compass",
-            "Cause The trial was aborted: the compass gave no heading for 2.0 s",
-        ),
+        ("bad_compass", "Cause The trial was aborted: the compass gave no heading for 2.0 s"),
         (
             "bad_rudder",
             "Cause The trial was aborted: the rudder turned the vehicle the other way than at 60 % thrust.",
@@ -530,10 +475,8 @@ fn cli_an_aborted_trial_names_what_its_record_shows_and_leads_to_no_gains() {
     // Models of another steering are no models for gains.
     let folder = Folder::new();
     rehearsed(&folder, "bad_rudder");
-    let gains = folder
-        .command(&["gains", "--logbook", "seatrial.db", "--campaign", "1"])
-        .output()
-        .unwrap();
+    let gains =
+        folder.command(&["gains", "--logbook", "seatrial.db", "--campaign", "1"]).output().unwrap();
     let text = String::from_utf8(gains.stdout).unwrap();
     assert_eq!(gains.status.code(), Some(4), "{text}");
     assert!(text.starts_with("DO NOT USE: "), "{text}");

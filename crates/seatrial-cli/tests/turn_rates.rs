@@ -10,9 +10,8 @@ use serde_json::Value;
 fn write_log(folder: &Path, name: &str, rudder_deg: f64, speed_m_s: f64, seed: u64) {
     let mut state = seed;
     let mut uniform = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
     };
     let mut text = "time_s,heading_deg,rudder_deg,speed_m_s\n".to_owned();
@@ -67,23 +66,13 @@ fn cli_damping_that_grows_with_the_turn_rate_is_told() {
     ] {
         assert!(sentences.contains(expected), "{expected}: {said}");
     }
-    assert!(
-        said.lines().all(|line| line.chars().count() <= 80),
-        "{said}"
-    );
+    assert!(said.lines().all(|line| line.chars().count() <= 80), "{said}");
     let document = document(folder, &["gentle.csv", "hard.csv"]);
     let fit = &document["speeds"][0]["over_amplitude"];
     assert_eq!(fit["finding"], "grows");
     assert_eq!(fit["degrees_of_freedom"], 1);
-    let bound = |index: usize| {
-        fit["quadratic_per_rad"]["interval_95"][index]
-            .as_f64()
-            .unwrap()
-    };
-    assert!(
-        bound(0) < -3.0 && -3.0 < bound(1) && bound(1) < 0.0,
-        "{fit:#}"
-    );
+    let bound = |index: usize| fit["quadratic_per_rad"]["interval_95"][index].as_f64().unwrap();
+    assert!(bound(0) < -3.0 && -3.0 < bound(1) && bound(1) < 0.0, "{fit:#}");
 }
 
 #[test]

@@ -55,10 +55,7 @@ pub fn run() -> Result<(), Box<dyn std::error::Error>> {
     ] {
         println!("{name} {found:6.3} {truth:6.3}");
     }
-    let timing = LoopTiming {
-        delay_s: 0.1,
-        sample_interval_s: Some(INTERVAL_S),
-    };
+    let timing = LoopTiming { delay_s: 0.1, sample_interval_s: Some(INTERVAL_S) };
     let gain = HeadingGain::design_delayed(&found, 0.7, timing)?;
     println!(
         "heading gain {:.2} rad/rad, rudder that holds a straight course {:.4} rad",

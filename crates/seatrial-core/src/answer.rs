@@ -122,10 +122,7 @@ impl<T: Real> Scatter<T> {
 mod tests {
     use super::*;
 
-    const DOUBLET: Excitation<f64> = Excitation::Doublet {
-        amplitude_rad: 0.26,
-        period_s: 4.0,
-    };
+    const DOUBLET: Excitation<f64> = Excitation::Doublet { amplitude_rad: 0.26, period_s: 4.0 };
 
     /// 20 Hz, 2 s of lead-in: when no answer was found, s after the rudder went over.
     fn missing_at_s(heading: impl Fn(f64, f64) -> f64) -> Option<f64> {

@@ -45,11 +45,9 @@ mod tests {
     #[test]
     fn exact_a_turn_about_one_axis_is_that_angle() {
         let (cos, sin) = (Real::cos(0.3), Real::sin(0.3));
-        for (axis, quaternion) in [
-            (0, [cos, sin, 0.0, 0.0]),
-            (1, [cos, 0.0, sin, 0.0]),
-            (2, [cos, 0.0, 0.0, sin]),
-        ] {
+        for (axis, quaternion) in
+            [(0, [cos, sin, 0.0, 0.0]), (1, [cos, 0.0, sin, 0.0]), (2, [cos, 0.0, 0.0, sin])]
+        {
             let mut expected = [0.0; 3];
             expected[axis] = 0.6;
             for (found, expected) in euler_rad(quaternion).iter().zip(expected) {

@@ -68,11 +68,7 @@ impl<T: Real> AuthorityFit<T> {
         if let Some(index) = points.iter().position(|p| !p.is_finite()) {
             return Err(ScheduleError::NonFinite { index });
         }
-        let known = || {
-            points
-                .iter()
-                .filter_map(|p| Some((p.surge_speed_m_s?, p.model.b2_per_s2)))
-        };
+        let known = || points.iter().filter_map(|p| Some((p.surge_speed_m_s?, p.model.b2_per_s2)));
         let count = known().count();
         let n = T::of(count as f64);
         let mean = |of: fn(T, T) -> T| known().map(|(v, b2)| of(v, b2)).sum::<T>() / n;
@@ -80,26 +76,16 @@ impl<T: Real> AuthorityFit<T> {
             AuthorityForm::ThroughZero => (T::ZERO, T::ZERO),
             AuthorityForm::WithConstant => (mean(|v, _| v * v), mean(|_, b2| b2)),
         };
-        let product: T = known()
-            .map(|(v, b2)| (v * v - centre_v2) * (b2 - centre_b2))
-            .sum();
-        let square: T = known()
-            .map(|(v, _)| (v * v - centre_v2) * (v * v - centre_v2))
-            .sum();
+        let product: T = known().map(|(v, b2)| (v * v - centre_v2) * (b2 - centre_b2)).sum();
+        let square: T = known().map(|(v, _)| (v * v - centre_v2) * (v * v - centre_v2)).sum();
         let slowest = known().map(|(v, _)| v).fold(T::MAX, T::min);
         let fastest = known().map(|(v, _)| v).fold(T::ZERO, T::max);
         if count < 2 || fastest <= slowest {
-            return Err(ScheduleError::TooFewPoints {
-                found: count.min(1),
-                needed: 2,
-            });
+            return Err(ScheduleError::TooFewPoints { found: count.min(1), needed: 2 });
         }
         let k = product / square;
         let c = centre_b2 - k * centre_v2;
-        let squared_residuals: T = known()
-            .map(|(v, b2)| b2 - k * v * v - c)
-            .map(|e| e * e)
-            .sum();
+        let squared_residuals: T = known().map(|(v, b2)| b2 - k * v * v - c).map(|e| e * e).sum();
         Ok(Self {
             form,
             per_speed_squared_per_m2: k,

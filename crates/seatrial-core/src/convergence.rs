@@ -34,16 +34,8 @@ impl<T: Real> ConvergenceSettings<T> {
     /// assert_eq!(error.to_string(), "convergence.consecutive must be at least 1");
     /// ```
     pub fn check(&self) -> Result<(), InvalidSetting> {
-        require(
-            is_positive(self.threshold),
-            "convergence.threshold",
-            "a positive number",
-        )?;
-        require(
-            self.consecutive > 0,
-            "convergence.consecutive",
-            "at least 1",
-        )
+        require(is_positive(self.threshold), "convergence.threshold", "a positive number")?;
+        require(self.consecutive > 0, "convergence.consecutive", "at least 1")
     }
 }
 
@@ -86,17 +78,11 @@ impl<T: Real> Pace<T> {
     #[inline]
     pub fn new(settings: &ConvergenceSettings<T>, lambda_rad_s: T, interval_s: T) -> Self {
         if !settings.in_own_time {
-            return Self {
-                second_s: T::ONE,
-                samples: T::ONE,
-            };
+            return Self { second_s: T::ONE, samples: T::ONE };
         }
         let second_s = T::of(PAPER_LAMBDA_RAD_S) / lambda_rad_s;
         let samples = interval_s / (T::of(PAPER_INTERVAL_S) * second_s);
-        Self {
-            second_s,
-            samples: if samples > T::ZERO { samples } else { T::ONE },
-        }
+        Self { second_s, samples: if samples > T::ZERO { samples } else { T::ONE } }
     }
 
     /// The step from one Theta to the next.
@@ -128,10 +114,7 @@ impl<T: Real> Pace<T> {
                 step * step
             })
             .sum();
-        ThetaStep {
-            squares,
-            samples: self.samples,
-        }
+        ThetaStep { squares, samples: self.samples }
     }
 }
 
@@ -144,10 +127,7 @@ pub(crate) struct ThetaStep<T> {
 
 impl<T: Real> ThetaStep<T> {
     pub(crate) fn none() -> Self {
-        Self {
-            squares: T::ZERO,
-            samples: T::ONE,
-        }
+        Self { squares: T::ZERO, samples: T::ONE }
     }
 
     pub(crate) fn norm(&self) -> T {
@@ -252,11 +232,7 @@ mod tests {
 
     #[test]
     fn exact_only_a_full_row_after_arming_counts() {
-        let settings = ConvergenceSettings {
-            threshold: 0.001,
-            consecutive: 3,
-            in_own_time: false,
-        };
+        let settings = ConvergenceSettings { threshold: 0.001, consecutive: 3, in_own_time: false };
         let pace = Pace::new(&settings, 0.1, 7.0);
         let mut convergence = Convergence::default();
         let steps = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.5];
@@ -272,11 +248,7 @@ mod tests {
 
     #[test]
     fn exact_the_papers_vehicle_keeps_the_papers_time() {
-        let settings = ConvergenceSettings {
-            threshold: 0.001,
-            consecutive: 10,
-            in_own_time: true,
-        };
+        let settings = ConvergenceSettings { threshold: 0.001, consecutive: 10, in_own_time: true };
         let pace = Pace::new(&settings, 1.5, 0.05);
         assert_eq!(pace.step_norm([0.0; 3], [0.3, 0.4, 1.2]), 1.3);
         let mut convergence = Convergence::default();
@@ -290,11 +262,7 @@ mod tests {
 
     #[test]
     fn exact_a_slower_vehicle_is_given_its_time() {
-        let settings = ConvergenceSettings {
-            threshold: 0.001,
-            consecutive: 10,
-            in_own_time: true,
-        };
+        let settings = ConvergenceSettings { threshold: 0.001, consecutive: 10, in_own_time: true };
         // A hundred times slower, sampled only twenty times slower: five times as many samples, each a fifth of the step.
         let pace = Pace::new(&settings, 0.015, 1.0);
         let step = pace.step_norm([0.0; 3], [0.003, 0.0, 0.0]);

@@ -41,11 +41,7 @@ pub enum RudderSense {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
     feature = "serde",
-    serde(
-        default,
-        deny_unknown_fields,
-        bound(deserialize = "T: Real + serde::Deserialize<'de>")
-    )
+    serde(default, deny_unknown_fields, bound(deserialize = "T: Real + serde::Deserialize<'de>"))
 )]
 pub struct Envelope<T> {
     /// Shallowest depth, m.
@@ -313,13 +309,7 @@ impl<T: Real> EnvelopeWatch<T> {
         usage.yaw_rate =
             number(sample.yaw_rate_rad_s).map(|rate| rate.abs() / limits.yaw_rate_max_rad_s);
         usage.area = position.and_then(|position| area_used(&limits.area, position));
-        let measured = [
-            usage.depth,
-            usage.roll,
-            usage.pitch,
-            usage.yaw_rate,
-            usage.area,
-        ];
+        let measured = [usage.depth, usage.roll, usage.pitch, usage.yaw_rate, usage.area];
         for (seen_s, measured) in self.seen_s.iter_mut().zip(measured) {
             if measured.is_some() {
                 *seen_s = Some(time_s);
@@ -408,9 +398,8 @@ impl<T: Real> EnvelopeWatch<T> {
             speed.now_m_s += weight * (measured - speed.now_m_s);
             let drift = ((speed.now_m_s - speed.before_m_s) / speed.before_m_s).abs();
             // A vehicle that lay still before has no fraction to drift by.
-            self.usage.speed_drift = drift
-                .is_finite()
-                .then_some(drift / self.limits.speed_drift_max);
+            self.usage.speed_drift =
+                drift.is_finite().then_some(drift / self.limits.speed_drift_max);
         }
     }
 }
@@ -421,29 +410,18 @@ fn number<T: Real>(value: Option<T>) -> Option<T> {
 
 /// Above 1 outside the polygon, 1 on its edge; `None` without a polygon.
 fn area_used<T: Real>(corners: &[[T; 2]], position: [T; 2]) -> Option<T> {
-    let count = T::of(
-        u16::try_from(corners.len())
-            .ok()
-            .filter(|n| *n >= 3)?
-            .into(),
-    );
+    let count = T::of(u16::try_from(corners.len()).ok().filter(|n| *n >= 3)?.into());
     let mean = |axis: fn(&[T; 2]) -> T| corners.iter().map(axis).sum::<T>() / count;
     let centre = [mean(|c| c[0]), mean(|c| c[1])];
     let depth = edge_distance(corners, position) / edge_distance(corners, centre);
-    let used = if is_inside(corners, position) {
-        (T::ONE - depth).max(T::ZERO)
-    } else {
-        T::ONE + depth
-    };
+    let used =
+        if is_inside(corners, position) { (T::ONE - depth).max(T::ZERO) } else { T::ONE + depth };
     used.is_finite().then_some(used)
 }
 
 /// Pairs of neighbouring corners, the last with the first.
 fn edges<T: Copy>(corners: &[[T; 2]]) -> impl Iterator<Item = ([T; 2], [T; 2])> {
-    corners
-        .iter()
-        .copied()
-        .zip(corners.iter().copied().cycle().skip(1))
+    corners.iter().copied().zip(corners.iter().copied().cycle().skip(1))
 }
 
 /// Even-odd rule: a line from an inside point northwards crosses the edges an odd number of times.
@@ -478,14 +456,8 @@ mod tests {
     #[test]
     fn exact_area_of_an_l() {
         // An L open to the north-east.
-        let l: [[f64; 2]; 6] = [
-            [0.0, 0.0],
-            [100.0, 0.0],
-            [100.0, 40.0],
-            [40.0, 40.0],
-            [40.0, 100.0],
-            [0.0, 100.0],
-        ];
+        let l: [[f64; 2]; 6] =
+            [[0.0, 0.0], [100.0, 0.0], [100.0, 40.0], [40.0, 40.0], [40.0, 100.0], [0.0, 100.0]];
         for (position, inside) in [
             ([20.0, 20.0], true),
             ([90.0, 20.0], true),
@@ -538,18 +510,12 @@ mod tests {
     #[test]
     fn exact_what_was_measured_once_must_not_fall_silent() {
         let mut watch = EnvelopeWatch::new(Envelope::<f64>::default());
-        let bottom = Sample {
-            altitude_m: Some(5.0),
-            ..Sample::default()
-        };
+        let bottom = Sample { altitude_m: Some(5.0), ..Sample::default() };
         watch.look(&bottom, 0.0);
         watch.look(&Sample::default(), 9.0);
         watch.listen(0.0, 9.0);
         assert_eq!(watch.usage().exceeded(), None);
-        let depth = Sample {
-            depth_m: Some(2.0),
-            ..Sample::default()
-        };
+        let depth = Sample { depth_m: Some(2.0), ..Sample::default() };
         watch.look(&depth, 10.0);
         watch.look(&Sample::default(), 12.5);
         watch.listen(0.0, 12.5);

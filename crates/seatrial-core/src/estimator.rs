@@ -164,8 +164,7 @@ impl<T: Real> Estimator<T> {
         self.theta_step = pace.step(before.theta(), self.model().theta());
         if self.convergence.is_open() {
             let step_norm = self.theta_step.norm();
-            self.convergence
-                .observe(step_norm, &pace, time_s - start_s, settings);
+            self.convergence.observe(step_norm, &pace, time_s - start_s, settings);
         }
         Intake::Used
     }
@@ -327,17 +326,11 @@ impl<T: Real> Estimator<T> {
     #[inline]
     fn filter(&mut self, time_s: f64, heading_rad: T, rudder_rad: T) -> Filtering<T> {
         let yaw_rate_rad_s = self.filtered().yaw_rate_rad_s;
-        let admission = self
-            .guard
-            .admit(time_s, heading_rad, rudder_rad, yaw_rate_rad_s);
+        let admission = self.guard.admit(time_s, heading_rad, rudder_rad, yaw_rate_rad_s);
         match (admission, &mut self.filters) {
             (Admission::Rejected(cause), _) => Filtering::Rejected(cause),
             (
-                Admission::Next {
-                    interval_s,
-                    heading_increment_rad,
-                    usual_interval_s,
-                },
+                Admission::Next { interval_s, heading_increment_rad, usual_interval_s },
                 Some((heading, rudder)),
             ) => {
                 let lost = self.settings.lost_rudder;
@@ -425,12 +418,8 @@ impl<T: Real> Estimator<T> {
         let observation = now.yaw_acceleration_rad_s2 - self.unseen.settled_rad_s2();
         let has_first = has_restoring_moment || self.unseen.has_pulse();
         let learnt = match has_first {
-            true => self
-                .least_squares
-                .update(regressor, observation, forgetting),
-            false => self
-                .least_squares
-                .update_without_first(&regressor, observation, forgetting),
+            true => self.least_squares.update(regressor, observation, forgetting),
+            false => self.least_squares.update_without_first(&regressor, observation, forgetting),
         };
         if !learnt {
             self.guard.count(Cause::NonFinite);
@@ -467,10 +456,7 @@ fn started<T: Real>(
     heading_rad: T,
     rudder_rad: T,
 ) -> (StateVariableFilter<T>, StateVariableFilter<T>) {
-    (
-        StateVariableFilter::new(heading_rad, start),
-        StateVariableFilter::new(rudder_rad, start),
-    )
+    (StateVariableFilter::new(heading_rad, start), StateVariableFilter::new(rudder_rad, start))
 }
 
 /// Least squares before the first sample, which knows nothing but that no rudder edge is unseen.

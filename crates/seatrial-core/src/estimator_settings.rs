@@ -30,11 +30,7 @@ pub enum Method {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
     feature = "serde",
-    serde(
-        default,
-        deny_unknown_fields,
-        bound(deserialize = "T: Real + serde::Deserialize<'de>")
-    )
+    serde(default, deny_unknown_fields, bound(deserialize = "T: Real + serde::Deserialize<'de>"))
 )]
 pub struct EstimatorSettings<T> {
     /// lambda, the filters' double pole, rad/s.
@@ -134,10 +130,7 @@ impl<T: Real> EstimatorSettings<T> {
             filter_start: FilterStart::Equilibrium,
             initial_covariance: T::of(1e6),
             method: Method::InstrumentalVariable,
-            convergence: ConvergenceSettings {
-                in_own_time: true,
-                ..Self::paper().convergence
-            },
+            convergence: ConvergenceSettings { in_own_time: true, ..Self::paper().convergence },
             guard: GuardSettings {
                 gap_time_constants: Some(T::ONE),
                 warm_time_constants: T::of(8.0),
@@ -160,11 +153,7 @@ impl<T: Real> EstimatorSettings<T> {
     pub fn check(&self) -> Result<(), InvalidSetting> {
         let positive = "a positive number";
         require(is_positive(self.lambda_rad_s), "lambda_rad_s", positive)?;
-        require(
-            is_positive(self.initial_covariance),
-            "initial_covariance",
-            positive,
-        )?;
+        require(is_positive(self.initial_covariance), "initial_covariance", positive)?;
         require(
             self.forgetting_factor > T::ZERO && self.forgetting_factor <= T::ONE,
             "forgetting_factor",

@@ -33,10 +33,7 @@ pub const DEFLECTIONS: usize = 8;
 /// peak low; no sum exceeds A.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(rename_all = "snake_case", deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case", deny_unknown_fields))]
 pub enum Excitation<T> {
     /// One deflection to each side.
     Doublet {
@@ -156,24 +153,13 @@ impl<T: Real> Excitation<T> {
         if !(elapsed_s >= 0.0 && elapsed_s < self.duration_s()) {
             return None;
         }
-        if let Self::Multisine {
-            amplitude_rad,
-            period_s,
-            tones,
-        } = *self
-        {
+        if let Self::Multisine { amplitude_rad, period_s, tones } = *self {
             return Some(schroeder_sum(T::of(elapsed_s / period_s), tones) * amplitude_rad);
         }
-        let jumps_so_far = self
-            .switching_times_s()
-            .take_while(|jump_s| elapsed_s >= *jump_s)
-            .count();
+        let jumps_so_far =
+            self.switching_times_s().take_while(|jump_s| elapsed_s >= *jump_s).count();
         let is_first_side = jumps_so_far % 2 == 1;
-        Some(if is_first_side {
-            self.amplitude_rad()
-        } else {
-            -self.amplitude_rad()
-        })
+        Some(if is_first_side { self.amplitude_rad() } else { -self.amplitude_rad() })
     }
 
     /// Is every value finite, every duration positive, the number of tones in range?
@@ -234,10 +220,7 @@ mod tests {
 
     #[test]
     fn exact_doublet_is_the_papers() {
-        let doublet = Excitation::Doublet {
-            amplitude_rad: 0.26,
-            period_s: 4.0,
-        };
+        let doublet = Excitation::Doublet { amplitude_rad: 0.26, period_s: 4.0 };
         for (elapsed_s, rudder_rad) in [
             (-0.05, None),
             (0.0, Some(0.26)),
@@ -249,25 +232,16 @@ mod tests {
         ] {
             assert_eq!(doublet.rudder_rad(elapsed_s), rudder_rad, "at {elapsed_s}");
         }
-        assert_eq!(
-            doublet.switching_times_s().collect::<Vec<_>>(),
-            [0.0, 2.0, 4.0]
-        );
+        assert_eq!(doublet.switching_times_s().collect::<Vec<_>>(), [0.0, 2.0, 4.0]);
     }
 
     #[test]
     fn exact_three_two_one_one() {
-        let manoeuvre = Excitation::ThreeTwoOneOne {
-            amplitude_rad: 0.1_f32,
-            unit_s: 0.5,
-        };
+        let manoeuvre = Excitation::ThreeTwoOneOne { amplitude_rad: 0.1_f32, unit_s: 0.5 };
         let at = [0.0, 1.4, 1.5, 2.4, 2.5, 2.9, 3.0, 3.4, 3.5]
             .map(|t| manoeuvre.rudder_rad(t).unwrap_or(0.0));
         assert_eq!(at, [0.1, 0.1, -0.1, -0.1, 0.1, 0.1, -0.1, -0.1, 0.0]);
-        assert_eq!(
-            manoeuvre.switching_times_s().collect::<Vec<_>>(),
-            [0.0, 1.5, 2.5, 3.0, 3.5]
-        );
+        assert_eq!(manoeuvre.switching_times_s().collect::<Vec<_>>(), [0.0, 1.5, 2.5, 3.0, 3.5]);
     }
 
     #[test]
@@ -276,27 +250,17 @@ mod tests {
             amplitude_rad: 0.1,
             deflections_s: List::from_slice(lengths_s).unwrap(),
         };
-        let three_two_one_one = Excitation::ThreeTwoOneOne {
-            amplitude_rad: 0.1,
-            unit_s: 0.5,
-        };
-        let doublet = Excitation::Doublet {
-            amplitude_rad: 0.1,
-            period_s: 4.0,
-        };
-        for (switched, other) in [
-            (switched(&[1.5, 1.0, 0.5, 0.5]), three_two_one_one),
-            (switched(&[2.0, 2.0]), doublet),
-        ] {
+        let three_two_one_one = Excitation::ThreeTwoOneOne { amplitude_rad: 0.1, unit_s: 0.5 };
+        let doublet = Excitation::Doublet { amplitude_rad: 0.1, period_s: 4.0 };
+        for (switched, other) in
+            [(switched(&[1.5, 1.0, 0.5, 0.5]), three_two_one_one), (switched(&[2.0, 2.0]), doublet)]
+        {
             for k in -2..100 {
                 let elapsed_s = f64::from(k) * 0.05;
                 assert_eq!(switched.rudder_rad(elapsed_s), other.rudder_rad(elapsed_s));
             }
             assert_eq!(switched.duration_s(), other.duration_s());
-            assert_eq!(
-                switched.longest_deflection_s(),
-                other.longest_deflection_s()
-            );
+            assert_eq!(switched.longest_deflection_s(), other.longest_deflection_s());
         }
         for wrong in [&[][..], &[1.0, 0.0], &[1.0, -0.5, 2.0], &[f64::NAN]] {
             assert!(!switched(wrong).is_valid(), "{wrong:?}");
@@ -306,10 +270,7 @@ mod tests {
     /// A clock that counts from 1970 must not delay a switch by one sample.
     #[test]
     fn exact_switching_with_an_epoch_clock() {
-        let doublet = Excitation::Doublet {
-            amplitude_rad: 1.0,
-            period_s: 4.0,
-        };
+        let doublet = Excitation::Doublet { amplitude_rad: 1.0, period_s: 4.0 };
         let start_s = 1_800_000_000.1_f64;
         let signs: Vec<f64> = (0..=80)
             .filter_map(|k| doublet.rudder_rad(start_s + f64::from(k) * 0.05 - start_s))
@@ -321,14 +282,9 @@ mod tests {
     #[test]
     fn prop_multisine_stays_within_its_amplitude_and_has_no_mean() {
         for tones in 1..=MULTISINE_TONES {
-            let manoeuvre = Excitation::Multisine {
-                amplitude_rad: 0.2,
-                period_s: 8.0,
-                tones,
-            };
-            let rudder: Vec<f64> = (0..4000)
-                .filter_map(|k| manoeuvre.rudder_rad(f64::from(k) * 0.002))
-                .collect();
+            let manoeuvre = Excitation::Multisine { amplitude_rad: 0.2, period_s: 8.0, tones };
+            let rudder: Vec<f64> =
+                (0..4000).filter_map(|k| manoeuvre.rudder_rad(f64::from(k) * 0.002)).collect();
             let peak = rudder.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
             // Never above the amplitude; the crest factors of 1 to 16 tones span 1.41 to 2.14.
             assert!((0.65 * 0.2..=0.2).contains(&peak), "{tones}: {peak}");

@@ -66,11 +66,7 @@ impl<T: Real> FixedRateSettings<T> {
     /// ```
     pub fn check(&self) -> Result<(), InvalidSetting> {
         let positive = "a positive number";
-        require(
-            is_positive(self.sample_interval_s),
-            "sample_interval_s",
-            positive,
-        )?;
+        require(is_positive(self.sample_interval_s), "sample_interval_s", positive)?;
         require(is_positive(self.lambda_rad_s), "lambda_rad_s", positive)?;
         require(
             is_positive(self.initial_covariance)
@@ -335,11 +331,7 @@ fn signals<T: Real>(
     rudder: &StateVariableFilter<T>,
     step: &FilterStep<T>,
 ) -> Signals<T> {
-    [
-        heading.second_derivative(step),
-        heading.first_derivative(step),
-        rudder.smoothed(),
-    ]
+    [heading.second_derivative(step), heading.first_derivative(step), rudder.smoothed()]
 }
 
 #[inline]

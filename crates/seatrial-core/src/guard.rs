@@ -53,11 +53,7 @@ impl<T: Real> GuardSettings<T> {
             "guard.max_yaw_rate_rad_s",
             "a positive number",
         )?;
-        require(
-            self.refused_in_a_row > 0,
-            "guard.refused_in_a_row",
-            "at least 1",
-        )
+        require(self.refused_in_a_row > 0, "guard.refused_in_a_row", "at least 1")
     }
 }
 
@@ -105,14 +101,9 @@ impl RejectedCounts {
     /// assert_eq!(counts.samples(), 3);
     /// ```
     pub fn samples(&self) -> u32 {
-        [
-            self.non_finite,
-            self.repeated_time,
-            self.reversed_time,
-            self.spike,
-        ]
-        .iter()
-        .fold(0, |sum, count| sum.saturating_add(*count))
+        [self.non_finite, self.repeated_time, self.reversed_time, self.spike]
+            .iter()
+            .fold(0, |sum, count| sum.saturating_add(*count))
     }
 
     /// What was counted after an earlier count.
@@ -187,9 +178,7 @@ impl<T: Real> Guard<T> {
     pub fn new(settings: GuardSettings<T>, lambda_rad_s: T) -> Self {
         Self {
             settings,
-            gap_s: settings
-                .gap_time_constants
-                .map(|constants| (constants / lambda_rad_s).to_f64()),
+            gap_s: settings.gap_time_constants.map(|constants| (constants / lambda_rad_s).to_f64()),
             last: None,
             usual_interval_s: T::ZERO,
             refused_in_a_row: 0,
@@ -344,10 +333,7 @@ mod tests {
 
     fn increment(admission: Admission<f64>) -> f64 {
         match admission {
-            Admission::Next {
-                heading_increment_rad,
-                ..
-            } => heading_increment_rad,
+            Admission::Next { heading_increment_rad, .. } => heading_increment_rad,
             other => panic!("{other:?}"),
         }
     }
@@ -357,10 +343,7 @@ mod tests {
         let turn = T::PI + T::PI;
         let step = T::ONE + T::EPSILON;
         let near = [T::PI / step / step, T::PI / step, T::PI, T::PI * step];
-        for angle in near
-            .into_iter()
-            .chain([T::ZERO, T::of(1e-30), T::ONE, turn, T::of(1e30)])
-        {
+        for angle in near.into_iter().chain([T::ZERO, T::of(1e-30), T::ONE, turn, T::of(1e30)]) {
             for angle in [angle, -angle] {
                 let (found, expected) = (whole_turns(angle), turn * (angle / turn).round());
                 assert_eq!(found, expected, "{angle}");
@@ -378,11 +361,8 @@ mod tests {
     /// A steady turn of 0.4 rad/s, in every way of counting a heading, with four of five samples lost.
     #[test]
     fn exact_unwraps_every_convention_with_samples_missing() {
-        let conventions: [fn(f64) -> f64; 3] = [
-            |heading| heading,
-            |heading| heading.wrapped(),
-            |heading| heading.rem_euclid(TAU),
-        ];
+        let conventions: [fn(f64) -> f64; 3] =
+            [|heading| heading, |heading| heading.wrapped(), |heading| heading.rem_euclid(TAU)];
         for convention in conventions {
             for direction in [0.4, -0.4] {
                 let mut guard = guard();
@@ -450,10 +430,7 @@ mod tests {
         assert_eq!(second, first);
         assert_eq!(third, Admission::Restart);
         assert_eq!(increment(fourth), 0.0);
-        assert_eq!(
-            (guard.rejected().spike, guard.rejected().discontinuities),
-            (2, 1)
-        );
+        assert_eq!((guard.rejected().spike, guard.rejected().discontinuities), (2, 1));
     }
 
     /// One time stamp far ahead must not make every later sample a reversed one.

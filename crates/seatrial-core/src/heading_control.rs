@@ -47,11 +47,7 @@ impl<T: Real> HeadingGain<T> {
     /// # Ok::<(), NoGain>(())
     /// ```
     pub fn design(model: &YawModel<T>, damping_ratio: T) -> Result<Self, NoGain> {
-        let YawModel {
-            a22_per_s: a22,
-            b2_per_s2: b2,
-            ..
-        } = *model;
+        let YawModel { a22_per_s: a22, b2_per_s2: b2, .. } = *model;
         if !model.theta().iter().all(|p| p.is_finite()) {
             return Err(NoGain::NonFinite);
         }
@@ -66,10 +62,7 @@ impl<T: Real> HeadingGain<T> {
         if !gain.is_finite() {
             return Err(NoGain::NoAuthority);
         }
-        Ok(Self {
-            proportional_gain: gain,
-            feed_forward_rudder_rad: -delta0,
-        })
+        Ok(Self { proportional_gain: gain, feed_forward_rudder_rad: -delta0 })
     }
 
     /// The gain whose loop, with its delays, keeps the phase margin that the damping ratio gives it without.
@@ -126,10 +119,7 @@ impl<T: Real> HeadingGain<T> {
     /// assert_eq!(gain.without_feed_forward().feed_forward_rudder_rad, 0.0);
     /// ```
     pub fn without_feed_forward(self) -> Self {
-        Self {
-            feed_forward_rudder_rad: T::ZERO,
-            ..self
-        }
+        Self { feed_forward_rudder_rad: T::ZERO, ..self }
     }
 }
 
@@ -156,10 +146,7 @@ impl<T: Real> HeadingController<T> {
         if !gain.proportional_gain.is_finite() || !gain.feed_forward_rudder_rad.is_finite() {
             return Err(NoGain::NonFinite);
         }
-        Ok(Self {
-            gain,
-            rudder_limit_rad,
-        })
+        Ok(Self { gain, rudder_limit_rad })
     }
 
     /// The rudder for a heading error (desired minus measured, wrapped here), rad.
@@ -181,11 +168,7 @@ impl<T: Real> HeadingController<T> {
     /// ```
     pub fn step(&self, heading_error_rad: T) -> T {
         let proportional = self.gain.proportional_gain * heading_error_rad.wrapped();
-        let proportional = if proportional.is_finite() {
-            proportional
-        } else {
-            T::ZERO
-        };
+        let proportional = if proportional.is_finite() { proportional } else { T::ZERO };
         (proportional + self.gain.feed_forward_rudder_rad).limited_to(self.rudder_limit_rad)
     }
 }
@@ -258,11 +241,7 @@ impl<T: Real> GainSchedule<T> {
             }
             sign = gain.proportional_gain;
         }
-        Ok(Self {
-            schedule,
-            damping_ratio,
-            timing,
-        })
+        Ok(Self { schedule, damping_ratio, timing })
     }
 
     /// The models behind the gains.
@@ -366,19 +345,13 @@ mod tests {
         };
         let expected = margin(prompt, LoopTiming::default());
         for (delay_s, sample_interval_s) in [(0.3, None), (0.05, Some(0.05)), (0.0, Some(0.1))] {
-            let timing = LoopTiming {
-                delay_s,
-                sample_interval_s,
-            };
+            let timing = LoopTiming { delay_s, sample_interval_s };
             let gain = HeadingGain::design_delayed(&model, ZETA_OF_57, timing).unwrap();
             assert!(gain.proportional_gain / prompt.proportional_gain < 0.95);
             // A hold is a delay of half an interval but for (omega h)^2 of it, 1e-3 rad here.
             assert!((margin(gain, timing) - expected).abs() < 1e-3);
         }
-        let late = LoopTiming {
-            delay_s: f64::NAN,
-            sample_interval_s: None,
-        };
+        let late = LoopTiming { delay_s: f64::NAN, sample_interval_s: None };
         let refused = HeadingGain::design_delayed(&model, ZETA_OF_57, late);
         assert_eq!(refused, Err(NoGain::Timing));
     }
@@ -408,10 +381,7 @@ mod tests {
 
     #[test]
     fn exact_controller_limits_wraps_and_survives_bad_measurements() {
-        let gain = HeadingGain {
-            proportional_gain: 1.0_f64,
-            feed_forward_rudder_rad: -0.02,
-        };
+        let gain = HeadingGain { proportional_gain: 1.0_f64, feed_forward_rudder_rad: -0.02 };
         let controller = HeadingController::new(gain, 0.26).unwrap();
         assert_eq!(controller.step(1.0), 0.26);
         assert_eq!(controller.step(-1.0), -0.26);
@@ -419,10 +389,7 @@ mod tests {
         assert!((controller.step(turn - 0.1) + 0.12).abs() < 1e-14);
         assert_eq!(controller.step(f64::NAN), -0.02);
         assert_eq!(controller.step(f64::INFINITY), -0.02);
-        assert_eq!(
-            HeadingController::new(gain, 0.0).unwrap_err(),
-            NoGain::RudderLimit
-        );
+        assert_eq!(HeadingController::new(gain, 0.0).unwrap_err(), NoGain::RudderLimit);
     }
 
     #[test]
@@ -441,25 +408,14 @@ mod tests {
     fn exact_a_gain_between_points_is_that_of_the_model_there() {
         let table = points::<f64>(&crate::schedule::tests::TABLE_II);
         let schedule = SpeedSchedule::new(ScheduleKey::Thrust, &[table[0], table[4]]).unwrap();
-        let timing = LoopTiming {
-            delay_s: 0.1,
-            sample_interval_s: Some(0.05),
-        };
+        let timing = LoopTiming { delay_s: 0.1, sample_interval_s: Some(0.05) };
         let gains = GainSchedule::design(schedule, ZETA_OF_57, timing).unwrap();
         let model = schedule.lookup(0.8, Beyond::Refuse).unwrap().value().model;
         let designed = HeadingGain::design_delayed(&model, ZETA_OF_57, timing).unwrap();
         let found = gains.lookup(0.8, Beyond::Refuse).unwrap();
         assert_eq!(found, ScheduleValue::Interpolated(designed));
-        assert!(matches!(
-            gains.lookup(0.5, Beyond::Refuse),
-            Err(ScheduleError::Outside { .. })
-        ));
-        assert!(
-            gains
-                .lookup(1.1, Beyond::Extrapolate)
-                .unwrap()
-                .is_extrapolated()
-        );
+        assert!(matches!(gains.lookup(0.5, Beyond::Refuse), Err(ScheduleError::Outside { .. })));
+        assert!(gains.lookup(1.1, Beyond::Extrapolate).unwrap().is_extrapolated());
         // b2 would be negative.
         assert!(matches!(
             gains.lookup(0.1, Beyond::Extrapolate),
@@ -474,10 +430,7 @@ mod tests {
         let schedule = SpeedSchedule::new(ScheduleKey::Thrust, &table).unwrap();
         assert_eq!(
             GainSchedule::design(schedule, 0.7, LoopTiming::default()).unwrap_err(),
-            NoGainAt {
-                key: 0.8,
-                reason: NoGain::CourseUnstable
-            }
+            NoGainAt { key: 0.8, reason: NoGain::CourseUnstable }
         );
         table[2].model.a22_per_s = -1.0;
         table[2].model.b2_per_s2 = -1.0;

@@ -42,9 +42,7 @@ pub struct LoopTiming<T> {
 
 impl<T: Real> LoopTiming<T> {
     fn check(&self) -> Result<(), NoGain> {
-        let interval_is_valid = self
-            .sample_interval_s
-            .is_none_or(|h| h.is_finite() && h > T::ZERO);
+        let interval_is_valid = self.sample_interval_s.is_none_or(|h| h.is_finite() && h > T::ZERO);
         if interval_is_valid && self.delay_s.is_finite() && self.delay_s >= T::ZERO {
             Ok(())
         } else {
@@ -90,10 +88,7 @@ impl<T: Real> HeadingLoop<T> {
         if stiffness <= T::ZERO {
             return Err(NoGain::WrongSign);
         }
-        Ok(Self {
-            a22_per_s: model.a22_per_s,
-            stiffness_per_s2: stiffness,
-        })
+        Ok(Self { a22_per_s: model.a22_per_s, stiffness_per_s2: stiffness })
     }
 
     /// The closed-loop poles, (56).
@@ -114,10 +109,7 @@ impl<T: Real> HeadingLoop<T> {
         let half = self.a22_per_s / T::of(2.0);
         let discriminant = half * half - self.stiffness_per_s2;
         if discriminant < T::ZERO {
-            return Poles::Complex {
-                real: half,
-                imaginary: (-discriminant).sqrt(),
-            };
+            return Poles::Complex { real: half, imaginary: (-discriminant).sqrt() };
         }
         let fast = half - discriminant.sqrt();
         // The product of the poles is K_p b2; half + sqrt would cancel.
@@ -261,11 +253,8 @@ impl<T: Real> SampledLoop<T> {
     fn new(closed: &HeadingLoop<T>, delay_s: T, interval_s: T) -> Self {
         let a = closed.a22_per_s;
         let nearest = (delay_s / interval_s).round();
-        let whole_intervals = if nearest * interval_s > delay_s {
-            nearest - T::ONE
-        } else {
-            nearest
-        };
+        let whole_intervals =
+            if nearest * interval_s > delay_s { nearest - T::ONE } else { nearest };
         let late = (delay_s - whole_intervals * interval_s).max(T::ZERO);
         let step = Discretisation::new(a, interval_s);
         let driven = |time: T| Discretisation::new(a, time).advance(YawState::default(), T::ONE);
@@ -335,9 +324,7 @@ impl<T: Real> SampledLoop<T> {
         (1..=STEPS)
             .find(|&step| self.phase_above_minus_pi(angle(step)) < T::ZERO)
             .map_or(T::PI, |step| {
-                bisect(angle(step - 1), angle(step), |theta| {
-                    self.phase_above_minus_pi(theta)
-                })
+                bisect(angle(step - 1), angle(step), |theta| self.phase_above_minus_pi(theta))
             })
     }
 }
@@ -413,10 +400,7 @@ mod tests {
             (-4.0, 8.0, 0.3, 0.9),
             (-0.1, 0.005, 1.0, 2.5),
         ] {
-            let timing = LoopTiming {
-                delay_s,
-                sample_interval_s: Some(h),
-            };
+            let timing = LoopTiming { delay_s, sample_interval_s: Some(h) };
             let margins = loop_of(a22, stiffness).margins(timing).unwrap();
             let edge = stiffness * margins.gain_margin.unwrap();
             for (factor, grows) in [(0.99, false), (1.01, true)] {
@@ -440,16 +424,9 @@ mod tests {
             let (c2, c1) = (h * h * phi2, h * h * (phi1 * phi1 - p * phi2));
             let pair = (1.0 - p) / c1;
             let at_minus_one = 2.0 * (1.0 + p) / (c2 - c1);
-            let edge = if at_minus_one > 0.0 {
-                pair.min(at_minus_one)
-            } else {
-                pair
-            };
+            let edge = if at_minus_one > 0.0 { pair.min(at_minus_one) } else { pair };
             let margins = loop_of(a22, stiffness)
-                .margins(LoopTiming {
-                    delay_s: 0.0,
-                    sample_interval_s: Some(h),
-                })
+                .margins(LoopTiming { delay_s: 0.0, sample_interval_s: Some(h) })
                 .unwrap();
             let found = margins.gain_margin.unwrap() * stiffness;
             // The tolerance that the method states.
@@ -463,10 +440,7 @@ mod tests {
         let whole = (delay_s / h + 1e-9).floor();
         let late = (delay_s - whole * h).max(0.0);
         let mut commands = [0.0; 8];
-        let mut state = YawState {
-            heading_rad: 1.0,
-            yaw_rate_rad_s: 0.0,
-        };
+        let mut state = YawState { heading_rad: 1.0, yaw_rate_rad_s: 0.0 };
         let mut log_size = 0.0;
         for k in 0..40_000 {
             commands.rotate_right(1);
@@ -490,12 +464,7 @@ mod tests {
         let closed = loop_of(-1.07, 0.57);
         for delay_s in [0.0, 0.0104, 0.2] {
             let margins = |delay_s, sample_interval_s| {
-                closed
-                    .margins(LoopTiming {
-                        delay_s,
-                        sample_interval_s,
-                    })
-                    .unwrap()
+                closed.margins(LoopTiming { delay_s, sample_interval_s }).unwrap()
             };
             let sampled = margins(delay_s, Some(1e-3));
             let continuous = margins(delay_s + 5e-4, None);
@@ -510,10 +479,7 @@ mod tests {
     fn parity_f32_margins() {
         for sample_interval_s in [None, Some(0.05)] {
             let double = loop_of(-1.07, 0.57)
-                .margins(LoopTiming {
-                    delay_s: 0.12,
-                    sample_interval_s,
-                })
+                .margins(LoopTiming { delay_s: 0.12, sample_interval_s })
                 .unwrap();
             let single = HeadingLoop::new(&YawModel::from_theta([-1.07_f32, 1.0, 0.0]), 0.57)
                 .unwrap()
@@ -534,16 +500,10 @@ mod tests {
 
     #[test]
     fn exact_bad_timing_is_refused() {
-        for (delay_s, sample_interval_s) in [
-            (-0.1, None),
-            (f64::NAN, None),
-            (0.0, Some(0.0)),
-            (0.0, Some(f64::INFINITY)),
-        ] {
-            let timing = LoopTiming {
-                delay_s,
-                sample_interval_s,
-            };
+        for (delay_s, sample_interval_s) in
+            [(-0.1, None), (f64::NAN, None), (0.0, Some(0.0)), (0.0, Some(f64::INFINITY))]
+        {
+            let timing = LoopTiming { delay_s, sample_interval_s };
             assert_eq!(loop_of(-1.0, 1.0).margins(timing), Err(NoGain::Timing));
         }
     }

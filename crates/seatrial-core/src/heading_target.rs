@@ -59,10 +59,7 @@ pub(crate) struct HeadingTarget<T> {
 impl<T: Real> HeadingTarget<T> {
     /// Where the vehicle is.
     pub(crate) fn at(heading_rad: T) -> Self {
-        Self {
-            heading_rad,
-            rate_rad_s: T::ZERO,
-        }
+        Self { heading_rad, rate_rad_s: T::ZERO }
     }
 
     /// r_d, rad/s.
@@ -157,10 +154,7 @@ mod tests {
             rate_gain_s: 1.0,
             rate_limit_rad_s: 0.5,
             acceleration_limit_rad_s2: 1.0,
-            shaping: TargetShaping {
-                time_constant_s: 0.02,
-                rate_limit_rad_s: 0.0,
-            },
+            shaping: TargetShaping { time_constant_s: 0.02, rate_limit_rad_s: 0.0 },
         }
     }
 
@@ -205,10 +199,7 @@ mod tests {
         }
         // 1/P = 1 rad/s, a_c = 0.5 rad/s^2: 0.5/4/2 + 1/(2 0.5) rad, more than 45 degrees.
         assert!((target.heading_rad - core::f64::consts::FRAC_PI_4).abs() < 1e-12);
-        let quick = TargetSettings {
-            rate_gain_s: 5.0,
-            ..settings()
-        };
+        let quick = TargetSettings { rate_gain_s: 5.0, ..settings() };
         // 1/P = 0.2 rad/s, below 0.25: 0.2/2 rad.
         assert!((quick.largest_error_rad(stopping(1.0)) - 0.1).abs() < 1e-12);
     }

@@ -42,11 +42,7 @@ impl<T: Real> AuxiliaryModel<T> {
 
     /// From this filtered angle, rad, its rate, rad/s, and this filtered rudder, rad.
     pub fn from(heading_rad: T, yaw_rate_rad_s: T, rudder_rad: T) -> Self {
-        Self {
-            yaw_rate_rad_s,
-            rudder_rad,
-            heading_rad,
-        }
+        Self { yaw_rate_rad_s, rudder_rad, heading_rad }
     }
 
     /// The angle that the rudder alone explains, rad; moved by [`advance_righted`](Self::advance_righted) only.
@@ -102,10 +98,8 @@ impl<T: Real> AuxiliaryModel<T> {
     /// assert!((auxiliary.heading_rad() - 0.2_f64).abs() < 1e-6);
     /// ```
     pub fn advance_righted(&mut self, model: &PitchModel<T>, elevator_rad: T, interval_s: T) {
-        let state = PitchState {
-            pitch_rad: self.heading_rad,
-            pitch_rate_rad_s: self.yaw_rate_rad_s,
-        };
+        let state =
+            PitchState { pitch_rad: self.heading_rad, pitch_rate_rad_s: self.yaw_rate_rad_s };
         let after = model.advance(state, elevator_rad, interval_s);
         self.heading_rad = after.pitch_rad;
         self.yaw_rate_rad_s = after.pitch_rate_rad_s;
@@ -154,10 +148,7 @@ impl<T: Real, const N: usize> RecursiveInstrument<T, N> {
     /// assert_eq!(instrument.theta(), least_squares.theta());
     /// ```
     pub fn take_over(least_squares: &RecursiveLeastSquares<T, N>) -> Self {
-        Self {
-            theta: least_squares.theta(),
-            covariance: least_squares.covariance(),
-        }
+        Self { theta: least_squares.theta(), covariance: least_squares.covariance() }
     }
 
     /// Theta, in the order of the regressor: [beta, a22, b2, C0] in an [`Estimator`](crate::Estimator), [m, a, b, c] where
@@ -234,10 +225,7 @@ impl<T: Real, const N: usize> RecursiveInstrument<T, N> {
     }
 
     /// What the sample changes, of the parameters from `first` on. `None` where it cannot be learnt from.
-    #[expect(
-        clippy::needless_range_loop,
-        reason = "iterators that skip take a quarter more time"
-    )]
+    #[expect(clippy::needless_range_loop, reason = "iterators that skip take a quarter more time")]
     #[inline]
     fn judged(
         &self,
@@ -321,10 +309,7 @@ mod tests {
         let mut least_squares = RecursiveLeastSquares::<T, 4>::new(T::of(1e6));
         least_squares.reset_first(T::ZERO);
         for factor in [1.0, 0.9] {
-            let forgetting = crate::Forgetting {
-                factor: T::of(factor),
-                trace_limit: T::of(3e6),
-            };
+            let forgetting = crate::Forgetting { factor: T::of(factor), trace_limit: T::of(3e6) };
             let (mut all, mut rest) = (least_squares, least_squares);
             let mut instruments = None;
             for k in 0..4000 {

@@ -61,10 +61,7 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
         for (i, row) in factors.iter_mut().enumerate() {
             row[i] = initial_covariance;
         }
-        Self {
-            theta: [T::ZERO; N],
-            factors,
-        }
+        Self { theta: [T::ZERO; N], factors }
     }
 
     /// Theta, in the order of the regressor.
@@ -83,9 +80,7 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
         from_fn(|i| {
             from_fn(|j| {
                 let (first, last) = (i.min(j), i.max(j));
-                (last..N)
-                    .map(|k| unit(first, k) * factor(k, k) * unit(last, k))
-                    .sum()
+                (last..N).map(|k| unit(first, k) * factor(k, k) * unit(last, k)).sum()
             })
         })
     }
@@ -147,10 +142,7 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
     }
 
     /// Bierman's update of the parameters from `first` on; those before have no variance and their regressors are 0.
-    #[expect(
-        clippy::needless_range_loop,
-        reason = "iterators that skip take a quarter more time"
-    )]
+    #[expect(clippy::needless_range_loop, reason = "iterators that skip take a quarter more time")]
     #[inline]
     fn learn(&mut self, first: usize, regressor: &[T; N], observation: T, mu: T) -> bool {
         let growth = T::ONE / mu;
@@ -220,10 +212,7 @@ impl<T: Real, const N: usize> RecursiveLeastSquares<T, N> {
 mod tests {
     use super::*;
 
-    const KEEP_ALL: Forgetting<f64> = Forgetting {
-        factor: 1.0,
-        trace_limit: 3e6,
-    };
+    const KEEP_ALL: Forgetting<f64> = Forgetting { factor: 1.0, trace_limit: 3e6 };
 
     /// The textbook recursion on the full matrix, in f64 where it can still be trusted.
     #[test]
@@ -241,10 +230,7 @@ mod tests {
             let e = y - (0..3).map(|i| phi[i] * theta[i]).sum::<f64>();
             theta = from_fn(|i| theta[i] + p_phi[i] * e / scale);
             p = from_fn(|i| from_fn(|j| (p[i][j] - p_phi[i] * p_phi[j] / scale) / mu));
-            let forgetting = Forgetting {
-                factor: mu,
-                trace_limit: 1e9,
-            };
+            let forgetting = Forgetting { factor: mu, trace_limit: 1e9 };
             assert!(recursion.update(phi, y, forgetting));
         }
         // 200 updates of a well conditioned problem.
@@ -259,10 +245,7 @@ mod tests {
     /// Ten million samples of a vehicle on a straight course, whose regressors never change.
     fn idle<T: Real>(factor: f64) {
         let limit = T::of(3e6);
-        let forgetting = Forgetting {
-            factor: T::of(factor),
-            trace_limit: limit,
-        };
+        let forgetting = Forgetting { factor: T::of(factor), trace_limit: limit };
         let mut recursion = RecursiveLeastSquares::<T, 3>::new(T::of(1e6));
         let phi = [T::of(0.001), T::of(-0.011), T::ONE];
         for _ in 0..10_000_000 {
@@ -271,10 +254,7 @@ mod tests {
         let p = recursion.covariance();
         let trace = p[0][0] + p[1][1] + p[2][2];
         // The limit, and the rounding of a sum of three.
-        assert!(
-            trace <= limit * (T::ONE + T::of(4.0) * T::EPSILON),
-            "{trace}"
-        );
+        assert!(trace <= limit * (T::ONE + T::of(4.0) * T::EPSILON), "{trace}");
         assert!(recursion.theta().iter().all(|theta| theta.is_finite()));
         assert!(p[0][0] > T::ZERO && p[1][1] > T::ZERO && p[2][2] > T::ZERO);
         // It still learns: one strong sample in the direction that was never excited.
@@ -298,17 +278,12 @@ mod tests {
     #[test]
     fn exact_what_overflows_is_ignored() {
         let mut recursion = RecursiveLeastSquares::<f32, 3>::new(1e6);
-        let keep = Forgetting {
-            factor: 1.0,
-            trace_limit: 3e6,
-        };
+        let keep = Forgetting { factor: 1.0, trace_limit: 3e6 };
         let _ = recursion.update([0.1, 0.2, 1.0], 0.3, keep);
         let before = recursion;
-        for (phi, y) in [
-            ([1e30, 0.0, 1.0], 0.0),
-            ([0.1, 0.2, 1.0], f32::INFINITY),
-            ([f32::NAN, 0.2, 1.0], 0.0),
-        ] {
+        for (phi, y) in
+            [([1e30, 0.0, 1.0], 0.0), ([0.1, 0.2, 1.0], f32::INFINITY), ([f32::NAN, 0.2, 1.0], 0.0)]
+        {
             assert!(!recursion.update(phi, y, keep));
             assert_eq!(recursion, before);
         }

@@ -20,10 +20,7 @@ impl<T: Copy + Default, const N: usize> List<T, N> {
     /// ```
     pub fn from_slice(values: &[T]) -> Option<Self> {
         let mut list = Self::default();
-        values
-            .iter()
-            .all(|value| list.push(*value).is_ok())
-            .then_some(list)
+        values.iter().all(|value| list.push(*value).is_ok()).then_some(list)
     }
 
     /// Appends a value. The error holds the value that a full list has no room for.
@@ -62,10 +59,7 @@ impl<T: Copy + Default, const N: usize> List<T, N> {
 
 impl<T: Copy + Default, const N: usize> Default for List<T, N> {
     fn default() -> Self {
-        Self {
-            items: [T::default(); N],
-            len: 0,
-        }
+        Self { items: [T::default(); N], len: 0 }
     }
 }
 

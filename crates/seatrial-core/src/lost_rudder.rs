@@ -89,11 +89,7 @@ impl<T: Real> UnseenRudder<T> {
     /// Nothing unseen so far.
     pub fn none() -> Self {
         let still = StateVariableFilter::new(T::ZERO, FilterStart::Equilibrium);
-        Self {
-            pulse: still,
-            settled: still,
-            age_s: None,
-        }
+        Self { pulse: still, settled: still, age_s: None }
     }
 
     /// p_f, rad.

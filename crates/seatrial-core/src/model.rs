@@ -62,11 +62,7 @@ impl<T: Real> YawModel<T> {
     /// assert_eq!((model.a22_per_s, model.theta()[1]), (-1.07, 1.08));
     /// ```
     pub fn from_theta([a22_per_s, b2_per_s2, c0_rad_per_s2]: [T; 3]) -> Self {
-        Self {
-            a22_per_s,
-            b2_per_s2,
-            c0_rad_per_s2,
-        }
+        Self { a22_per_s, b2_per_s2, c0_rad_per_s2 }
     }
 
     /// The parameter vector Theta = [a22, b2, C0] (8).
@@ -99,10 +95,8 @@ impl<T: Real> YawModel<T> {
     /// assert_eq!(YawModel::from_theta([0.0, 1.0, 0.0]).nomoto(), None);
     /// ```
     pub fn nomoto(&self) -> Option<Nomoto<T>> {
-        let nomoto = Nomoto {
-            t_s: -T::ONE / self.a22_per_s,
-            k_per_s: -self.b2_per_s2 / self.a22_per_s,
-        };
+        let nomoto =
+            Nomoto { t_s: -T::ONE / self.a22_per_s, k_per_s: -self.b2_per_s2 / self.a22_per_s };
         (nomoto.t_s.is_finite() && nomoto.k_per_s.is_finite()).then_some(nomoto)
     }
 
@@ -275,13 +269,7 @@ mod tests {
             // Evenly spread, and with every exponent down to 2^-40.
             let even = f64::from(k) * 0.618_033_988_749_895 % 2.0 - 1.0;
             let x = T::of(
-                largest
-                    * even
-                    * if k % 8 == 0 {
-                        libm::exp2(-f64::from(k / 8 % 40))
-                    } else {
-                        1.0
-                    },
+                largest * even * if k % 8 == 0 { libm::exp2(-f64::from(k / 8 % 40)) } else { 1.0 },
             );
             if x.abs() >= T::of(PHI_SERIES_BELOW) {
                 continue;
@@ -295,16 +283,11 @@ mod tests {
     #[test]
     fn exact_phi_has_the_bits_of_its_series() {
         for largest in [0.5, 0.2, 0.1] {
-            let (double, single) = (
-                share_of_series::<f64>(largest),
-                share_of_series::<f32>(largest),
-            );
+            let (double, single) =
+                (share_of_series::<f64>(largest), share_of_series::<f32>(largest));
             // Seldom where intervals are short beside the time constant, else the division is not saved.
             let most = if largest > 0.1 { 0.2 } else { 0.002 };
-            assert!(
-                double < most && single < most,
-                "{largest}: {double}, {single}"
-            );
+            assert!(double < most && single < most, "{largest}: {double}, {single}");
         }
     }
 
@@ -315,10 +298,7 @@ mod tests {
             let (phi1, phi2) = phi(x);
             // Closed forms lose at most a few bits at |x| > 0.4.
             assert!((phi1 - x.exp_m1() / x).abs() < 1e-14, "phi1({x})");
-            assert!(
-                (phi2 - (x.exp_m1() - x) / (x * x)).abs() < 1e-14,
-                "phi2({x})"
-            );
+            assert!((phi2 - (x.exp_m1() - x) / (x * x)).abs() < 1e-14, "phi2({x})");
         }
     }
 
@@ -327,10 +307,7 @@ mod tests {
     fn exact_two_half_steps_equal_one_step() {
         for a in [-5.0, -1.07, -1e-3, -1e-9, 0.0, 1e-9, 0.02, 0.8] {
             let model = YawModel::from_theta([a, 1.08, 0.012]);
-            let start = YawState {
-                heading_rad: 0.3,
-                yaw_rate_rad_s: -0.2,
-            };
+            let start = YawState { heading_rad: 0.3, yaw_rate_rad_s: -0.2 };
             let whole = model.advance(start, 0.26, 0.4);
             let half = model.advance(model.advance(start, 0.26, 0.2), 0.26, 0.2);
             // Rounding of a handful of operations on numbers of order 1.

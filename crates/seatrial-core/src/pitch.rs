@@ -50,22 +50,12 @@ pub struct PitchState<T> {
 impl<T: Real> PitchModel<T> {
     /// The model of a parameter vector [a, m, b, c].
     pub fn from_theta([a, m, b, c]: [T; 4]) -> Self {
-        Self {
-            damping_per_s: a,
-            restoring_per_s2: m,
-            authority_per_s2: b,
-            offset_rad_per_s2: c,
-        }
+        Self { damping_per_s: a, restoring_per_s2: m, authority_per_s2: b, offset_rad_per_s2: c }
     }
 
     /// The parameter vector [a, m, b, c].
     pub fn theta(&self) -> [T; 4] {
-        [
-            self.damping_per_s,
-            self.restoring_per_s2,
-            self.authority_per_s2,
-            self.offset_rad_per_s2,
-        ]
+        [self.damping_per_s, self.restoring_per_s2, self.authority_per_s2, self.offset_rad_per_s2]
     }
 
     /// The model whose a, b and c are those of `model`, with the restoring moment m, 1/s^2.
@@ -115,10 +105,7 @@ impl<T: Real> PitchModel<T> {
     pub fn advance(&self, state: PitchState<T>, elevator_rad: T, interval_s: T) -> PitchState<T> {
         let fastest_per_s = self.damping_per_s.abs() + self.restoring_per_s2.abs().sqrt();
         let wanted = interval_s * fastest_per_s / T::of(LARGEST_STEP);
-        let steps = (wanted + T::of(0.5))
-            .round()
-            .max(T::ONE)
-            .min(T::of(MOST_STEPS));
+        let steps = (wanted + T::of(0.5)).round().max(T::ONE).min(T::of(MOST_STEPS));
         if !steps.is_finite() {
             return state;
         }
@@ -164,10 +151,7 @@ mod tests {
 
     /// Time, pitch and elevator of a doublet from rest.
     fn record(amplitude_rad: f64) -> impl Iterator<Item = (f64, f64, f64)> {
-        let mut state = PitchState {
-            pitch_rad: 0.01 / 0.3,
-            pitch_rate_rad_s: 0.0,
-        };
+        let mut state = PitchState { pitch_rad: 0.01 / 0.3, pitch_rate_rad_s: 0.0 };
         (0..530).map(move |k| {
             let elevator_rad = match k {
                 240..260 => amplitude_rad,
@@ -181,10 +165,8 @@ mod tests {
     }
 
     fn estimator() -> Estimator<f64> {
-        let settings = EstimatorSettings {
-            has_restoring_moment: true,
-            ..EstimatorSettings::for_lambda(3.0)
-        };
+        let settings =
+            EstimatorSettings { has_restoring_moment: true, ..EstimatorSettings::for_lambda(3.0) };
         Estimator::new(settings).unwrap()
     }
 
@@ -209,10 +191,7 @@ mod tests {
     #[test]
     fn exact_advance_meets_the_closed_form() {
         let model = PitchModel::from_theta([-4.0, -4.0, 0.0, 0.0]);
-        let start = PitchState {
-            pitch_rad: 1.0,
-            pitch_rate_rad_s: 0.0,
-        };
+        let start = PitchState { pitch_rad: 1.0, pitch_rate_rad_s: 0.0 };
         let after = model.advance(start, 0.0, 0.7);
         // (1 + 2t) e^-2t.
         let expected = 2.4 * (-1.4_f64).exp();
@@ -224,10 +203,7 @@ mod tests {
         let found = estimated(record(0.1));
         for (found, truth) in found.theta().iter().zip(MODEL.theta()) {
             // Pitch is not straight between samples: (lambda h)^2/12 = 0.2 %.
-            assert!(
-                (found - truth).abs() < 0.01 * truth.abs(),
-                "{found} {truth}"
-            );
+            assert!((found - truth).abs() < 0.01 * truth.abs(), "{found} {truth}");
         }
     }
 

@@ -116,11 +116,7 @@ impl<T: Real> Manoeuvre<T> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
     feature = "serde",
-    serde(
-        default,
-        deny_unknown_fields,
-        bound(deserialize = "T: Real + serde::Deserialize<'de>")
-    )
+    serde(default, deny_unknown_fields, bound(deserialize = "T: Real + serde::Deserialize<'de>"))
 )]
 pub struct Plan<T> {
     /// The motion that is identified. [`Plan::pitch`] is a plan of pitch; fields that a file leaves out are those of yaw.
@@ -201,10 +197,7 @@ impl<T: Real> Plan<T> {
     pub fn pitch() -> Self {
         let manoeuvre = |amplitude_rad| Manoeuvre {
             lead_in_s: 2.0,
-            excitation: Excitation::Doublet {
-                amplitude_rad: T::of(amplitude_rad),
-                period_s: 2.0,
-            },
+            excitation: Excitation::Doublet { amplitude_rad: T::of(amplitude_rad), period_s: 2.0 },
             observe_s: 12.5,
         };
         let yaw = Self::paper();
@@ -285,10 +278,7 @@ impl<T: Real> Plan<T> {
             let period_s = 2.0 * self.training.excitation.longest_deflection_s();
             EstimatorSettings::for_lambda(T::of(LAMBDA_TIMES_PERIOD / period_s))
         });
-        EstimatorSettings {
-            has_restoring_moment: self.axis == Axis::Pitch,
-            ..settings
-        }
+        EstimatorSettings { has_restoring_moment: self.axis == Axis::Pitch, ..settings }
     }
 
     /// Longest that the trial can take without a repeat, s.
@@ -314,11 +304,7 @@ impl<T: Real> Plan<T> {
             "thrusts",
             "a list of 1 to 16 fractions of full thrust, above 0 and at most 1",
         )?;
-        require(
-            self.max_repeats <= MOST_REPEATS,
-            "max_repeats",
-            "at most 100",
-        )?;
+        require(self.max_repeats <= MOST_REPEATS, "max_repeats", "at most 100")?;
         require(
             is_positive(self.rudder_limit_rad) && self.rudder_limit_rad < T::PI / T::of(2.0),
             "rudder_limit_rad",
@@ -352,11 +338,7 @@ impl<T: Real> Plan<T> {
         }
         let two_samples_s = 2.0 * self.sample_interval_s;
         let two_samples = "at least two sample intervals";
-        require(
-            self.settle.steady_for_s >= two_samples_s,
-            "settle.steady_for_s",
-            two_samples,
-        )?;
+        require(self.settle.steady_for_s >= two_samples_s, "settle.steady_for_s", two_samples)?;
         let envelope = &self.envelope;
         require(
             envelope.stale_after_s.is_finite() && envelope.stale_after_s >= two_samples_s,

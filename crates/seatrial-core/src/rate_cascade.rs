@@ -85,10 +85,7 @@ struct State<T> {
 impl<T: Real> RateCascade<T> {
     /// One that has not steered yet.
     pub fn new(settings: CascadeSettings<T>) -> Self {
-        Self {
-            settings,
-            state: None,
-        }
+        Self { settings, state: None }
     }
 
     /// Takes other settings, the steering going on.
@@ -142,11 +139,9 @@ impl<T: Real> RateCascade<T> {
                 let headings = [wanted_rad, heading_rad];
                 state.heading.wanted_rate(&leading, headings, interval_s)
             }
-            None => s.wanted_rate(
-                (wanted_rad - heading_rad).wrapped(),
-                state.wanted_rate,
-                interval_s,
-            ),
+            None => {
+                s.wanted_rate((wanted_rad - heading_rad).wrapped(), state.wanted_rate, interval_s)
+            }
         };
         let error_before = state.error;
         if is_first {
@@ -277,10 +272,7 @@ mod tests {
         let mut cascade = RateCascade::new(limited);
         // From rest by 0.5 rad/s^2 for 0.1 s at a time, up to 0.3 rad/s.
         let rates: [f64; 8] = core::array::from_fn(|_| cascade.step(1.0, 0.0, 0.0, 0.1));
-        for (rate, expected) in rates
-            .iter()
-            .zip([0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.3, 0.3])
-        {
+        for (rate, expected) in rates.iter().zip([0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.3, 0.3]) {
             assert!((rate - expected).abs() < 1e-12, "{rates:?}");
         }
     }
@@ -288,10 +280,7 @@ mod tests {
     /// Steering at its limit does not wind the integral up: it leaves the limit as soon as the error turns.
     #[test]
     fn exact_the_integral_does_not_grow_at_the_limit() {
-        let mut cascade = RateCascade::new(CascadeSettings {
-            rate_gain_s: 10.0,
-            ..settings()
-        });
+        let mut cascade = RateCascade::new(CascadeSettings { rate_gain_s: 10.0, ..settings() });
         for _ in 0..1000 {
             assert_eq!(cascade.step(1.0, 0.0, 0.0, 0.02), 1.0);
         }
@@ -314,10 +303,7 @@ mod tests {
             error_rad += lacking / (0.6 * settings.angle_gain_per_s);
         }
         assert!((error_rad / first_rad - (-1.0_f64).exp()).abs() < 0.01);
-        let without = CascadeSettings {
-            rate_integral_gain: 0.0,
-            ..settings
-        };
+        let without = CascadeSettings { rate_integral_gain: 0.0, ..settings };
         assert_eq!(without.integral_time_s(), None);
     }
 

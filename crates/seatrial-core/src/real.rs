@@ -99,11 +99,7 @@ pub trait Real:
         }
         let turn = Self::PI + Self::PI;
         let remainder = self - turn * (self / turn).round();
-        if remainder <= -Self::PI {
-            remainder + turn
-        } else {
-            remainder
-        }
+        if remainder <= -Self::PI { remainder + turn } else { remainder }
     }
 }
 
@@ -166,19 +162,11 @@ macro_rules! real {
             }
             #[inline]
             fn max(self, other: Self) -> Self {
-                if self.is_nan() || self < other {
-                    other
-                } else {
-                    self
-                }
+                if self.is_nan() || self < other { other } else { self }
             }
             #[inline]
             fn min(self, other: Self) -> Self {
-                if other.is_nan() || self < other {
-                    self
-                } else {
-                    other
-                }
+                if other.is_nan() || self < other { self } else { other }
             }
         }
     };
@@ -193,39 +181,15 @@ mod tests {
 
     #[test]
     fn exact_max_min_and_abs_are_those_of_libm() {
-        let numbers = [
-            0.0,
-            -0.0,
-            1.0,
-            -1.5,
-            f64::INFINITY,
-            f64::NEG_INFINITY,
-            f64::NAN,
-        ];
+        let numbers = [0.0, -0.0, 1.0, -1.5, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
         for a in numbers {
             assert_eq!(Real::abs(a).to_bits(), libm::fabs(a).to_bits());
             for b in numbers {
-                assert_eq!(
-                    Real::max(a, b).to_bits(),
-                    libm::fmax(a, b).to_bits(),
-                    "{a}, {b}"
-                );
-                assert_eq!(
-                    Real::min(a, b).to_bits(),
-                    libm::fmin(a, b).to_bits(),
-                    "{a}, {b}"
-                );
+                assert_eq!(Real::max(a, b).to_bits(), libm::fmax(a, b).to_bits(), "{a}, {b}");
+                assert_eq!(Real::min(a, b).to_bits(), libm::fmin(a, b).to_bits(), "{a}, {b}");
                 let (a, b) = (a as f32, b as f32);
-                assert_eq!(
-                    Real::max(a, b).to_bits(),
-                    libm::fmaxf(a, b).to_bits(),
-                    "{a}, {b}"
-                );
-                assert_eq!(
-                    Real::min(a, b).to_bits(),
-                    libm::fminf(a, b).to_bits(),
-                    "{a}, {b}"
-                );
+                assert_eq!(Real::max(a, b).to_bits(), libm::fmaxf(a, b).to_bits(), "{a}, {b}");
+                assert_eq!(Real::min(a, b).to_bits(), libm::fminf(a, b).to_bits(), "{a}, {b}");
             }
         }
     }

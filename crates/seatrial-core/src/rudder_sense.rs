@@ -114,9 +114,7 @@ impl<T: Real> RudderSenseWatch<T> {
         } else if let Some((last_s, last_rudder_rad)) = self.last {
             let deflection_rad = last_rudder_rad - self.lead_in.mean_rudder_rad;
             let interval_s = T::of(elapsed_s - last_s);
-            self.response = self
-                .expected
-                .advance(self.response, deflection_rad, interval_s);
+            self.response = self.expected.advance(self.response, deflection_rad, interval_s);
         }
         self.last = Some((elapsed_s, rudder_rad));
         let s = self.response.heading_rad;

@@ -68,10 +68,7 @@ pub struct Action<T> {
 /// How a trial ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(rename_all = "snake_case", tag = "state", content = "reason")
-)]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case", tag = "state", content = "reason"))]
 pub enum Outcome {
     /// Every speed was run; the vehicle is sent home.
     Finished,

@@ -78,11 +78,7 @@ impl<V> ScheduleValue<V> {
     }
 
     pub(crate) fn marked(value: V, inside: bool) -> Self {
-        if inside {
-            Self::Interpolated(value)
-        } else {
-            Self::Extrapolated(value)
-        }
+        if inside { Self::Interpolated(value) } else { Self::Extrapolated(value) }
     }
 }
 
@@ -118,10 +114,7 @@ impl<T: Real> SchedulePoint<T> {
 
     pub(crate) fn is_finite(&self) -> bool {
         self.model.theta().iter().all(|p| p.is_finite())
-            && [self.thrust, self.surge_speed_m_s]
-                .iter()
-                .flatten()
-                .all(|k| k.is_finite())
+            && [self.thrust, self.surge_speed_m_s].iter().flatten().all(|k| k.is_finite())
     }
 }
 
@@ -179,10 +172,7 @@ impl fmt::Display for ScheduleError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::TooFewPoints { found, needed } => {
-                write!(
-                    f,
-                    "{found} usable points, at least {needed} at different speeds are needed"
-                )
+                write!(f, "{found} usable points, at least {needed} at different speeds are needed")
             }
             Self::TooManyPoints { found } => {
                 write!(f, "{found} points, a schedule holds at most {CAPACITY}")
@@ -194,10 +184,7 @@ impl fmt::Display for ScheduleError {
                 key.name()
             ),
             Self::DuplicateKey { at } => {
-                write!(
-                    f,
-                    "two points at {at}: choose one of the two runs or average them"
-                )
+                write!(f, "two points at {at}: choose one of the two runs or average them")
             }
             Self::NonFinite { index } => {
                 write!(f, "point {} has a value that is not finite", index + 1)
@@ -246,11 +233,7 @@ impl<T: Real> Segment<T> {
 
     /// The end on the side of the key.
     fn nearest(&self) -> &SchedulePoint<T> {
-        if self.fraction < T::ZERO {
-            &self.lower
-        } else {
-            &self.upper
-        }
+        if self.fraction < T::ZERO { &self.lower } else { &self.upper }
     }
 
     fn interpolate_known(&self, lower: Option<T>, upper: Option<T>) -> Option<T> {
@@ -287,18 +270,12 @@ impl<T: Real> SpeedSchedule<T> {
     /// # Ok::<(), ScheduleError>(())
     /// ```
     pub fn new(key: ScheduleKey, points: &[SchedulePoint<T>]) -> Result<Self, ScheduleError> {
-        let mut schedule = Self {
-            key,
-            points: [SchedulePoint::default(); CAPACITY],
-            len: points.len(),
-        };
-        let stored =
-            schedule
-                .points
-                .get_mut(..points.len())
-                .ok_or(ScheduleError::TooManyPoints {
-                    found: points.len(),
-                })?;
+        let mut schedule =
+            Self { key, points: [SchedulePoint::default(); CAPACITY], len: points.len() };
+        let stored = schedule
+            .points
+            .get_mut(..points.len())
+            .ok_or(ScheduleError::TooManyPoints { found: points.len() })?;
         for (index, (place, point)) in stored.iter_mut().zip(points).enumerate() {
             if !point.is_finite() {
                 return Err(ScheduleError::NonFinite { index });
@@ -309,15 +286,10 @@ impl<T: Real> SpeedSchedule<T> {
             *place = *point;
         }
         if points.len() < 2 {
-            return Err(ScheduleError::TooFewPoints {
-                found: points.len(),
-                needed: 2,
-            });
+            return Err(ScheduleError::TooFewPoints { found: points.len(), needed: 2 });
         }
         stored.sort_unstable_by(|a, b| {
-            a.key(key)
-                .partial_cmp(&b.key(key))
-                .unwrap_or(core::cmp::Ordering::Equal)
+            a.key(key).partial_cmp(&b.key(key)).unwrap_or(core::cmp::Ordering::Equal)
         });
         for (a, b) in stored.iter().zip(stored.iter().skip(1)) {
             if a.key(key) == b.key(key) {
@@ -393,10 +365,7 @@ impl<T: Real> SpeedSchedule<T> {
         let (lower, upper) = pairs()
             .find(|(_, upper)| at <= key_of(upper))
             .or_else(|| pairs().last())
-            .ok_or(ScheduleError::TooFewPoints {
-                found: self.len,
-                needed: 2,
-            })?;
+            .ok_or(ScheduleError::TooFewPoints { found: self.len, needed: 2 })?;
         let inside = key_of(lower) <= at && at <= key_of(upper);
         if !inside && beyond == Beyond::Refuse {
             return Err(ScheduleError::Outside {

@@ -25,11 +25,7 @@ pub enum NotSettled {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
     feature = "serde",
-    serde(
-        default,
-        deny_unknown_fields,
-        bound(deserialize = "T: Real + serde::Deserialize<'de>")
-    )
+    serde(default, deny_unknown_fields, bound(deserialize = "T: Real + serde::Deserialize<'de>"))
 )]
 pub struct Settle<T> {
     /// Mean heading from the heading of the run, rad.
@@ -78,21 +74,14 @@ impl<T: Real> Settle<T> {
     pub fn check(&self) -> Result<(), InvalidSetting> {
         let tolerances = [
             (self.heading_tolerance_rad, "settle.heading_tolerance_rad"),
-            (
-                self.yaw_rate_tolerance_rad_s,
-                "settle.yaw_rate_tolerance_rad_s",
-            ),
+            (self.yaw_rate_tolerance_rad_s, "settle.yaw_rate_tolerance_rad_s"),
             (self.depth_tolerance_m, "settle.depth_tolerance_m"),
             (self.speed_tolerance, "settle.speed_tolerance"),
         ];
         for (tolerance, field) in tolerances {
             require(tolerance > T::ZERO, field, "a positive number")?;
         }
-        require(
-            self.at_least_s >= 0.0,
-            "settle.at_least_s",
-            "a number not below 0",
-        )?;
+        require(self.at_least_s >= 0.0, "settle.at_least_s", "a number not below 0")?;
         require(
             self.at_most_s.is_finite() && self.at_most_s >= self.at_least_s.max(self.steady_for_s),
             "settle.at_most_s",
@@ -168,10 +157,7 @@ impl<T: Real> SettleGate<T> {
     /// Takes in a sample and its heading relative to the heading of the run.
     pub fn add(&mut self, elapsed_s: f64, heading_error_rad: T, sample: &Sample<T>) {
         if elapsed_s + CLOCK_RESOLUTION_S - self.piece_start_s >= self.settings.steady_for_s {
-            *self = Self {
-                piece_start_s: elapsed_s,
-                ..Self::new(self.settings)
-            };
+            *self = Self { piece_start_s: elapsed_s, ..Self::new(self.settings) };
         }
         let t = T::of(elapsed_s - self.piece_start_s);
         self.heading.add(t, Some(heading_error_rad));
@@ -181,14 +167,10 @@ impl<T: Real> SettleGate<T> {
 
     fn is_steady(&self) -> bool {
         let settings = &self.settings;
-        let change = |line: &Line<T>| {
-            line.slope()
-                .map(|slope| (slope * T::of(settings.steady_for_s)).abs())
-        };
+        let change =
+            |line: &Line<T>| line.slope().map(|slope| (slope * T::of(settings.steady_for_s)).abs());
         // A heading is always measured; depth and speed only count where they are.
-        self.heading
-            .slope()
-            .is_some_and(|slope| slope.abs() <= settings.yaw_rate_tolerance_rad_s)
+        self.heading.slope().is_some_and(|slope| slope.abs() <= settings.yaw_rate_tolerance_rad_s)
             && self.heading.mean().abs() <= settings.heading_tolerance_rad
             && change(&self.depth).is_none_or(|change| change <= settings.depth_tolerance_m)
             && change(&self.speed)
@@ -241,10 +223,7 @@ mod tests {
             if judged != SettleState::Waiting {
                 return (judged, t);
             }
-            let sample = Sample {
-                surge_speed_m_s: Some(speed(t)),
-                ..Sample::default()
-            };
+            let sample = Sample { surge_speed_m_s: Some(speed(t)), ..Sample::default() };
             gate.add(t, heading(t), &sample);
         }
         (SettleState::Waiting, f64::NAN)
@@ -258,10 +237,7 @@ mod tests {
 
     #[test]
     fn exact_turning_or_accelerating_vehicle_does_not() {
-        assert_eq!(
-            settle(|t| 0.03 * t - 0.4, |_| 1.5),
-            (SettleState::TimedOut, 40.0)
-        );
+        assert_eq!(settle(|t| 0.03 * t - 0.4, |_| 1.5), (SettleState::TimedOut, 40.0));
         assert_eq!(settle(|_| 0.2, |_| 1.5), (SettleState::TimedOut, 40.0));
         assert_eq!(settle(|_| 0.0, |t| 0.02 * t), (SettleState::TimedOut, 40.0));
     }

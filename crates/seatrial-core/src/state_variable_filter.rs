@@ -259,11 +259,7 @@ mod tests {
     use super::*;
 
     fn outputs(filter: &StateVariableFilter<f64>, step: &FilterStep<f64>) -> [f64; 3] {
-        [
-            filter.second_derivative(step),
-            filter.first_derivative(step),
-            filter.smoothed(),
-        ]
+        [filter.second_derivative(step), filter.first_derivative(step), filter.smoothed()]
     }
 
     /// The printed matrices (28)-(31), step by step, against the increments used here.
@@ -272,10 +268,7 @@ mod tests {
         let (lambda, h) = (1.5_f64, 0.3_f64);
         let x = lambda * h;
         let e = (-x).exp();
-        let a_d = [
-            [e * (1.0 - x), -e * lambda * lambda * h],
-            [e * h, e * (1.0 + x)],
-        ];
+        let a_d = [[e * (1.0 - x), -e * lambda * lambda * h], [e * h, e * (1.0 + x)]];
         let b_d = [h * e, (1.0 - (1.0 + x) * e) / (lambda * lambda)];
 
         let mut step = FilterStep::new(lambda);

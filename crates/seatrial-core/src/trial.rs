@@ -224,11 +224,7 @@ impl<T: Real> Trial<T> {
                 let training = &self.plan.training;
                 let enough = self.training.enough
                     && self.elapsed_s() + CLOCK_RESOLUTION_S >= training.excitation_end_s();
-                if converged || enough || is_over(training) {
-                    Due::Validate
-                } else {
-                    Due::Same
-                }
+                if converged || enough || is_over(training) { Due::Validate } else { Due::Same }
             }
             Phase::Validate(validation) if is_over(&self.plan.validation) => {
                 Due::NextRun(self.result(self.plan.axis.goodness_of_fit(validation)))
@@ -272,11 +268,7 @@ impl<T: Real> Trial<T> {
     fn danger(&mut self, sample: &Sample<T>, usable: bool) -> Option<AbortReason> {
         let clock_s = self.clock_s.unwrap_or(0.0);
         let silence_s = clock_s - self.usable_s.unwrap_or(clock_s);
-        self.unusable_in_a_row = if usable {
-            0
-        } else {
-            self.unusable_in_a_row.saturating_add(1)
-        };
+        self.unusable_in_a_row = if usable { 0 } else { self.unusable_in_a_row.saturating_add(1) };
         let refused_s = f64::from(self.unusable_in_a_row) * self.plan.sample_interval_s;
         let watched_s = clock_s + self.stood_still_s;
         self.envelope.look(sample, watched_s);
@@ -294,9 +286,7 @@ impl<T: Real> Trial<T> {
             match &mut self.phase {
                 Phase::Train(watch) => {
                     let elapsed_s = elapsed_s - self.plan.training.lead_in_s;
-                    let missing = self
-                        .answer
-                        .is_missing(elapsed_s, error_rad, sample.rudder_rad);
+                    let missing = self.answer.is_missing(elapsed_s, error_rad, sample.rudder_rad);
                     against = missing.then_some(AbortReason::NoAnswer);
                     let is_reversed = watch.as_mut().is_some_and(|watch| {
                         watch.is_reversed(elapsed_s, error_rad, sample.rudder_rad)
@@ -306,9 +296,7 @@ impl<T: Real> Trial<T> {
                 }
                 Phase::Validate(_) => {
                     let elapsed_s = elapsed_s - self.plan.validation.lead_in_s;
-                    let missing = self
-                        .answer
-                        .is_missing(elapsed_s, error_rad, sample.rudder_rad);
+                    let missing = self.answer.is_missing(elapsed_s, error_rad, sample.rudder_rad);
                     against = missing.then_some(AbortReason::NoAnswer);
                     self.envelope.speed(sample, elapsed_s < 0.0);
                 }
@@ -400,10 +388,7 @@ impl<T: Real> Trial<T> {
     fn end(&mut self, outcome: Outcome) {
         if self.outcome().is_none() {
             self.phase = Phase::Over(outcome);
-            self.tell(Event::Ended {
-                time_s: self.clock_s.unwrap_or(0.0),
-                outcome,
-            });
+            self.tell(Event::Ended { time_s: self.clock_s.unwrap_or(0.0), outcome });
         }
     }
 
@@ -426,10 +411,7 @@ impl<T: Real> Trial<T> {
             surge_speed_m_s: self.training.surge_speed_m_s(),
             samples_used: self.training.samples_used,
             rejected: self.estimator.rejected().since(&self.rejected_before),
-            accepted: self
-                .plan
-                .axis
-                .is_reached(&validation, self.plan.accept_from_r2),
+            accepted: self.plan.axis.is_reached(&validation, self.plan.accept_from_r2),
         }
     }
 
@@ -442,16 +424,12 @@ impl<T: Real> Trial<T> {
                 (Steering::Rudder(T::ZERO), Some(self.thrust()), None)
             }
             Phase::Settle(_) => (hold, Some(self.thrust()), None),
-            Phase::Train(_) => (
-                self.manoeuvre(&self.plan.training, hold),
-                Some(self.thrust()),
-                None,
-            ),
-            Phase::Validate(_) => (
-                self.manoeuvre(&self.plan.validation, hold),
-                Some(self.thrust()),
-                None,
-            ),
+            Phase::Train(_) => {
+                (self.manoeuvre(&self.plan.training, hold), Some(self.thrust()), None)
+            }
+            Phase::Validate(_) => {
+                (self.manoeuvre(&self.plan.validation, hold), Some(self.thrust()), None)
+            }
             Phase::Over(Outcome::Aborted(_)) if !self.neutral_given => {
                 self.neutral_given = true;
                 (Steering::Rudder(T::ZERO), None, None)
@@ -466,11 +444,7 @@ impl<T: Real> Trial<T> {
             }
             Phase::Over(outcome @ Outcome::Finished) => (hold, None, Some(*outcome)),
         };
-        Action {
-            steering,
-            thrust,
-            outcome,
-        }
+        Action { steering, thrust, outcome }
     }
 
     fn manoeuvre(&self, manoeuvre: &Manoeuvre<T>, hold: Steering<T>) -> Steering<T> {
@@ -484,16 +458,10 @@ impl<T: Real> Trial<T> {
 
     fn thrust(&self) -> T {
         let last = self.plan.thrusts.last();
-        *self
-            .plan
-            .thrusts
-            .get(self.speed)
-            .or(last)
-            .unwrap_or(&T::ZERO)
+        *self.plan.thrusts.get(self.speed).or(last).unwrap_or(&T::ZERO)
     }
 
     fn elapsed_s(&self) -> f64 {
-        self.clock_s
-            .map_or(0.0, |clock_s| clock_s - self.phase_start_s)
+        self.clock_s.map_or(0.0, |clock_s| clock_s - self.phase_start_s)
     }
 }

@@ -234,9 +234,7 @@ impl<T: Real> Turn<T> {
         let a22 = -T::ONE / self.time_constant_s;
         let acceleration = self.yaw_rate_rad_s / self.time_constant_s;
         let mut time = change / self.yaw_rate_rad_s
-            + self
-                .time_constant_s
-                .min((T::of(2.0) * change / acceleration).sqrt());
+            + self.time_constant_s.min((T::of(2.0) * change / acceleration).sqrt());
         loop {
             let step = Discretisation::new(a22, time);
             let excess = acceleration * step.heading_gain_s2 - change;
@@ -341,11 +339,7 @@ impl<T: Real> TurningOverSpeed<T> {
         to_m_s: T,
     ) -> Result<Option<RadiusMinimum<T>>, NoTurn> {
         self.turn_at(to_m_s)?;
-        let sign = if self.authority.per_speed_squared_per_m2 < T::ZERO {
-            -T::ONE
-        } else {
-            T::ONE
-        };
+        let sign = if self.authority.per_speed_squared_per_m2 < T::ZERO { -T::ONE } else { T::ONE };
         let k = sign * self.authority.per_speed_squared_per_m2;
         let c = sign * self.authority.constant_per_s2;
         let p = -self.a22_per_s / self.rudder_limit_rad;
@@ -396,10 +390,9 @@ mod tests {
 
     #[test]
     fn val_paper_table_v_radius_of_both_80_percent_runs() {
-        for (theta, radius_m, delta0) in [
-            ([-1.70, 1.41, 0.0], 9.20, 0.019),
-            ([-1.54, 1.30, 0.0], 9.25, 0.021),
-        ] {
+        for (theta, radius_m, delta0) in
+            [([-1.70, 1.41, 0.0], 9.20, 0.019), ([-1.54, 1.30, 0.0], 9.25, 0.021)]
+        {
             let [a22, b2, _] = theta;
             let turn = turn([a22, b2, b2 * delta0], Side::Port);
             // Half a unit of the last digit printed.
@@ -449,10 +442,7 @@ mod tests {
             let minimum = over_speed.minimum_radius(1.0, 9.0).unwrap().unwrap();
             for step in 0..=1000 {
                 let speed = 2.0 + 0.004 * f64::from(step);
-                let radius = over_speed
-                    .turn_at(speed)
-                    .unwrap()
-                    .u_turn_mean_radius_m(speed);
+                let radius = over_speed.turn_at(speed).unwrap().u_turn_mean_radius_m(speed);
                 assert!(radius >= minimum.u_turn_mean_radius_m - 1e-12);
             }
         }
@@ -494,19 +484,13 @@ mod tests {
                 assert!((reached.heading_rad / change - 1.0).abs() < 1e-12);
             }
         }
-        assert_eq!(
-            turn([-1.0, 1.0, 0.0], Side::Port).full_rudder_time_s(0.0),
-            0.0
-        );
+        assert_eq!(turn([-1.0, 1.0, 0.0], Side::Port).full_rudder_time_s(0.0), 0.0);
     }
 
     #[test]
     fn exact_trapezoid_time_is_49_for_a_u_turn_and_continuous() {
         let turn = turn([-1.62, 1.25, 0.0], Side::Starboard);
-        assert_eq!(
-            turn.trapezoid_time_s(core::f64::consts::PI),
-            turn.u_turn_time_s()
-        );
+        assert_eq!(turn.trapezoid_time_s(core::f64::consts::PI), turn.u_turn_time_s());
         let edge = turn.yaw_rate_rad_s * turn.rise_time_s();
         let above = turn.trapezoid_time_s(edge);
         let below = turn.trapezoid_time_s(edge * (1.0 - 1e-9));
@@ -534,10 +518,7 @@ mod tests {
         // A few roundings of f32, relative.
         let near = |a: f32, b: f64| (f64::from(a) / b - 1.0).abs() < 1e-6;
         assert!(near(single.u_turn_time_s(), double.u_turn_time_s()));
-        assert!(near(
-            single.full_rudder_time_s(1.0),
-            double.full_rudder_time_s(1.0)
-        ));
+        assert!(near(single.full_rudder_time_s(1.0), double.full_rudder_time_s(1.0)));
         let points = [0.5_f32, 1.0].map(|speed| SchedulePoint {
             thrust: None,
             surge_speed_m_s: Some(speed),

@@ -111,14 +111,8 @@ impl<T: Real> Validation<T> {
             start_s: 0.0,
             unwrapped_heading_rad: T::ZERO,
             forced: YawState::default(),
-            to_heading: YawState {
-                heading_rad: T::ONE,
-                yaw_rate_rad_s: T::ZERO,
-            },
-            to_rate: YawState {
-                heading_rad: T::ZERO,
-                yaw_rate_rad_s: T::ONE,
-            },
+            to_heading: YawState { heading_rad: T::ONE, yaw_rate_rad_s: T::ZERO },
+            to_rate: YawState { heading_rad: T::ZERO, yaw_rate_rad_s: T::ONE },
             to_offset: YawState::default(),
             heading: Comparison::default(),
             yaw_rate: Comparison::default(),
@@ -128,10 +122,7 @@ impl<T: Real> Validation<T> {
     /// With a moment that rights the angle, psi'' = a22 psi' + m psi + b2 delta + C0: m, 1/s^2; `None` where there is none.
     #[inline(always)]
     pub fn righted_by(self, restoring_per_s2: Option<T>) -> Self {
-        Self {
-            restoring_per_s2,
-            ..self
-        }
+        Self { restoring_per_s2, ..self }
     }
 
     /// Validation of `model` on a record.
@@ -203,11 +194,7 @@ impl<T: Real> Validation<T> {
         self.heading.add(
             self.unwrapped_heading_rad,
             self.forced.heading_rad,
-            [
-                self.to_heading.heading_rad,
-                self.to_rate.heading_rad,
-                self.to_offset.heading_rad,
-            ],
+            [self.to_heading.heading_rad, self.to_rate.heading_rad, self.to_offset.heading_rad],
             is_lead_in,
         );
         if let Some(rate) = sample.yaw_rate_rad_s.filter(|rate| rate.is_finite()) {
@@ -230,9 +217,7 @@ impl<T: Real> Validation<T> {
         let of = |signal: &Comparison<T>| {
             (
                 signal.r2(initial, T::ZERO),
-                signal
-                    .refit_offset(initial)
-                    .and_then(|offset| signal.r2(initial, offset)),
+                signal.refit_offset(initial).and_then(|offset| signal.r2(initial, offset)),
             )
         };
         self.fit_of(of)
@@ -262,10 +247,7 @@ impl<T: Real> Validation<T> {
     pub fn goodness_of_fit_from_any_start(&self) -> GoodnessOfFit<T> {
         let of = |signal: &Comparison<T>| {
             let r2 = |[heading, rate, offset]: [T; 3]| signal.r2([heading, rate], offset);
-            (
-                r2(signal.least_squares([true, true, false])),
-                r2(signal.least_squares([true; 3])),
-            )
+            (r2(signal.least_squares([true, true, false])), r2(signal.least_squares([true; 3])))
         };
         self.fit_of(of)
     }
@@ -286,10 +268,7 @@ impl<T: Real> Validation<T> {
     #[inline]
     fn initial(&self) -> [T; 2] {
         let rate = self.yaw_rate.lead_in_mean_above_its_noise();
-        [
-            self.heading.lead_in_mean().unwrap_or(T::ZERO),
-            rate.unwrap_or(T::ZERO),
-        ]
+        [self.heading.lead_in_mean().unwrap_or(T::ZERO), rate.unwrap_or(T::ZERO)]
     }
 
     /// R^2 of both signals, each without and with the offset estimated again.
@@ -326,15 +305,9 @@ impl<T: Real> Validation<T> {
 /// The state `interval_s` later of psi'' = a psi' + m psi + `input`, rad/s^2.
 fn righted<T: Real>(a: T, m: T, state: YawState<T>, input: T, interval_s: T) -> YawState<T> {
     let model = PitchModel::from_theta([a, m, T::ZERO, input]);
-    let start = PitchState {
-        pitch_rad: state.heading_rad,
-        pitch_rate_rad_s: state.yaw_rate_rad_s,
-    };
+    let start = PitchState { pitch_rad: state.heading_rad, pitch_rate_rad_s: state.yaw_rate_rad_s };
     let after = model.advance(start, T::ZERO, interval_s);
-    YawState {
-        heading_rad: after.pitch_rad,
-        yaw_rate_rad_s: after.pitch_rate_rad_s,
-    }
+    YawState { heading_rad: after.pitch_rad, yaw_rate_rad_s: after.pitch_rate_rad_s }
 }
 
 /// A parameter of which this share or less is its own, beside the others', is not told from them.
@@ -429,11 +402,7 @@ impl<T: Real> Comparison<T> {
             .iter()
             .zip(weights)
             .map(|(row, left)| {
-                left * row
-                    .iter()
-                    .zip(weights)
-                    .map(|(g, right)| *g * right)
-                    .sum::<T>()
+                left * row.iter().zip(weights).map(|(g, right)| *g * right).sum::<T>()
             })
             .sum();
         let r2 = T::ONE - squared_error / self.sum_of_squares;
@@ -451,11 +420,7 @@ fn eliminated<T: Real>(mut normal: [[T; 3]; 3], mut right: [T; 3]) -> [T; 3] {
         pivoted::<T, 2>(&mut normal, &mut right, least[2]),
     ];
     let of = |is_solved: bool, value: T| if is_solved { value } else { T::ZERO };
-    [
-        of(is_solved[0], right[0]),
-        of(is_solved[1], right[1]),
-        of(is_solved[2], right[2]),
-    ]
+    [of(is_solved[0], right[0]), of(is_solved[1], right[1]), of(is_solved[2], right[2])]
 }
 
 /// Solves row P for its own parameter and takes that out of the other rows; `false` where its pivot is not above `least`.
@@ -499,10 +464,7 @@ mod tests {
     fn run(heading_rad: f64, intervals_s: impl Fn(u32) -> f64) -> Vec<Sample<f64>> {
         let model = YawModel::from_theta(TRUTH);
         let neutral = -model.delta0_rad().unwrap();
-        let mut state = YawState {
-            heading_rad,
-            yaw_rate_rad_s: 0.0,
-        };
+        let mut state = YawState { heading_rad, yaw_rate_rad_s: 0.0 };
         let mut time_s = 0.0;
         (0..330)
             .map(|k| {
@@ -540,10 +502,7 @@ mod tests {
         ] {
             for (again, stated) in [(false, fit.r2_heading), (true, fit.r2_heading_offset_refit)] {
                 let [heading, rate, offset] = validation.heading_start(from_any_start, again);
-                let mut state = YawState {
-                    heading_rad: heading,
-                    yaw_rate_rad_s: rate,
-                };
+                let mut state = YawState { heading_rad: heading, yaw_rate_rad_s: rate };
                 let model = YawModel::from_theta([-0.8, 1.2, 0.03 + offset]);
                 let (mut error, mut turned, mut squares, mut sum) = (0.0, 0.0, 0.0, 0.0);
                 for (k, sample) in samples.iter().enumerate() {
@@ -599,13 +558,8 @@ mod tests {
             validation
         };
         // From the middle of a stroke, where it turns.
-        let turning: Vec<_> = samples[60..]
-            .iter()
-            .map(|sample| Sample {
-                yaw_rate_rad_s: None,
-                ..*sample
-            })
-            .collect();
+        let turning: Vec<_> =
+            samples[60..].iter().map(|sample| Sample { yaw_rate_rad_s: None, ..*sample }).collect();
         let from_rest = fit(model, &turning).goodness_of_fit();
         assert!(from_rest.r2_heading.unwrap() < 0.9, "{from_rest:?}");
         let found = fit(model, &turning).goodness_of_fit_from_any_start();
@@ -614,10 +568,7 @@ mod tests {
         // With the offset estimated again, too, and for the yaw rate.
         model.c0_rad_per_s2 += 0.01;
         let found = fit(model, &samples[60..]).goodness_of_fit_from_any_start();
-        for r2 in [
-            found.r2_heading_offset_refit,
-            found.r2_yaw_rate_offset_refit,
-        ] {
+        for r2 in [found.r2_heading_offset_refit, found.r2_yaw_rate_offset_refit] {
             assert!((r2.unwrap() - 1.0).abs() < 1e-9, "{found:?}");
         }
         assert!(found.r2_heading < found.r2_heading_offset_refit);
@@ -634,20 +585,10 @@ mod tests {
             })
             .collect();
         let fit = Validation::of(YawModel::from_theta(TRUTH), 2.0, &constant);
-        assert_eq!(
-            fit,
-            GoodnessOfFit {
-                samples: 50,
-                ..GoodnessOfFit::default()
-            }
-        );
+        assert_eq!(fit, GoodnessOfFit { samples: 50, ..GoodnessOfFit::default() });
         let nothing = Validation::of(YawModel::from_theta(TRUTH), 2.0, &[]);
         assert_eq!(nothing, GoodnessOfFit::default());
-        let unknown = Validation::of(
-            YawModel::from_theta([f64::NAN; 3]),
-            2.0,
-            &run(0.0, |_| 0.05),
-        );
+        let unknown = Validation::of(YawModel::from_theta([f64::NAN; 3]), 2.0, &run(0.0, |_| 0.05));
         assert_eq!(unknown.r2_heading, None);
     }
 

@@ -93,11 +93,7 @@ impl<T: Number, const STATES: usize> Covariance<T, STATES> {
                 (p[i][j], p[j][i]) = (left, left);
             }
         }
-        Gain {
-            gain,
-            variance,
-            precision,
-        }
+        Gain { gain, variance, precision }
     }
 }
 

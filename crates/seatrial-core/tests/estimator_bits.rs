@@ -20,11 +20,7 @@ impl Hash {
     /// The sign of what is no number is the processor's, so that all of these count as one.
     fn number<T: Real>(&mut self, number: T) {
         let number = number.to_f64();
-        self.bits(if number.is_nan() {
-            f64::NAN.to_bits()
-        } else {
-            number.to_bits()
-        });
+        self.bits(if number.is_nan() { f64::NAN.to_bits() } else { number.to_bits() });
     }
 
     fn numbers<T: Real>(&mut self, numbers: impl IntoIterator<Item = T>) {
@@ -37,9 +33,7 @@ impl Hash {
     }
 
     fn words(&mut self, value: impl std::fmt::Debug) {
-        format!("{value:?}")
-            .bytes()
-            .for_each(|byte| self.bits(byte.into()));
+        format!("{value:?}").bytes().for_each(|byte| self.bits(byte.into()));
     }
 
     fn estimator<T: Real>(&mut self, estimator: &Estimator<T>) {
@@ -67,10 +61,7 @@ struct Random(u64);
 
 impl Random {
     fn unit(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(0x5851_f42d_4c95_7f2d)
-            .wrapping_add(0x1405_7b7e_f767_814f);
+        self.0 = self.0.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
         (self.0 >> 40) as f64 / f64::from(1 << 24)
     }
 
@@ -131,10 +122,7 @@ const DAMAGES: [Damage; 13] = {
 fn stream(damage: Damage, interval_s: f64, time_constant_s: f64) -> Vec<[f64; 3]> {
     let model = YawModel::from_theta([-1.0 / time_constant_s, 1.1 / time_constant_s.powi(2), 0.01]);
     let mut random = Random(7);
-    let mut state = YawState {
-        heading_rad: 2.9,
-        yaw_rate_rad_s: 0.0,
-    };
+    let mut state = YawState { heading_rad: 2.9, yaw_rate_rad_s: 0.0 };
     let (mut now_s, mut clock_s, mut compass_rad) = (0.0, 0.0, 0.0);
     let mut lost = 0_u32;
     let mut samples = Vec::new();
@@ -215,12 +203,7 @@ fn hash<T: Real>(hash: &mut Hash, settings: EstimatorSettings<T>, samples: &[[f6
             true => Estimator::warm,
             false => Estimator::update,
         };
-        let intake = take_in(
-            &mut estimator,
-            *time_s,
-            T::of(*heading_rad),
-            T::of(*rudder_rad),
-        );
+        let intake = take_in(&mut estimator, *time_s, T::of(*heading_rad), T::of(*rudder_rad));
         hash.words(intake);
         hash.estimator(&estimator);
     }
@@ -236,30 +219,9 @@ fn variants<T: Real>() -> Vec<(EstimatorSettings<T>, f64, f64)> {
         // x = lambda h above 0.5, where phi is no series.
         (improved, 0.4, 1.0),
         (improved, 0.002, 1.0),
-        (
-            EstimatorSettings {
-                method: Method::LeastSquares,
-                ..improved
-            },
-            0.05,
-            1.0,
-        ),
-        (
-            EstimatorSettings {
-                forgetting_factor: T::of(0.98),
-                ..improved
-            },
-            0.05,
-            1.0,
-        ),
-        (
-            EstimatorSettings {
-                has_restoring_moment: true,
-                ..improved
-            },
-            0.05,
-            1.0,
-        ),
+        (EstimatorSettings { method: Method::LeastSquares, ..improved }, 0.05, 1.0),
+        (EstimatorSettings { forgetting_factor: T::of(0.98), ..improved }, 0.05, 1.0),
+        (EstimatorSettings { has_restoring_moment: true, ..improved }, 0.05, 1.0),
         (EstimatorSettings::for_time_scale(T::of(60.0)), 1.0, 60.0),
         (EstimatorSettings::for_time_scale(T::of(0.1)), 0.01, 0.1),
         (
@@ -272,14 +234,7 @@ fn variants<T: Real>() -> Vec<(EstimatorSettings<T>, f64, f64)> {
             1.0,
         ),
         (paper, 0.05, 1.0),
-        (
-            EstimatorSettings {
-                method: Method::InstrumentalVariable,
-                ..paper
-            },
-            0.05,
-            1.0,
-        ),
+        (EstimatorSettings { method: Method::InstrumentalVariable, ..paper }, 0.05, 1.0),
     ]
 }
 
@@ -287,11 +242,7 @@ fn hashes<T: Real>() -> Vec<u64> {
     let over_streams = |(settings, interval_s, time_constant_s)| {
         let mut all = Hash(0xcbf2_9ce4_8422_2325);
         for damage in DAMAGES {
-            hash(
-                &mut all,
-                settings,
-                &stream(damage, interval_s, time_constant_s),
-            );
+            hash(&mut all, settings, &stream(damage, interval_s, time_constant_s));
         }
         all.0
     };

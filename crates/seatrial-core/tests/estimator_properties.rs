@@ -10,11 +10,7 @@ use seatrial_core::{
 /// A turning vehicle with its rudder, sample k at 20 Hz.
 fn sample(k: u32) -> (f64, f64, f64) {
     let t = f64::from(k) * 0.05;
-    let rudder = if (k / 40).is_multiple_of(2) {
-        0.2
-    } else {
-        -0.2
-    };
+    let rudder = if (k / 40).is_multiple_of(2) { 0.2 } else { -0.2 };
     (t, 0.3 * (0.9 * t).sin() + 0.05 * t, rudder)
 }
 
@@ -163,10 +159,7 @@ fn exact_gap_pauses_the_recursion() {
         if estimator.update(t, heading, rudder) == Intake::Used {
             break;
         }
-        assert_eq!(
-            (estimator.model(), estimator.covariance()),
-            (model, covariance)
-        );
+        assert_eq!((estimator.model(), estimator.covariance()), (model, covariance));
         paused += 1;
     }
     assert_eq!(estimator.rejected().gaps, 1);
@@ -219,27 +212,9 @@ fn prop_settings_follow_the_time_scale() {
 fn exact_invalid_settings_are_named() {
     let good = EstimatorSettings::<f64>::default();
     let mut bad = [(good, ""); 5];
-    bad[0] = (
-        EstimatorSettings {
-            lambda_rad_s: 0.0,
-            ..good
-        },
-        "lambda_rad_s",
-    );
-    bad[1] = (
-        EstimatorSettings {
-            forgetting_factor: 1.1,
-            ..good
-        },
-        "forgetting_factor",
-    );
-    bad[2] = (
-        EstimatorSettings {
-            initial_covariance: f64::NAN,
-            ..good
-        },
-        "initial_covariance",
-    );
+    bad[0] = (EstimatorSettings { lambda_rad_s: 0.0, ..good }, "lambda_rad_s");
+    bad[1] = (EstimatorSettings { forgetting_factor: 1.1, ..good }, "forgetting_factor");
+    bad[2] = (EstimatorSettings { initial_covariance: f64::NAN, ..good }, "initial_covariance");
     bad[3] = (EstimatorSettings::for_time_scale(-1.0), "lambda_rad_s");
     bad[4].0.convergence.consecutive = 0;
     bad[4].1 = "convergence.consecutive";

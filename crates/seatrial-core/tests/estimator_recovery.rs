@@ -27,21 +27,15 @@ struct Link {
     jitter: f64,
 }
 
-const PERFECT: Link = Link {
-    missing: 0.0,
-    rudder_waits_for_samples: true,
-    jitter: 0.0,
-};
+const PERFECT: Link = Link { missing: 0.0, rudder_waits_for_samples: true, jitter: 0.0 };
 
 /// Repeatable numbers in [0, 1).
 struct Dice(u64);
 
 impl Dice {
     fn roll(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 }
@@ -73,10 +67,7 @@ fn run<T: Real>(
     })
     .unwrap();
     let mut dice = Dice(seed);
-    let mut state = YawState {
-        heading_rad: hold_rad,
-        yaw_rate_rad_s: 0.0,
-    };
+    let mut state = YawState { heading_rad: hold_rad, yaw_rate_rad_s: 0.0 };
     let (mut time_s, mut delta) = (0.0, 0.0);
     let samples = ((SETTLING_S + TRAINING_S) / INTERVAL_S).round() as u32;
     for k in 0..samples {
@@ -143,10 +134,7 @@ fn exact_any_heading_and_across_a_wrap() {
 /// Sampling instants off by up to 40 % of the interval; measured 0.16 %, 0.08 % and 0.56 %.
 #[test]
 fn exact_jittered_sampling() {
-    let link = Link {
-        jitter: 0.4,
-        ..PERFECT
-    };
+    let link = Link { jitter: 0.4, ..PERFECT };
     for errors in errors::<f64>(LostRudder::Interpolated, link, 10) {
         assert!(worst(&errors) < 0.01, "{}", worst(&errors));
     }
@@ -165,11 +153,7 @@ fn assert_one_percent([a22, b2, c0]: [Vec<f64>; 3]) {
 /// A fifth of the rows of a log are missing, and the rudder moved at some of them; measured a22 0.5 %, b2 0.3 %, C0 1.0 %.
 #[test]
 fn exact_missing_rows() {
-    let link = Link {
-        missing: 0.2,
-        rudder_waits_for_samples: false,
-        jitter: 0.0,
-    };
+    let link = Link { missing: 0.2, rudder_waits_for_samples: false, jitter: 0.0 };
     assert_one_percent(errors::<f64>(LostRudder::Interpolated, link, 20));
     assert_one_percent(errors::<f32>(LostRudder::Interpolated, link, 20));
 }
@@ -177,20 +161,14 @@ fn exact_missing_rows() {
 /// A fifth of the samples do not arrive, and the rudder waits for the next; measured a22 0.5 %, b2 0.3 %, C0 1.6 %.
 #[test]
 fn exact_missing_samples_with_the_rudder_held() {
-    let link = Link {
-        missing: 0.2,
-        ..PERFECT
-    };
+    let link = Link { missing: 0.2, ..PERFECT };
     assert_one_percent(errors::<f64>(LostRudder::Held, link, 20));
 }
 
 /// A fifth of the samples do not arrive, the rudder waits, and is assumed to move evenly as in a log: a22 and b2 stand it.
 #[test]
 fn exact_missing_samples_with_the_rudder_held_but_interpolated() {
-    let link = Link {
-        missing: 0.2,
-        ..PERFECT
-    };
+    let link = Link { missing: 0.2, ..PERFECT };
     let [a22, b2, _] = errors::<f64>(LostRudder::Interpolated, link, 20);
     assert!(worst(&a22) < 0.01, "a22 {}", worst(&a22));
     assert!(worst(&b2) < 0.01, "b2 {}", worst(&b2));

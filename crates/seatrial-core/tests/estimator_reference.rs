@@ -28,11 +28,7 @@ fn record(path: &Path) -> Vec<Sample> {
     rows.map(|row| {
         let mut numbers = row.split(',').map(|number| number.parse().unwrap());
         let mut next = || numbers.next().unwrap();
-        Sample {
-            time_s: next(),
-            heading_rad: next(),
-            rudder_rad: next(),
-        }
+        Sample { time_s: next(), heading_rad: next(), rudder_rad: next() }
     })
     .collect()
 }
@@ -44,19 +40,11 @@ fn vector(value: &Value) -> [f64; 3] {
 fn settings(mode: &str, lambda_rad_s: f64) -> EstimatorSettings<f64> {
     let paper = EstimatorSettings::paper();
     match mode {
-        "paper" => EstimatorSettings {
-            lambda_rad_s,
-            ..paper
-        },
-        "equil" => EstimatorSettings {
-            lambda_rad_s,
-            filter_start: FilterStart::Equilibrium,
-            ..paper
-        },
-        "improved" => EstimatorSettings {
-            lambda_rad_s,
-            ..EstimatorSettings::default()
-        },
+        "paper" => EstimatorSettings { lambda_rad_s, ..paper },
+        "equil" => {
+            EstimatorSettings { lambda_rad_s, filter_start: FilterStart::Equilibrium, ..paper }
+        }
+        "improved" => EstimatorSettings { lambda_rad_s, ..EstimatorSettings::default() },
         other => panic!("unknown mode {other}"),
     }
 }
@@ -161,10 +149,8 @@ fn val_reference_recursion_batch_and_instrument() {
                 let d = difference(&thetas[count - 1], &vector(&reference[name]));
                 worst[0] = worst[0].max(d);
             }
-            for (found, expected) in estimator
-                .covariance()
-                .iter()
-                .zip(reference["P"].as_array().unwrap())
+            for (found, expected) in
+                estimator.covariance().iter().zip(reference["P"].as_array().unwrap())
             {
                 worst[1] = worst[1].max(difference(found, &vector(expected)));
             }
@@ -174,15 +160,11 @@ fn val_reference_recursion_batch_and_instrument() {
             for (found, expected) in lean.covariance().iter().zip(estimator.covariance()) {
                 worst[4] = worst[4].max(difference(found, &expected));
             }
-            worst[2] = worst[2].max(difference(
-                &batch(&regressors, &observations),
-                &vector(&reference["batch"]),
-            ));
+            worst[2] = worst[2]
+                .max(difference(&batch(&regressors, &observations), &vector(&reference["batch"])));
             if settings.method == Method::InstrumentalVariable {
-                worst[3] = worst[3].max(difference(
-                    &estimator.model().theta(),
-                    &vector(&reference["riv"]),
-                ));
+                worst[3] = worst[3]
+                    .max(difference(&estimator.model().theta(), &vector(&reference["riv"])));
             }
             if settings.method == Method::LeastSquares {
                 let expected = reference["conv_armed6"]["detected"].as_f64();

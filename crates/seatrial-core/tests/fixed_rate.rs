@@ -12,10 +12,7 @@ const INTERVAL_S: f64 = 0.05;
 /// A doublet on a vehicle that starts on a heading where the compass wraps: heading and rudder.
 fn doublet(samples: usize) -> Vec<[f64; 2]> {
     let model = YawModel::from_theta([-1.07, 1.08, 0.012]);
-    let mut state = YawState {
-        heading_rad: 3.1,
-        yaw_rate_rad_s: 0.0,
-    };
+    let mut state = YawState { heading_rad: 3.1, yaw_rate_rad_s: 0.0 };
     let mut record = Vec::new();
     for k in 0..samples {
         let rudder_rad = match k {
@@ -32,9 +29,7 @@ fn doublet(samples: usize) -> Vec<[f64; 2]> {
 }
 
 fn run<T: Real>(settings: &FixedRateSettings<T>, record: &[[f64; 2]]) -> FixedRateEstimator<T> {
-    let [first, rest @ ..] = record else {
-        panic!("no samples")
-    };
+    let [first, rest @ ..] = record else { panic!("no samples") };
     let [heading_rad, rudder_rad] = first.map(T::of);
     let mut lean = FixedRateEstimator::new(settings, heading_rad, rudder_rad).unwrap();
     for [heading_rad, rudder_rad] in rest {
@@ -56,10 +51,7 @@ fn parity_with_the_guarded_estimator_at_every_sample() {
             ..EstimatorSettings::default()
         };
         let mut guarded = Estimator::new(improved).unwrap();
-        let settings = FixedRateSettings {
-            initial_covariance,
-            ..lean_settings()
-        };
+        let settings = FixedRateSettings { initial_covariance, ..lean_settings() };
         let record = doublet(330);
         let [heading_rad, rudder_rad] = record[0];
         let mut lean = FixedRateEstimator::new(&settings, heading_rad, rudder_rad).unwrap();
@@ -113,10 +105,7 @@ fn exact_an_interval_set_later_is_as_one_from_the_start() {
     let record = doublet(330);
     let at_start = run(&lean_settings(), &record).model().theta();
     let [heading_rad, rudder_rad] = record[0];
-    let slower = FixedRateSettings {
-        sample_interval_s: 0.1,
-        ..lean_settings()
-    };
+    let slower = FixedRateSettings { sample_interval_s: 0.1, ..lean_settings() };
     let mut lean = FixedRateEstimator::new(&slower, heading_rad, rudder_rad).unwrap();
     assert!(lean.set_interval(INTERVAL_S));
     for refused in [0.0, -0.05, f64::NAN, f64::INFINITY, 0.5 / 1.5] {

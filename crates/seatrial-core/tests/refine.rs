@@ -12,10 +12,7 @@ const TRUTH: [f64; 3] = [-1.07, 1.08, 0.012];
 /// A doublet of 16.5 s with a compass that reads in steps.
 fn doublet(step_rad: f64, rudder_rad: f64) -> Vec<Sample<f64>> {
     let model = YawModel::from_theta(TRUTH);
-    let mut state = YawState {
-        heading_rad: 3.0,
-        yaw_rate_rad_s: 0.0,
-    };
+    let mut state = YawState { heading_rad: 3.0, yaw_rate_rad_s: 0.0 };
     (0..330)
         .map(|k| {
             let rudder_rad = match k {
@@ -104,40 +101,27 @@ fn exact_a_stage_fits_where_the_plan_says() {
 #[test]
 fn prop_what_gives_no_model_is_refused() {
     let still = doublet(0.01, 0.0);
-    assert_eq!(
-        refine(kept(&still).series(), None),
-        Err(RefineFailure::NotExcited)
-    );
+    assert_eq!(refine(kept(&still).series(), None), Err(RefineFailure::NotExcited));
     let mut short = StageRecord::<14>::new(INTERVAL_S);
     for sample in &doublet(0.01, 0.26)[60..74] {
         short.push(sample).unwrap();
     }
-    assert_eq!(
-        refine(short.series(), None),
-        Err(RefineFailure::TooShort { found: 14 })
-    );
+    assert_eq!(refine(short.series(), None), Err(RefineFailure::TooShort { found: 14 }));
 }
 
 #[test]
 fn prop_the_filter_follows_a_clock_that_changes_once() {
     let record = kept(&doublet(0.01, 0.26));
     let record = record.series();
-    let disturbance = Disturbance {
-        relative: 10.0,
-        time_constant_s: 3.0,
-    };
+    let disturbance = Disturbance { relative: 10.0, time_constant_s: 3.0 };
     let log_likelihood = |interval_s: &[f64]| {
-        let record = Series {
-            interval_s,
-            ..record
-        };
+        let record = Series { interval_s, ..record };
         record.fit(TRUTH[0], disturbance).unwrap().log_likelihood
     };
     let changes_once: Vec<f64> = (0..330).map(|k| if k < 150 { 0.05 } else { 0.1 }).collect();
     // A clock that changes all the time, by too little to matter.
-    let changes_always: Vec<f64> = (0..330)
-        .map(|k| changes_once[k] * (1.0 + 3e-6 * f64::from(k as u8 % 2)))
-        .collect();
+    let changes_always: Vec<f64> =
+        (0..330).map(|k| changes_once[k] * (1.0 + 3e-6 * f64::from(k as u8 % 2))).collect();
     let difference = log_likelihood(&changes_once) - log_likelihood(&changes_always);
     // 330 comparisons, whose intervals differ by 3e-6 of them.
     assert!(difference.abs() < 0.01, "{difference}");

@@ -43,9 +43,7 @@ fn val_reference_r2_from_averaged_initial_conditions() {
             let model = YawModel::from_theta(theta);
             for (name, lead_in_s) in [("R2_mean2s", 2.0), ("R2_first", 0.0)] {
                 let expected = estimate[name].as_f64().unwrap();
-                let r2 = Validation::of(model, lead_in_s, &samples)
-                    .r2_heading
-                    .unwrap();
+                let r2 = Validation::of(model, lead_in_s, &samples).r2_heading.unwrap();
                 // Both are exact up to rounding; 1 - R^2 spans 1e-6 to 5000, hence relative to it.
                 assert!(
                     (r2 - expected).abs() < 1e-9 * (1.0 + (1.0 - expected).abs()),

@@ -40,10 +40,8 @@ const CODE_LETTERS: &[u8; 32] = b"0123456789ABCDEFGHJKMNPQRSTVWXYZ";
 pub fn code() -> io::Result<String> {
     let mut bytes = [0; 8];
     getrandom::fill(&mut bytes).map_err(io::Error::other)?;
-    let letters: String = bytes
-        .iter()
-        .map(|byte| char::from(CODE_LETTERS[usize::from(byte % 32)]))
-        .collect();
+    let letters: String =
+        bytes.iter().map(|byte| char::from(CODE_LETTERS[usize::from(byte % 32)])).collect();
     let (first, last) = letters.split_at(4);
     Ok(format!("{first}-{last}"))
 }
@@ -101,19 +99,14 @@ impl Tokens {
             let tokens = serde_json::from_str(&text).map_err(io::Error::other)?;
             return Ok((tokens, None));
         }
-        let new = NewTokens {
-            operator: secret()?,
-            viewer: secret()?,
-        };
+        let new = NewTokens { operator: secret()?, viewer: secret()? };
         let tokens = Self {
             operator_sha256: hex(&hash(&new.operator)),
             viewer_sha256: hex(&hash(&new.viewer)),
             code_sha256: None,
         };
         let text = serde_json::to_string_pretty(&tokens).map_err(io::Error::other)?;
-        let folder = path
-            .parent()
-            .filter(|folder| !folder.as_os_str().is_empty());
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         // Made for the owner alone under a name of its own, then put in the place of whatever is there: no link is followed.
         let mut file = NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
         file.write_all(text.as_bytes())?;
@@ -159,11 +152,7 @@ fn refuse_planted(about: &Metadata) -> io::Result<()> {
 
 /// The token of a bearer header.
 pub fn bearer(headers: &HeaderMap) -> Option<&str> {
-    headers
-        .get(AUTHORIZATION)?
-        .to_str()
-        .ok()?
-        .strip_prefix("Bearer ")
+    headers.get(AUTHORIZATION)?.to_str().ok()?.strip_prefix("Bearer ")
 }
 
 /// The host that a request names, where the server goes by that name: another one is that of a page that had its name
@@ -194,9 +183,7 @@ pub fn is_own_origin(headers: &HeaderMap, host: &str) -> bool {
         return true;
     };
     let origin = origin.to_str().unwrap_or_default();
-    let of_page = origin
-        .strip_prefix("http://")
-        .or(origin.strip_prefix("https://"));
+    let of_page = origin.strip_prefix("http://").or(origin.strip_prefix("https://"));
     of_page.is_some_and(|of_page| of_page.eq_ignore_ascii_case(host))
 }
 
@@ -210,10 +197,7 @@ pub struct Rates {
 impl Rates {
     /// Allows so many requests a second, and four times as many at once.
     pub fn new(per_s: f64) -> Self {
-        Self {
-            per_s,
-            buckets: Mutex::default(),
-        }
+        Self { per_s, buckets: Mutex::default() }
     }
 
     /// Takes what a request costs, counted in requests, out of the bucket of an address. `false`: not even one request is
@@ -297,10 +281,7 @@ impl Leases {
                     since: now(),
                     seen: Instant::now(),
                 });
-                Ok(Claim::Yours {
-                    name: name.into(),
-                    lease,
-                })
+                Ok(Claim::Yours { name: name.into(), lease })
             }
             claim => Ok(claim),
         }
@@ -316,15 +297,9 @@ impl Leases {
             lease.is_some_and(|given| given.as_bytes().ct_eq(holder.lease.as_bytes()).into());
         if is_holder {
             holder.seen = Instant::now();
-            return Claim::Yours {
-                name: holder.name.clone(),
-                lease: holder.lease.clone(),
-            };
+            return Claim::Yours { name: holder.name.clone(), lease: holder.lease.clone() };
         }
-        Claim::Taken {
-            by: holder.name.clone(),
-            since: holder.since.clone(),
-        }
+        Claim::Taken { by: holder.name.clone(), since: holder.since.clone() }
     }
 
     /// Gives control back.
@@ -361,10 +336,7 @@ impl Leases {
     /// The holder, unless that one was not heard for too long.
     fn lock(&self) -> std::sync::MutexGuard<'_, Option<Holder>> {
         let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
-        if held
-            .as_ref()
-            .is_some_and(|held| held.seen.elapsed() > LEASE)
-        {
+        if held.as_ref().is_some_and(|held| held.seen.elapsed() > LEASE) {
             *held = None;
         }
         held
@@ -410,11 +382,7 @@ mod tests {
             ("http://evil.example", false),
             ("null", false),
         ] {
-            assert_eq!(
-                is_own_origin(&headers(ORIGIN, origin), host),
-                is_own,
-                "{origin}"
-            );
+            assert_eq!(is_own_origin(&headers(ORIGIN, origin), host), is_own, "{origin}");
         }
         assert!(is_own_origin(&HeaderMap::new(), host));
     }
@@ -469,21 +437,11 @@ mod tests {
         for open in [0o666, 0o620, 0o602] {
             std::fs::set_permissions(&path, std::fs::Permissions::from_mode(open)).unwrap();
             let refused = Tokens::of_file(&path, false).unwrap_err();
-            assert!(
-                refused.to_string().contains("others may write"),
-                "{refused}"
-            );
+            assert!(refused.to_string().contains("others may write"), "{refused}");
         }
         Tokens::of_file(&path, true).unwrap();
-        assert_eq!(
-            mode(&path),
-            0o600,
-            "new tokens do not take the old file's mode"
-        );
-        let (precious, link) = (
-            folder.path().join("precious"),
-            folder.path().join("link.json"),
-        );
+        assert_eq!(mode(&path), 0o600, "new tokens do not take the old file's mode");
+        let (precious, link) = (folder.path().join("precious"), folder.path().join("link.json"));
         std::fs::write(&precious, "precious").unwrap();
         symlink(&precious, &link).unwrap();
         assert!(Tokens::of_file(&link, false).is_err());
@@ -536,10 +494,7 @@ mod tests {
             panic!("control was free");
         };
         assert!(matches!(leases.take("Ben", None), Ok(Claim::Taken { by, .. }) if by == "Anna"));
-        assert!(matches!(
-            leases.take("Anna", Some(&lease)),
-            Ok(Claim::Yours { .. })
-        ));
+        assert!(matches!(leases.take("Anna", Some(&lease)), Ok(Claim::Yours { .. })));
         assert!(!leases.control(None).is_you && leases.control(Some(&lease)).is_you);
         leases.release();
         assert_eq!(leases.claim(Some(&lease)), Claim::Free);

@@ -40,10 +40,7 @@ impl Board {
 
     /// A commission begins.
     pub fn begin(&self, state: CommissionState) {
-        *self.shown() = BoardState {
-            state: Some(state),
-            samples: Vec::new(),
-        };
+        *self.shown() = BoardState { state: Some(state), samples: Vec::new() };
     }
 
     /// A sample of its steps.

@@ -55,9 +55,7 @@ impl<'a> CommissionJob<'a> {
             at_speed_m_s: order.at_speed_m_s,
             step_rad: order.step_rad.unwrap_or(STEP_RAD),
         };
-        request
-            .check()
-            .map_err(|error| Refusal::unprocessable("out_of_range", error))?;
+        request.check().map_err(|error| Refusal::unprocessable("out_of_range", error))?;
         Ok(Self { vehicle, request })
     }
 
@@ -92,9 +90,7 @@ pub fn preview(
     let reached = asked.reach(&Arc::default())?;
     let preflight = reached.preflight().clone();
     let proposal = match preflight.is_passed() {
-        true => asked
-            .proposal(reached.as_ref())
-            .map(|(_, shown)| Some(shown)),
+        true => asked.proposal(reached.as_ref()).map(|(_, shown)| Some(shown)),
         false => Ok(None),
     };
     let is_passed = preflight.is_passed();
@@ -191,16 +187,10 @@ fn run(
     shared.commission.begin(state.clone());
     tap.commission(state.clone());
     begun(&state);
-    let work = Order {
-        proposal: &proposal,
-        envelope: asked.request.plan.envelope,
-        stop,
-    };
+    let work = Order { proposal: &proposal, envelope: asked.request.plan.envelope, stop };
     let found = conduct(&mut vehicle, &work, &mut |text| {
         let stage = addressed(text, Reader::Dashboard);
-        shared
-            .commission
-            .change(&tap, |state| state.stages.push(stage));
+        shared.commission.change(&tap, |state| state.stages.push(stage));
     });
     // Who sees the end may begin the next one.
     drop(place);
@@ -239,9 +229,7 @@ pub fn undo(shared: &ServerState, order: &UndoOrder) -> Result<Undone, Refusal> 
             "the autopilot's values or what is kept of them are not those that were shown: look again",
         ));
     }
-    let done = shared
-        .autopilot(&order.vehicle)?
-        .put_back(&kept.file, &stop);
+    let done = shared.autopilot(&order.vehicle)?.put_back(&kept.file, &stop);
     drop(place);
     let done = done.map_err(|error| Refusal::unprocessable("vehicle_refused", error))?;
     let line = addressed(&done.line, Reader::Dashboard);
@@ -274,22 +262,13 @@ fn name_of_undo(kept: &RestoreFile) -> String {
     let mut hasher = DefaultHasher::new();
     (&kept.file, kept.mode).hash(&mut hasher);
     for value in &kept.parameters {
-        (
-            &value.name,
-            value.from.map(f64::to_bits),
-            value.to.to_bits(),
-        )
-            .hash(&mut hasher);
+        (&value.name, value.from.map(f64::to_bits), value.to.to_bits()).hash(&mut hasher);
     }
     format!("{:016x}", hasher.finish())
 }
 
 fn parameter_back(value: PutBack) -> ParameterBack {
-    ParameterBack {
-        name: value.name,
-        from: value.from,
-        to: value.to,
-    }
+    ParameterBack { name: value.name, from: value.from, to: value.to }
 }
 
 fn ended(state: &mut CommissionState, found: &CommissionResult) {

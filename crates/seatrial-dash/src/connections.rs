@@ -56,11 +56,7 @@ async fn converse(stream: TcpStream, peer: SocketAddr, router: Router, guest: Gu
         request.extensions_mut().insert(ConnectInfo(peer));
         answer(router.clone(), request, is_for_aborts)
     });
-    let within = if is_for_aborts {
-        ABORT_WITHIN
-    } else {
-        HEAD_WITHIN
-    };
+    let within = if is_for_aborts { ABORT_WITHIN } else { HEAD_WITHIN };
     let _ = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(within)
@@ -101,10 +97,7 @@ impl Door {
         }
         let address = (!is_full).then_some(address);
         *open.entry(address).or_default() += 1;
-        Some(Guest {
-            door: Arc::clone(self),
-            address,
-        })
+        Some(Guest { door: Arc::clone(self), address })
     }
 
     fn open(&self) -> MutexGuard<'_, HashMap<Option<IpAddr>, usize>> {
@@ -140,9 +133,7 @@ mod tests {
         let door = Arc::new(Door::default());
         let of = |last: u8| IpAddr::from([192, 0, 2, last]);
         let is_full = |guest: Option<Guest>| guest.is_none_or(|guest| guest.address.is_none());
-        let crowd: Vec<Guest> = (0..MOST_OF_ONE)
-            .map(|_| door.admit(of(1)).unwrap())
-            .collect();
+        let crowd: Vec<Guest> = (0..MOST_OF_ONE).map(|_| door.admit(of(1)).unwrap()).collect();
         assert!(is_full(door.admit(of(1))));
         let other = door.admit(of(2)).unwrap();
         assert!(other.address.is_some());
@@ -150,9 +141,7 @@ mod tests {
         assert!(!is_full(door.admit(of(1))));
         drop(other);
         assert!(door.open().is_empty());
-        let all: Vec<Guest> = (0..)
-            .map_while(|k| door.admit(of((k % 250) as u8)))
-            .collect();
+        let all: Vec<Guest> = (0..).map_while(|k| door.admit(of((k % 250) as u8))).collect();
         assert_eq!(all.len(), MOST + MOST_ABORTS);
         let for_aborts = all.iter().filter(|guest| guest.address.is_none());
         assert_eq!(for_aborts.count(), MOST_ABORTS);

@@ -50,16 +50,12 @@ impl From<core::Stage> for Stage {
 impl From<core::Outcome> for Outcome {
     fn from(outcome: core::Outcome) -> Self {
         match outcome {
-            core::Outcome::Finished => Self {
-                finished: true,
-                reason: None,
-                text: "every speed was run".into(),
-            },
-            core::Outcome::Aborted(reason) => Self {
-                finished: false,
-                reason: Some(name_of(reason)),
-                text: reason.to_string(),
-            },
+            core::Outcome::Finished => {
+                Self { finished: true, reason: None, text: "every speed was run".into() }
+            }
+            core::Outcome::Aborted(reason) => {
+                Self { finished: false, reason: Some(name_of(reason)), text: reason.to_string() }
+            }
         }
     }
 }
@@ -105,10 +101,7 @@ pub fn verdict_with_promises(campaign: &Campaign, whole: &identification::Verdic
         _ => campaign.accepted_runs(),
     };
     let models = (runs.iter()).map(|run| LogModel::of_run(campaign, run, &run.verdict));
-    Verdict {
-        promises: promises(&models.collect::<Vec<_>>()),
-        ..whole.into()
-    }
+    Verdict { promises: promises(&models.collect::<Vec<_>>()), ..whole.into() }
 }
 
 impl From<seatrial_logbook::Review> for Review {
@@ -200,11 +193,7 @@ pub fn run_summary(
 /// The validation of a run, measured and simulated.
 pub fn validation_of(run: &Run) -> Option<ValidationOverlay> {
     let model = run.identification.as_ref()?;
-    let drawn = overlay(
-        &run.acting_record(),
-        run.stage(core::Stage::Validate)?,
-        model,
-    );
+    let drawn = overlay(&run.acting_record(), run.stage(core::Stage::Validate)?, model);
     Some(ValidationOverlay {
         run: run.number,
         time_s: drawn.iter().map(|at| at.time_s).collect(),
@@ -223,11 +212,7 @@ impl CampaignSummary {
         let (state, outcome) = match entry.state {
             LogbookState::Ended { outcome } => {
                 let outcome = Outcome::from(outcome);
-                let state = if outcome.finished {
-                    State::Finished
-                } else {
-                    State::Aborted
-                };
+                let state = if outcome.finished { State::Finished } else { State::Aborted };
                 (state, Some(outcome))
             }
             _ if running == Some(entry.id.0) => (State::Running, None),
@@ -295,9 +280,7 @@ impl PlanPreview {
             track_box_m: preview.track_box_m,
             track_margin_m: preview.track_margin_m,
             is_enough: speeds.len() == plan.thrusts.len()
-                && speeds
-                    .iter()
-                    .all(|s| s.expected.as_ref().is_some_and(|e| e.is_enough)),
+                && speeds.iter().all(|s| s.expected.as_ref().is_some_and(|e| e.is_enough)),
             speeds,
         }
     }

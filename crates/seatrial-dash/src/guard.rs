@@ -36,14 +36,8 @@ const ALWAYS: [(HeaderName, &str); 6] = [
     (X_CONTENT_TYPE_OPTIONS, "nosniff"),
     (X_FRAME_OPTIONS, "DENY"),
     (REFERRER_POLICY, "no-referrer"),
-    (
-        HeaderName::from_static("cross-origin-opener-policy"),
-        "same-origin",
-    ),
-    (
-        HeaderName::from_static("cross-origin-resource-policy"),
-        "same-origin",
-    ),
+    (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+    (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
 ];
 
 /// Lets a request through to where it goes, or refuses it.
@@ -99,17 +93,11 @@ fn admitted(shared: &ServerState, peer: SocketAddr, request: &Request) -> Result
     let path = request.uri().path();
     let is_open = !path.starts_with("/api/") || path == LIVE || path == OPENAPI;
     if role.is_none() && !is_open {
-        return Err(token_needed(
-            "a token is needed: send Authorization: Bearer TOKEN",
-        ));
+        return Err(token_needed("a token is needed: send Authorization: Bearer TOKEN"));
     }
     let lease = request.headers().get(LEASE);
     let lease = lease.and_then(|lease| lease.to_str().ok());
-    Ok(Caller {
-        role,
-        address,
-        lease: lease.map(String::from),
-    })
+    Ok(Caller { role, address, lease: lease.map(String::from) })
 }
 
 /// Why a request has no role.
@@ -133,17 +121,12 @@ fn role_of(shared: &ServerState, request: &Request) -> Result<Option<Role>, NoRo
     })?;
     let only_reads = matches!(*request.method(), Method::GET | Method::HEAD) && path != LIVE;
     if !only_reads && !is_own_origin(headers, host) {
-        return Err(forbidden(
-            "origin_refused",
-            "the request comes from a page of another site",
-        ));
+        return Err(forbidden("origin_refused", "the request comes from a page of another site"));
     }
     let Some(tokens) = &shared.tokens else {
         return Ok(Some(Role::Operator));
     };
-    bearer(headers)
-        .map(|token| tokens.role(token).ok_or(NoRole::WrongToken))
-        .transpose()
+    bearer(headers).map(|token| tokens.role(token).ok_or(NoRole::WrongToken)).transpose()
 }
 
 fn token_needed(message: &str) -> Refusal {

@@ -57,11 +57,7 @@ pub fn detail(logbook: &Logbook, id: i64, running: Option<i64>) -> Result<Campai
             .iter()
             .map(|run| run_summary(run, Some(&whole), review_of(run)))
             .collect(),
-        counting_runs: campaign
-            .accepted_runs()
-            .iter()
-            .map(|run| run.number)
-            .collect(),
+        counting_runs: campaign.accepted_runs().iter().map(|run| run.number).collect(),
         campaign: CampaignSummary::of(entry, running, Some(&whole)),
     })
 }
@@ -73,10 +69,7 @@ pub fn comparison(
     running: Option<i64>,
 ) -> Result<Comparison, Refusal> {
     let (a_entry, b_entry) = (logbook.entry(CampaignId(a))?, logbook.entry(CampaignId(b))?);
-    let (a, b) = (
-        logbook.campaign_of(&a_entry)?,
-        logbook.campaign_of(&b_entry)?,
-    );
+    let (a, b) = (logbook.campaign_of(&a_entry)?, logbook.campaign_of(&b_entry)?);
     let difference = ModelDifference::between(&a, &b);
     let thrusts = difference.thrusts.iter();
     Ok(Comparison {
@@ -102,19 +95,13 @@ fn at_thrust(at: &ThrustDifference, campaigns: [&Campaign; 2]) -> ThrustComparis
     };
     let points = [0, 1].map(|k| {
         let mut models = models_of(campaigns[k])?;
-        models
-            .points
-            .retain(|of| of.point.thrust == Some(at.thrust));
+        models.points.retain(|of| of.point.thrust == Some(at.thrust));
         points(&models, DAMPING_RATIO).ok()?.pop()
     });
     if let [Some(a), Some(b)] = points {
         differences.extend(of_points(&a, &b));
     }
-    ThrustComparison {
-        thrust: at.thrust,
-        surge_speed_m_s: at.surge_speed_m_s,
-        differences,
-    }
+    ThrustComparison { thrust: at.thrust, surge_speed_m_s: at.surge_speed_m_s, differences }
 }
 
 /// The parameters of two models.
@@ -142,40 +129,26 @@ fn of_points(a: &OperatingPoint, b: &OperatingPoint) -> Vec<Difference> {
     let [a_starboard, a_port] = a.steady_turning_radius_m;
     let [b_starboard, b_port] = b.steady_turning_radius_m;
     let quantities = [
-        (
-            "proportional_gain",
-            a.proportional_gain,
-            b.proportional_gain,
-        ),
-        (
-            "steady_turning_radius_starboard_m",
-            a_starboard,
-            b_starboard,
-        ),
+        ("proportional_gain", a.proportional_gain, b.proportional_gain),
+        ("steady_turning_radius_starboard_m", a_starboard, b_starboard),
         ("steady_turning_radius_port_m", a_port, b_port),
     ];
     let quantities = quantities.into_iter();
-    quantities
-        .filter_map(|(quantity, a, b)| Some(between(quantity, a?, b?)))
-        .collect()
+    quantities.filter_map(|(quantity, a, b)| Some(between(quantity, a?, b?))).collect()
 }
 
 /// The difference of two independent figures in units of their combined interval.
 fn between(quantity: &str, a: Figure, b: Figure) -> Difference {
     let half_width = |[low, high]: [f64; 2]| (high - low) / 2.0;
-    let combined = a
-        .interval_95
-        .zip(b.interval_95)
-        .map(|(a, b)| half_width(a).hypot(half_width(b)));
+    let combined =
+        a.interval_95.zip(b.interval_95).map(|(a, b)| half_width(a).hypot(half_width(b)));
     let difference = b.value - a.value;
     Difference {
         quantity: quantity.into(),
         a,
         b,
         difference,
-        ratio: combined
-            .map(|combined| difference / combined)
-            .filter(|ratio| ratio.is_finite()),
+        ratio: combined.map(|combined| difference / combined).filter(|ratio| ratio.is_finite()),
     }
 }
 
@@ -183,11 +156,7 @@ fn what_changed(a: &Campaign, b: &Campaign) -> Option<WhatChanged> {
     let models = |campaign: &Campaign| -> Vec<SpeedModel> {
         let runs = campaign.accepted_runs();
         let model = |run: &Run| {
-            SpeedModel::of(
-                run.identification.as_ref()?,
-                Some(run.thrust),
-                run.surge_speed_m_s,
-            )
+            SpeedModel::of(run.identification.as_ref()?, Some(run.thrust), run.surge_speed_m_s)
         };
         runs.into_iter().filter_map(model).collect()
     };
@@ -223,16 +192,9 @@ fn models_of(campaign: &Campaign) -> Option<Models> {
 
 /// Gains, margins and turning limits of each model.
 fn points(models: &Models, damping_ratio: f64) -> Result<Vec<OperatingPoint>, Error> {
-    let wanted = LoopRequirements {
-        damping_ratio,
-        ..LoopRequirements::default()
-    };
+    let wanted = LoopRequirements { damping_ratio, ..LoopRequirements::default() };
     let limits = TurningLimits::of(models, HEADING_CHANGE_RAD, None, None)?;
-    let with_gain = wanted
-        .gains(models)?
-        .points
-        .into_iter()
-        .zip(limits_of(limits));
+    let with_gain = wanted.gains(models)?.points.into_iter().zip(limits_of(limits));
     Ok(with_gain
         .map(|(gains, limits)| OperatingPoint {
             surge_speed_m_s: gains.surge_speed_m_s,
@@ -247,11 +209,7 @@ fn points(models: &Models, damping_ratio: f64) -> Result<Vec<OperatingPoint>, Er
 /// Turning limits of each model, with the model and without gains.
 fn limits_of(limits: TurningLimits) -> impl Iterator<Item = OperatingPoint> {
     limits.points.into_iter().map(|limits| {
-        let YawModel {
-            a22_per_s,
-            b2_per_s2,
-            c0_rad_per_s2,
-        } = limits.model;
+        let YawModel { a22_per_s, b2_per_s2, c0_rad_per_s2 } = limits.model;
         let [starboard, port] = &limits.sides;
         let sides = [starboard, port];
         OperatingPoint {
@@ -322,9 +280,7 @@ pub fn schedule(
                 point,
             })
             .collect(),
-        at: at
-            .transpose()
-            .map_err(|error| Refusal::unprocessable("no_schedule", error))?,
+        at: at.transpose().map_err(|error| Refusal::unprocessable("no_schedule", error))?,
     })
 }
 

@@ -23,10 +23,8 @@ fn found(log: &Path, reading: LogReading, trace: bool) -> Result<Found, Refusal>
     let name = reading.name().to_owned();
     let mut options = reading.options().map_err(unreadable)?;
     options.settings.trace = trace;
-    let opened = options
-        .windows
-        .open(log, &options.reading, &mut NoObserver)
-        .and_then(|mut logs| {
+    let opened =
+        options.windows.open(log, &options.reading, &mut NoObserver).and_then(|mut logs| {
             logs.log.path = name.clone().into();
             identify_opened(logs, &options, &mut NoObserver)
         });
@@ -36,16 +34,12 @@ fn found(log: &Path, reading: LogReading, trace: bool) -> Result<Found, Refusal>
 /// What `seatrial identify` makes of a log without windows.
 pub fn identified(log: &Path, reading: LogReading) -> Result<IdentifiedLog, Refusal> {
     let found = found(log, reading, false)?;
-    let validated = found
-        .identification()
-        .and_then(|found| Some((found, found.validation?.window)));
+    let validated =
+        found.identification().and_then(|found| Some((found, found.validation?.window)));
     let document = IdentificationDocument::of(&found).addressed_to(Reader::Dashboard);
     let promised = document.first_answer.iter().map(CourseChange::sentence);
     Ok(IdentifiedLog {
-        verdict: Verdict {
-            promises: promised.collect(),
-            ..found.verdict().into()
-        },
+        verdict: Verdict { promises: promised.collect(), ..found.verdict().into() },
         document,
         series: series_of(&found.logs.log.record, validated),
         is_located: found.logs.log.origin_deg.is_some(),
@@ -64,10 +58,7 @@ fn opened(log: &Path, reading: LogReading) -> Result<OpenedLog, Refusal> {
     let settings = reading.settings().map_err(unreadable)?;
     let opened =
         open(log, &settings, None, &mut NoObserver).map_err(|error| refused(log, &name, &error))?;
-    Ok(OpenedLog {
-        path: name.into(),
-        ..opened
-    })
+    Ok(OpenedLog { path: name.into(), ..opened })
 }
 
 /// What `seatrial inspect` says of a log.
@@ -99,10 +90,7 @@ pub fn columns(log: &Path, reading: &LogReading) -> Result<LogColumns, Refusal> 
         units.map(|unit| unit.symbol().to_owned()).collect()
     };
     let units = Quantity::ALL.map(|quantity| (quantity.name().to_owned(), symbols(quantity)));
-    Ok(LogColumns {
-        columns,
-        units: units.into(),
-    })
+    Ok(LogColumns { columns, units: units.into() })
 }
 
 /// Largest list of sensors, bytes, and how many are kept.
@@ -128,9 +116,7 @@ pub fn keep_sensor_list(
     let folder = uploads.join("cac");
     std::fs::create_dir_all(&folder).map_err(Refusal::internal)?;
     let length = list.as_file().metadata().map_err(Refusal::internal)?.len();
-    let kept = std::fs::read_dir(&folder)
-        .map_err(Refusal::internal)?
-        .count();
+    let kept = std::fs::read_dir(&folder).map_err(Refusal::internal)?.count();
     if length > LARGEST_LIST || kept >= MOST_LISTS {
         return Err(Refusal::unprocessable(
             "too_large",

@@ -19,11 +19,7 @@ pub async fn file(uri: Uri) -> Response {
             .into_response();
     };
     // The build gives every file but the first a name of its contents.
-    let keep = if path.starts_with("assets/") {
-        "max-age=31536000, immutable"
-    } else {
-        "no-cache"
-    };
+    let keep = if path.starts_with("assets/") { "max-age=31536000, immutable" } else { "no-cache" };
     let headers = [(CONTENT_TYPE, kind(path)), (CACHE_CONTROL, keep)];
     (StatusCode::OK, headers, file.contents()).into_response()
 }

@@ -59,10 +59,7 @@ impl From<seatrial_logbook::Error> for Refusal {
 
 impl IntoResponse for Refusal {
     fn into_response(self) -> Response {
-        let body = ErrorBody {
-            code: self.code.into(),
-            message: self.message,
-        };
+        let body = ErrorBody { code: self.code.into(), message: self.message };
         (self.status, Json(body)).into_response()
     }
 }

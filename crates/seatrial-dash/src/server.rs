@@ -69,12 +69,8 @@ impl Settings {
 
 /// Addresses by which the way into a network is asked for; nothing is sent there. The first is the way to everywhere, the others are
 /// the ways to the networks of routers and boats.
-const ELSEWHERE: [[u8; 4]; 4] = [
-    [192, 0, 2, 1],
-    [192, 168, 255, 254],
-    [10, 255, 255, 254],
-    [172, 31, 255, 254],
-];
+const ELSEWHERE: [[u8; 4]; 4] =
+    [[192, 0, 2, 1], [192, 168, 255, 254], [10, 255, 255, 254], [172, 31, 255, 254]];
 
 /// The address that this machine has in its network.
 fn own_address() -> Option<IpAddr> {
@@ -160,11 +156,7 @@ impl Access {
             Some(code) => tokens.with_code(code),
             None => tokens,
         };
-        Ok(Self {
-            tokens: Some(tokens),
-            new_tokens,
-            code,
-        })
+        Ok(Self { tokens: Some(tokens), new_tokens, code })
     }
 }
 

@@ -73,15 +73,13 @@ impl ServerState {
     /// The vehicle of that name.
     pub fn vehicle(&self, name: &str) -> Result<&dyn TrialVehicle, Refusal> {
         let mut vehicles = self.vehicles.iter().map(|vehicle| vehicle.as_ref());
-        vehicles
-            .find(|vehicle| vehicle.name() == name)
-            .ok_or_else(|| {
-                let known: Vec<&str> = self.vehicles.iter().map(|known| known.name()).collect();
-                Refusal::unprocessable(
-                    "unknown_vehicle",
-                    format!("vehicle {name:?}: expected one of {}", known.join(", ")),
-                )
-            })
+        vehicles.find(|vehicle| vehicle.name() == name).ok_or_else(|| {
+            let known: Vec<&str> = self.vehicles.iter().map(|known| known.name()).collect();
+            Refusal::unprocessable(
+                "unknown_vehicle",
+                format!("vehicle {name:?}: expected one of {}", known.join(", ")),
+            )
+        })
     }
 
     /// The vehicle of that name whose autopilot's gains may be tried.
@@ -148,13 +146,7 @@ impl ServerState {
             }
             Err(refusal) => (caller.role.map_or_else(String::new, name_of), Err(refusal)),
         };
-        self.audit(
-            caller,
-            &actor,
-            command,
-            details,
-            result.as_ref().map(|_| ()),
-        );
+        self.audit(caller, &actor, command, details, result.as_ref().map(|_| ()));
         result
     }
 
@@ -166,10 +158,8 @@ impl ServerState {
 
     /// Asks the trial to end; the number of its campaign, which it does not have while the vehicle is being taken.
     pub fn stop_trial(&self) -> Result<Option<i64>, Refusal> {
-        let (campaign, stop) = self
-            .slot
-            .stop()
-            .ok_or_else(|| Refusal::conflict("no_trial", "no trial runs"))?;
+        let (campaign, stop) =
+            self.slot.stop().ok_or_else(|| Refusal::conflict("no_trial", "no trial runs"))?;
         stop.store(true, Ordering::Relaxed);
         Ok(campaign)
     }

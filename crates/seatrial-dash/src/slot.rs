@@ -63,9 +63,7 @@ impl Slot {
     /// Is it a commission that has the place?
     pub fn is_commission(&self) -> bool {
         let running = self.running();
-        running
-            .as_ref()
-            .is_some_and(|running| running.is_commission)
+        running.as_ref().is_some_and(|running| running.is_commission)
     }
 
     /// Takes the place for a commission that ends when the flag is set.
@@ -83,22 +81,14 @@ impl Slot {
             };
             return Err(Refusal::conflict("trial_running", what));
         }
-        *running = Some(SlotHolder {
-            campaign: None,
-            is_commission,
-            stop: Arc::clone(stop),
-        });
+        *running = Some(SlotHolder { campaign: None, is_commission, stop: Arc::clone(stop) });
         Ok(())
     }
 
     /// Takes the place for a trial that ends when the flag is set, and that is shown through the tap.
     pub fn take(&self, stop: &Arc<AtomicBool>, tap: Tap) -> Result<TrialPlace, Refusal> {
         self.enter(stop, false)?;
-        Ok(TrialPlace {
-            slot: self.clone(),
-            tap,
-            has_place: true,
-        })
+        Ok(TrialPlace { slot: self.clone(), tap, has_place: true })
     }
 }
 
@@ -129,9 +119,7 @@ impl View for TrialPlace {
     /// Shows the end and frees the slot under one lock: a client that sees the end may begin the next trial.
     fn ended(&mut self, campaign: &Campaign, warnings: &[String]) {
         let mut running = self.slot.running();
-        let warnings = warnings
-            .iter()
-            .map(|text| addressed(text, Reader::Dashboard));
+        let warnings = warnings.iter().map(|text| addressed(text, Reader::Dashboard));
         self.tap.ended(campaign, warnings.collect());
         *running = None;
         self.has_place = false;

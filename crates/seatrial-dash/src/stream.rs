@@ -105,10 +105,7 @@ async fn hello(
         ));
     }
     if !is_known {
-        return Err((
-            "token_needed",
-            "the first message has no token that is known",
-        ));
+        return Err(("token_needed", "the first message has no token that is known"));
     }
     Ok(hello)
 }
@@ -119,10 +116,7 @@ async fn send(socket: &mut WebSocket, (_, text): Message) -> bool {
 }
 
 async fn goodbye(socket: &mut WebSocket, shared: &ServerState, code: &str, message: &str) {
-    let last = shared.live.aside(LiveEvent::Goodbye {
-        code: code.into(),
-        message: message.into(),
-    });
+    let last = shared.live.aside(LiveEvent::Goodbye { code: code.into(), message: message.into() });
     if send(socket, last).await {
         let _ = timeout(SENT_WITHIN, socket.send(Frame::Close(None))).await;
     }

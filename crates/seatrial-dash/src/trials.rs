@@ -45,14 +45,8 @@ impl Allowance {
     /// What the caller may have computed. A viewer's is a long plan of a quick vehicle.
     pub fn of(caller: &Caller) -> Self {
         match caller.role {
-            Some(Role::Operator) => Self {
-                samples: 500_000,
-                longest: Duration::from_secs(10),
-            },
-            _ => Self {
-                samples: 100_000,
-                longest: Duration::from_secs(2),
-            },
+            Some(Role::Operator) => Self { samples: 500_000, longest: Duration::from_secs(10) },
+            _ => Self { samples: 100_000, longest: Duration::from_secs(2) },
         }
     }
 
@@ -90,15 +84,10 @@ pub fn preflight(
     let vehicle = shared.vehicle(&order.vehicle)?;
     let is_free = !shared.slot.is_taken();
     if !vehicle.is_simulated() && !is_free {
-        return Err(Refusal::conflict(
-            "trial_running",
-            "a trial runs on the vehicle",
-        ));
+        return Err(Refusal::conflict("trial_running", "a trial runs on the vehicle"));
     }
     let found = allowance
-        .spend(is_waited_for, |budget| {
-            order::preflight(vehicle, &plan, is_free, budget)
-        })
+        .spend(is_waited_for, |budget| order::preflight(vehicle, &plan, is_free, budget))
         .map_err(|error| Refusal::unprocessable("not_reached", error))?;
     Ok(found.into())
 }
@@ -200,17 +189,11 @@ fn faulty(wanted: &TrialOrder) -> Result<Option<Simulator>, Refusal> {
     let Some(scenario) = &wanted.scenario else {
         return Ok(None);
     };
-    let known: Vec<&str> = Scenario::built_in()
-        .into_iter()
-        .map(|(name, _)| name)
-        .collect();
+    let known: Vec<&str> = Scenario::built_in().into_iter().map(|(name, _)| name).collect();
     if !known.contains(&scenario.as_str()) {
         return Err(Refusal::unprocessable(
             "unknown_scenario",
-            format!(
-                "scenario {scenario:?}: expected one of {}",
-                known.join(", ")
-            ),
+            format!("scenario {scenario:?}: expected one of {}", known.join(", ")),
         ));
     }
     let simulator = Simulator::new(&wanted.vehicle, Some(Path::new(scenario)));
@@ -229,11 +212,8 @@ fn begin(
         Some(simulator) => simulator,
         None => shared.vehicle(vehicle)?,
     };
-    let sinks = Sinks {
-        logbook: shared.logbook.clone(),
-        views: vec![Box::new(shown)],
-        ..Sinks::default()
-    };
+    let sinks =
+        Sinks { logbook: shared.logbook.clone(), views: vec![Box::new(shown)], ..Sinks::default() };
     Ok(order::begin(vehicle, order, sinks)?)
 }
 
@@ -241,10 +221,7 @@ fn check(wanted: &TrialOrder, is_simulated: bool) -> Result<(), Refusal> {
     let refused = |code, message: &str| Err(Refusal::unprocessable(code, message));
     if let Some(factor) = wanted.realtime_factor {
         if !is_simulated {
-            return refused(
-                "not_simulated",
-                "realtime_factor goes with a simulated vehicle",
-            );
+            return refused("not_simulated", "realtime_factor goes with a simulated vehicle");
         }
         if !(SLOWEST..=1e6).contains(&factor) {
             return refused("out_of_range", "realtime_factor: expected 0.1 to 1000000");
@@ -261,10 +238,7 @@ fn check(wanted: &TrialOrder, is_simulated: bool) -> Result<(), Refusal> {
     }
     let name = wanted.configuration.as_ref();
     if name.is_some_and(|name| name.trim().is_empty() || name.chars().count() > LONGEST_NAME) {
-        return refused(
-            "out_of_range",
-            "configuration: expected 1 to 200 characters",
-        );
+        return refused("out_of_range", "configuration: expected 1 to 200 characters");
     }
     let length = wanted.note.as_ref().map_or(0, |note| note.chars().count());
     if length > LONGEST_NOTE {

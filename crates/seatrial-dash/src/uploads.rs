@@ -28,10 +28,7 @@ impl Uploads {
         let folder = tempfile::Builder::new().prefix(PREFIX).tempdir_in(place)?;
         let owner = File::create_new(folder.path().join(OWNER))?;
         owner.lock()?;
-        Ok(Self {
-            folder,
-            _owner: owner,
-        })
+        Ok(Self { folder, _owner: owner })
     }
 
     /// Where it is.

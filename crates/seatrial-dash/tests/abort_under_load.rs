@@ -64,18 +64,12 @@ impl Served {
         };
         let server = Server::start(&settings, Vec::new(), Vec::new()).unwrap();
         let tokens = server.new_tokens().unwrap().clone();
-        Self {
-            server,
-            operator: tokens.operator,
-            viewer: tokens.viewer,
-        }
+        Self { server, operator: tokens.operator, viewer: tokens.viewer }
     }
 
     fn address(&self) -> String {
         let url = self.server.url();
-        url.trim_start_matches("http://")
-            .trim_end_matches('/')
-            .into()
+        url.trim_start_matches("http://").trim_end_matches('/').into()
     }
 
     /// The status; 0 where the connection was closed without an answer.
@@ -154,15 +148,8 @@ impl Watch for Going<'_> {
 /// A trial in real time until the measurement is over.
 fn sail(served: &Served, folder: &Path, is_over: &AtomicBool, begun: &AtomicBool) {
     // No run is good enough, so that each is made again and again.
-    let plan = Plan {
-        accept_from_r2: 1.0,
-        max_repeats: 20,
-        ..Plan::paper()
-    };
-    let about = Campaign {
-        seed: Some(1),
-        ..Campaign::of("sim:starfish", &plan)
-    };
+    let plan = Plan { accept_from_r2: 1.0, max_repeats: 20, ..Plan::paper() };
+    let about = Campaign { seed: Some(1), ..Campaign::of("sim:starfish", &plan) };
     let new = NewCampaign {
         configuration: "default",
         notes: None,
@@ -187,17 +174,10 @@ fn sail(served: &Served, folder: &Path, is_over: &AtomicBool, begun: &AtomicBool
     });
     begun.store(true, Ordering::Relaxed);
     let mut vehicle = FirstOrderVehicle::new(VehicleConfig::starfish(), 1).unwrap();
-    let mut going = Going {
-        keeper: Keeper::new(recorder, false),
-        shown,
-        pace: Pace::new(1.0),
-        is_over,
-    };
+    let mut going =
+        Going { keeper: Keeper::new(recorder, false), shown, pace: Pace::new(1.0), is_over };
     let conducted = conduct(&mut vehicle, plan, about, &mut going).unwrap();
-    assert!(
-        is_over.load(Ordering::Relaxed),
-        "the trial was over before the measurement"
-    );
+    assert!(is_over.load(Ordering::Relaxed), "the trial was over before the measurement");
     going.shown.ended(&conducted.campaign, &[]);
 }
 
@@ -317,11 +297,7 @@ fn row(took: &[Duration]) -> String {
 /// A small load, in every run of the tests: every abort is answered, most of them soon, on however busy a machine.
 #[test]
 fn io_every_abort_under_load_is_answered() {
-    let load = Load {
-        viewers: 30,
-        flood: 4,
-        uploads: 1,
-    };
+    let load = Load { viewers: 30, flood: 4, uploads: 1 };
     let took = aborts(load, 40);
     println!("{}", row(&took));
     assert!(took[took.len() / 2] < 5 * WITHIN, "{}", row(&took));
@@ -330,17 +306,9 @@ fn io_every_abort_under_load_is_answered() {
 #[test]
 #[ignore = "measures time: some 4 min of a quiet machine"]
 fn val_aborts_under_load() {
-    let alone = Load {
-        viewers: 0,
-        flood: 0,
-        uploads: 0,
-    };
+    let alone = Load { viewers: 0, flood: 0, uploads: 0 };
     println!("{}", row(&aborts(alone, 500)));
-    let load = Load {
-        viewers: 500,
-        flood: 8,
-        uploads: 5,
-    };
+    let load = Load { viewers: 500, flood: 8, uploads: 5 };
     let took = aborts(load, 2000);
     println!("{}", row(&took));
     let late = took.iter().filter(|took| **took > WITHIN).count();

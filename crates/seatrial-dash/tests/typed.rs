@@ -20,11 +20,7 @@ const ANSWERED_WITHIN: Duration = Duration::from_millis(700);
 
 const REQUESTS: [(&str, &str, &str); 14] = [
     ("GET", "/status", ""),
-    (
-        "GET",
-        "/campaigns/1/runs/1/series?points=200&from_s=0.5",
-        "",
-    ),
+    ("GET", "/campaigns/1/runs/1/series?points=200&from_s=0.5", ""),
     ("GET", "/compare?a=1&b=2", ""),
     ("GET", "/campaigns/1/gains.param?rehearsal=true", ""),
     ("GET", "/audit?limit=10", ""),
@@ -43,11 +39,7 @@ const REQUESTS: [(&str, &str, &str); 14] = [
     ("POST", "/trial/abort", ""),
     ("POST", "/trial/repeat", r#"{"campaign": 1, "thrust": 0.6}"#),
     ("POST", "/trial/go-on", r#"{"campaign": 1}"#),
-    (
-        "POST",
-        "/campaigns/1/runs/1/review",
-        r#"{"accepted": true, "note": "good"}"#,
-    ),
+    ("POST", "/campaigns/1/runs/1/review", r#"{"accepted": true, "note": "good"}"#),
     (
         "POST",
         "/logs/identify?name=run.csv&rudder=rudder_rad&units=heading=rad",
@@ -102,17 +94,12 @@ impl Served {
             ..Settings::new(SocketAddr::from(([127, 0, 0, 1], 0)), logbook)
         };
         let server = Server::start(&settings, vec![Box::new(Refusing)], Vec::new()).unwrap();
-        Self {
-            _folder: folder,
-            server,
-        }
+        Self { _folder: folder, server }
     }
 
     fn address(&self) -> String {
         let url = self.server.url();
-        url.trim_start_matches("http://")
-            .trim_end_matches('/')
-            .into()
+        url.trim_start_matches("http://").trim_end_matches('/').into()
     }
 
     /// The status of the answer; 0 where the connection was closed, or nothing came of a request that is not whole.
@@ -123,10 +110,7 @@ impl Served {
         let mut answer = [0; 64];
         let read = stream.read(&mut answer).unwrap_or(0);
         let head = String::from_utf8_lossy(&answer[..read]).into_owned();
-        head.split_whitespace()
-            .nth(1)
-            .and_then(|status| status.parse().ok())
-            .unwrap_or(0)
+        head.split_whitespace().nth(1).and_then(|status| status.parse().ok()).unwrap_or(0)
     }
 
     fn request(&self, method: &[u8], path: &[u8], body: &[u8], header: &[u8]) -> Vec<u8> {
@@ -168,16 +152,9 @@ fn prop_no_request_or_message_makes_a_server_error() {
             let request = served.request(&a, &b, &c, &header);
             let status = served.ask(&request);
             answered += u64::from(status > 0);
-            assert!(
-                status < 500,
-                "{status}: {}",
-                String::from_utf8_lossy(&request)
-            );
+            assert!(status < 500, "{status}: {}", String::from_utf8_lossy(&request));
         }
-        assert_eq!(
-            served.ask(&served.request(b"GET", b"/status", b"", b"x: 1")),
-            200
-        );
+        assert_eq!(served.ask(&served.request(b"GET", b"/status", b"", b"x: 1")), 200);
     }
     assert!(answered > 10 * copies, "{answered}");
     let hello: &[u8] = br#"{"token": null, "stream": "x", "after": 3, "lease": null}"#;
@@ -189,8 +166,5 @@ fn prop_no_request_or_message_makes_a_server_error() {
         let answer = socket.read().unwrap();
         assert!(answer.is_text(), "{said}: {answer:?}");
     }
-    assert_eq!(
-        served.ask(&served.request(b"GET", b"/status", b"", b"x: 1")),
-        200
-    );
+    assert_eq!(served.ask(&served.request(b"GET", b"/status", b"", b"x: 1")), 200);
 }

@@ -69,18 +69,12 @@ impl Served {
         };
         let server = Server::start(&settings, vec![Box::new(Slow)], Vec::new()).unwrap();
         let tokens = server.new_tokens().unwrap().clone();
-        Self {
-            server,
-            operator: tokens.operator,
-            viewer: tokens.viewer,
-        }
+        Self { server, operator: tokens.operator, viewer: tokens.viewer }
     }
 
     fn address(&self) -> String {
         let url = self.server.url();
-        url.trim_start_matches("http://")
-            .trim_end_matches('/')
-            .into()
+        url.trim_start_matches("http://").trim_end_matches('/').into()
     }
 
     /// Status and body.
@@ -116,14 +110,8 @@ fn io_an_abort_does_not_wait_for_slow_requests() {
     let served = Served::start(folder.path(), 100.0);
     scope(|scope| {
         for _ in 0..8 {
-            let preview = || {
-                served.ask(
-                    &served.viewer,
-                    "POST",
-                    "/plans/preview",
-                    r#"{"vehicle": "slow"}"#,
-                )
-            };
+            let preview =
+                || served.ask(&served.viewer, "POST", "/plans/preview", r#"{"vehicle": "slow"}"#);
             scope.spawn(preview);
         }
         sleep(SLOW / 6);
@@ -138,9 +126,8 @@ fn io_an_abort_does_not_wait_until_a_flood_is_over() {
     let folder = tempfile::tempdir().unwrap();
     // So few that a busy machine does not earn one meanwhile.
     let served = Served::start(folder.path(), 0.5);
-    let statuses: Vec<u16> = (0..30)
-        .map(|_| served.ask(&served.viewer, "GET", "/vehicles", "").0)
-        .collect();
+    let statuses: Vec<u16> =
+        (0..30).map(|_| served.ask(&served.viewer, "GET", "/vehicles", "").0).collect();
     assert_eq!((statuses[0], statuses[29]), (200, 429), "{statuses:?}");
     served.assert_abort_is_answered();
     let (status, _) = served.ask(&served.viewer, "POST", "/trial/abort", "");
@@ -151,9 +138,8 @@ fn io_an_abort_does_not_wait_until_a_flood_is_over() {
 fn io_an_abort_gets_through_where_no_connection_is_left() {
     let folder = tempfile::tempdir().unwrap();
     let served = Served::start(folder.path(), 100.0);
-    let idle: Vec<TcpStream> = (0..MOST_CONNECTIONS)
-        .map(|_| TcpStream::connect(served.address()).unwrap())
-        .collect();
+    let idle: Vec<TcpStream> =
+        (0..MOST_CONNECTIONS).map(|_| TcpStream::connect(served.address()).unwrap()).collect();
     sleep(SOON / 4);
     served.assert_abort_is_answered();
     let (status, body) = served.ask(&served.operator, "GET", "/vehicles", "");
@@ -191,9 +177,7 @@ fn io_wrong_tokens_of_live_streams_cost_as_much() {
     let mut sockets: Vec<_> = (0..20)
         .map(|_| {
             let stream = TcpStream::connect(&address).unwrap();
-            tungstenite::client(format!("ws://{address}/api/v1/live"), stream)
-                .unwrap()
-                .0
+            tungstenite::client(format!("ws://{address}/api/v1/live"), stream).unwrap().0
         })
         .collect();
     for socket in &mut sockets {

@@ -38,10 +38,7 @@ struct Now {
 impl Now {
     fn read() -> Self {
         let thread = clock_gettime(ClockId::ThreadCPUTime);
-        Self {
-            wall: Instant::now(),
-            thread: thread.try_into().unwrap(),
-        }
+        Self { wall: Instant::now(), thread: thread.try_into().unwrap() }
     }
 }
 
@@ -93,10 +90,7 @@ impl Measured {
         .map(|(what, times)| {
             times.sort_unstable();
             let at = |permille: usize| times[times.len() * permille / 1000];
-            let row = Row {
-                median: at(500),
-                p99_9: at(999),
-            };
+            let row = Row { median: at(500), p99_9: at(999) };
             (what, row)
         })
     }
@@ -202,16 +196,10 @@ fn trial(viewers: usize, measured: &mut Measured) {
     let folder = tempfile::tempdir().unwrap();
     let logbook = folder.path().join("seatrial.db");
     let listen = SocketAddr::from(([127, 0, 0, 1], 0));
-    let settings = Settings {
-        requests_per_s: 1e4,
-        ..Settings::new(listen, &logbook)
-    };
+    let settings = Settings { requests_per_s: 1e4, ..Settings::new(listen, &logbook) };
     let server = Server::start(&settings, Vec::new(), Vec::new()).unwrap();
     let plan = Plan::paper();
-    let about = Campaign {
-        seed: Some(1),
-        ..Campaign::of("sim:starfish", &plan)
-    };
+    let about = Campaign { seed: Some(1), ..Campaign::of("sim:starfish", &plan) };
     let new = NewCampaign {
         configuration: "default",
         notes: None,

@@ -36,10 +36,7 @@ fn instead_of(value: &Value) -> Vec<Value> {
     match value {
         Value::Float(_) => NUMBERS.into_iter().map(Value::Float).collect(),
         Value::Integer(_) => [0, 1, -1, i64::MAX, i64::MIN].map(Value::Integer).to_vec(),
-        Value::Table(table) => with_any_number(table)
-            .into_iter()
-            .map(Value::Table)
-            .collect(),
+        Value::Table(table) => with_any_number(table).into_iter().map(Value::Table).collect(),
         Value::Array(values) => (0..values.len())
             .flat_map(|k| {
                 let with = move |other| {

@@ -70,10 +70,7 @@ fn say_skipped(missing: &str) {
     let line = format!("skipped {}: {missing}\n", thread.name().unwrap_or("a test"));
     eprint!("{line}");
     if let Some(list) = std::env::var_os("SEATRIAL_SKIPPED") {
-        let file = std::fs::OpenOptions::new()
-            .create(true)
-            .append(true)
-            .open(list);
+        let file = std::fs::OpenOptions::new().create(true).append(true).open(list);
         // One write, as tests run side by side.
         let written = file.and_then(|mut file| file.write_all(line.as_bytes()));
         written.expect("SEATRIAL_SKIPPED names a file that can be written");

@@ -84,11 +84,7 @@ pub unsafe extern "C" fn seatrial_turn(
     to_starboard: bool,
     turn: *mut SeatrialTurn,
 ) -> SeatrialStatus {
-    let side = if to_starboard {
-        Side::Starboard
-    } else {
-        Side::Port
-    };
+    let side = if to_starboard { Side::Starboard } else { Side::Port };
     let limits = |model: SeatrialModel| {
         let turn = Turn::new(&model.into(), rudder_limit_rad, side).map_err(|why| match why {
             NoTurn::CourseUnstable => SeatrialStatus::CourseUnstable,
@@ -161,9 +157,7 @@ unsafe fn schedule(
     // SAFETY: the caller's promise.
     let points = unsafe { take_all(points, count) }?;
     let mut own = [SchedulePoint::default(); SEATRIAL_SCHEDULE_POINTS];
-    let own = own
-        .get_mut(..points.len())
-        .ok_or(SeatrialStatus::InvalidSchedule)?;
+    let own = own.get_mut(..points.len()).ok_or(SeatrialStatus::InvalidSchedule)?;
     for (own, point) in own.iter_mut().zip(points) {
         *own = SchedulePoint {
             thrust: known(point.thrust),
@@ -175,11 +169,7 @@ unsafe fn schedule(
 }
 
 fn beyond(extrapolate: bool) -> Beyond {
-    if extrapolate {
-        Beyond::Extrapolate
-    } else {
-        Beyond::Refuse
-    }
+    if extrapolate { Beyond::Extrapolate } else { Beyond::Refuse }
 }
 
 /// The model at a key (a SeatrialScheduleKey) among `count` points in any order. `extrapolated` may be null.

@@ -193,12 +193,7 @@ pub unsafe extern "C" fn seatrial_estimator_new(
     // SAFETY: the caller's promise.
     unsafe {
         match EstimatorSettings::try_from(settings).and_then(Estimator::new) {
-            Ok(made) => status(place(
-                memory,
-                size,
-                SeatrialEstimator(made),
-                estimator.cast(),
-            )),
+            Ok(made) => status(place(memory, size, SeatrialEstimator(made), estimator.cast())),
             Err(setting) => refuse(setting, fault),
         }
     }

@@ -139,12 +139,7 @@ pub unsafe extern "C" fn seatrial_fixed_rate_new(
     // SAFETY: the caller's promise.
     unsafe {
         match made {
-            Ok(made) => status(place(
-                memory,
-                size,
-                SeatrialFixedRate(made),
-                estimator.cast(),
-            )),
+            Ok(made) => status(place(memory, size, SeatrialFixedRate(made), estimator.cast())),
             Err(setting) => refuse(setting, fault),
         }
     }
@@ -160,11 +155,7 @@ unsafe fn lean<'a>(
 }
 
 fn used(learnt: bool) -> Outcome<()> {
-    if learnt {
-        Ok(())
-    } else {
-        Err(SeatrialStatus::Refused)
-    }
+    if learnt { Ok(()) } else { Err(SeatrialStatus::Refused) }
 }
 
 /// A sample of the settling phase: moves the filters, learns nothing.
@@ -210,11 +201,7 @@ pub unsafe extern "C" fn seatrial_fixed_rate_set_interval(
     // SAFETY: the caller's promise.
     let lean = unsafe { lean(estimator) };
     status(lean.and_then(|lean| {
-        if lean.set_interval(interval_s) {
-            Ok(())
-        } else {
-            Err(SeatrialStatus::InvalidSetting)
-        }
+        if lean.set_interval(interval_s) { Ok(()) } else { Err(SeatrialStatus::InvalidSetting) }
     }))
 }
 

@@ -129,8 +129,5 @@ pub fn one_of<V: Copy>(
     field: &'static str,
 ) -> Result<V, InvalidSetting> {
     let value = values.get(number as usize).copied();
-    value.ok_or(InvalidSetting {
-        field,
-        requirement: "one of its constants",
-    })
+    value.ok_or(InvalidSetting { field, requirement: "one of its constants" })
 }

@@ -48,11 +48,8 @@ pub enum SeatrialRudderSense {
     Unknown = 2,
 }
 
-const RUDDER_SENSES: [RudderSense; 3] = [
-    RudderSense::Positive,
-    RudderSense::Negative,
-    RudderSense::Unknown,
-];
+const RUDDER_SENSES: [RudderSense; 3] =
+    [RudderSense::Positive, RudderSense::Negative, RudderSense::Unknown];
 
 /// What to do with a vehicle that does not become steady.
 #[repr(C)]
@@ -168,11 +165,7 @@ pub unsafe extern "C" fn seatrial_plan(
 
 /// Copies a list into an array; how many there are.
 fn fill<V: Copy>(array: &mut [V], list: &[V]) -> u32 {
-    array
-        .iter_mut()
-        .zip(list)
-        .map(|(place, value)| *place = *value)
-        .count() as u32
+    array.iter_mut().zip(list).map(|(place, value)| *place = *value).count() as u32
 }
 
 fn list<V: Copy + Default, const N: usize>(
@@ -183,10 +176,7 @@ fn list<V: Copy + Default, const N: usize>(
     array
         .get(..count as usize)
         .and_then(List::from_slice)
-        .ok_or(InvalidSetting {
-            field,
-            requirement: "at most as long as its array",
-        })
+        .ok_or(InvalidSetting { field, requirement: "at most as long as its array" })
 }
 
 impl From<Manoeuvre<SeatrialNumber>> for SeatrialManoeuvre {
@@ -210,9 +200,7 @@ impl From<Manoeuvre<SeatrialNumber>> for SeatrialManoeuvre {
                 flat.deflections = fill(&mut flat.deflections_s, &deflections_s);
                 SeatrialExcitation::Switched
             }
-            Excitation::Multisine {
-                period_s, tones, ..
-            } => {
+            Excitation::Multisine { period_s, tones, .. } => {
                 flat.period_s = period_s;
                 flat.tones = tones.into();
                 SeatrialExcitation::Multisine
@@ -227,11 +215,7 @@ impl TryFrom<SeatrialManoeuvre> for Manoeuvre<SeatrialNumber> {
     type Error = InvalidSetting;
 
     fn try_from(flat: SeatrialManoeuvre) -> Result<Self, InvalidSetting> {
-        let SeatrialManoeuvre {
-            amplitude_rad,
-            period_s,
-            ..
-        } = flat;
+        let SeatrialManoeuvre { amplitude_rad, period_s, .. } = flat;
         let kinds = [
             SeatrialExcitation::Doublet,
             SeatrialExcitation::ThreeTwoOneOne,
@@ -239,14 +223,10 @@ impl TryFrom<SeatrialManoeuvre> for Manoeuvre<SeatrialNumber> {
             SeatrialExcitation::Multisine,
         ];
         let excitation = match one_of(flat.excitation, &kinds, "excitation")? {
-            SeatrialExcitation::Doublet => Excitation::Doublet {
-                amplitude_rad,
-                period_s,
-            },
-            SeatrialExcitation::ThreeTwoOneOne => Excitation::ThreeTwoOneOne {
-                amplitude_rad,
-                unit_s: period_s,
-            },
+            SeatrialExcitation::Doublet => Excitation::Doublet { amplitude_rad, period_s },
+            SeatrialExcitation::ThreeTwoOneOne => {
+                Excitation::ThreeTwoOneOne { amplitude_rad, unit_s: period_s }
+            }
             SeatrialExcitation::Switched => Excitation::Switched {
                 amplitude_rad,
                 deflections_s: list(&flat.deflections_s, flat.deflections, "deflections")?,
@@ -258,19 +238,13 @@ impl TryFrom<SeatrialManoeuvre> for Manoeuvre<SeatrialNumber> {
                 tones: u8::try_from(flat.tones).unwrap_or(u8::MAX),
             },
         };
-        Ok(Self {
-            lead_in_s: flat.lead_in_s,
-            excitation,
-            observe_s: flat.observe_s,
-        })
+        Ok(Self { lead_in_s: flat.lead_in_s, excitation, observe_s: flat.observe_s })
     }
 }
 
 impl From<Plan<SeatrialNumber>> for SeatrialPlan {
     fn from(plan: Plan<SeatrialNumber>) -> Self {
-        let Plan {
-            settle, envelope, ..
-        } = plan;
+        let Plan { settle, envelope, .. } = plan;
         let mut thrusts = [0.0; SEATRIAL_SPEEDS];
         let mut area_m = [[0.0; 2]; SEATRIAL_AREA_CORNERS];
         Self {

@@ -255,13 +255,8 @@ pub unsafe extern "C" fn seatrial_trial_step(
         Steering::HoldHeading(heading_rad) => (SeatrialSteering::HoldHeading, heading_rad),
     };
     let (outcome, reason) = ended(asked.outcome);
-    let value = SeatrialAction {
-        steering,
-        steering_rad,
-        thrust: or_nan(asked.thrust),
-        outcome,
-        reason,
-    };
+    let value =
+        SeatrialAction { steering, steering_rad, thrust: or_nan(asked.thrust), outcome, reason };
     // SAFETY: the caller's promise.
     status(unsafe { give(action, value) })
 }

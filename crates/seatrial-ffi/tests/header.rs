@@ -44,21 +44,17 @@ fn parity_every_way_into_the_library_says_which_library() {
         .split(';')
         .filter(|text| text.contains("seatrial_") && text.contains('('))
     {
-        let Some((before, arguments)) = declaration
-            .rsplit_once("seatrial_")
-            .and_then(|(_, name)| name.split_once('('))
+        let Some((before, arguments)) =
+            declaration.rsplit_once("seatrial_").and_then(|(_, name)| name.split_once('('))
         else {
             continue;
         };
         let name = format!("seatrial_{before}");
         // Their first argument is an object that one of the others made.
-        let of_an_object = [
-            "struct SeatrialTrial *",
-            "struct SeatrialEstimator *",
-            "struct SeatrialFixedRate *",
-        ]
-        .iter()
-        .any(|object| arguments.starts_with(object));
+        let of_an_object =
+            ["struct SeatrialTrial *", "struct SeatrialEstimator *", "struct SeatrialFixedRate *"]
+                .iter()
+                .any(|object| arguments.starts_with(object));
         if of_an_object || without_numbers.contains(&&*name) {
             continue;
         }

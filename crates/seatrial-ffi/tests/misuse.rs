@@ -76,37 +76,19 @@ fn exact_null_pointers() {
             seatrial_fixed_rate_new(null_mut(), size, &lean, 0.0, 0.0, &mut fixed, null_mut()),
             NullPointer
         );
-        assert_eq!(
-            seatrial_trial_step(null_mut(), null(), null_mut()),
-            NullPointer
-        );
-        assert_eq!(
-            seatrial_trial_take_result(null_mut(), null_mut()),
-            NullPointer
-        );
+        assert_eq!(seatrial_trial_step(null_mut(), null(), null_mut()), NullPointer);
+        assert_eq!(seatrial_trial_take_result(null_mut(), null_mut()), NullPointer);
         assert_eq!(seatrial_trial_status(null_mut(), null_mut()), NullPointer);
         assert_eq!(seatrial_trial_finish_training(null_mut()), NullPointer);
         assert_eq!(
             seatrial_trial_abort(null_mut(), SeatrialAbortReason::Operator as u32),
             NullPointer
         );
-        assert_eq!(
-            seatrial_estimator_update(null_mut(), 0.0, 0.0, 0.0, null_mut()),
-            NullPointer
-        );
-        assert_eq!(
-            seatrial_estimator_estimate(null_mut(), null_mut()),
-            NullPointer
-        );
-        assert_eq!(
-            seatrial_fixed_rate_update(null_mut(), 0.0, 0.0),
-            NullPointer
-        );
+        assert_eq!(seatrial_estimator_update(null_mut(), 0.0, 0.0, 0.0, null_mut()), NullPointer);
+        assert_eq!(seatrial_estimator_estimate(null_mut(), null_mut()), NullPointer);
+        assert_eq!(seatrial_fixed_rate_update(null_mut(), 0.0, 0.0), NullPointer);
         assert_eq!(seatrial_heading_gain(null(), 0.7, null_mut()), NullPointer);
-        assert_eq!(
-            seatrial_turn(null(), 0.26, 1.0, true, null_mut()),
-            NullPointer
-        );
+        assert_eq!(seatrial_turn(null(), 0.26, 1.0, true, null_mut()), NullPointer);
         assert_eq!(
             seatrial_schedule_lookup(null(), 2, 0, 0.7, false, null_mut(), null_mut()),
             NullPointer
@@ -161,18 +143,9 @@ fn exact_wrong_memory() {
         assert_eq!(status, SeatrialStatus::Ok);
         let status = seatrial_trial_step(fixed.cast(), &sample, action.as_mut_ptr());
         assert_eq!(status, SeatrialStatus::NotMade);
-        assert_eq!(
-            seatrial_fixed_rate_update(fixed, 0.0, 0.0),
-            SeatrialStatus::Ok
-        );
-        assert_eq!(
-            seatrial_fixed_rate_update(fixed, f64::NAN, 0.0),
-            SeatrialStatus::Refused
-        );
-        assert_eq!(
-            seatrial_fixed_rate_set_interval(fixed, 10.0),
-            SeatrialStatus::InvalidSetting
-        );
+        assert_eq!(seatrial_fixed_rate_update(fixed, 0.0, 0.0), SeatrialStatus::Ok);
+        assert_eq!(seatrial_fixed_rate_update(fixed, f64::NAN, 0.0), SeatrialStatus::Refused);
+        assert_eq!(seatrial_fixed_rate_set_interval(fixed, 10.0), SeatrialStatus::InvalidSetting);
     }
 }
 
@@ -198,13 +171,8 @@ fn exact_bad_settings_name_the_field() {
         let size = SEATRIAL_TRIAL_BYTES;
         // SAFETY: memory, plan and places of this test.
         let (status, fault) = unsafe {
-            let status = seatrial_trial_new(
-                memory.address(),
-                size,
-                &plan,
-                &mut trial,
-                fault.as_mut_ptr(),
-            );
+            let status =
+                seatrial_trial_new(memory.address(), size, &plan, &mut trial, fault.as_mut_ptr());
             (status, fault.assume_init())
         };
         assert_eq!(status, SeatrialStatus::InvalidSetting);
@@ -241,22 +209,13 @@ fn exact_defaults_survive_the_crossing() {
 
 #[test]
 fn exact_models_without_gain_or_turn() {
-    let unstable = SeatrialModel {
-        a22_per_s: 0.1,
-        b2_per_s2: 1.0,
-        c0_rad_per_s2: 0.0,
-    };
-    let powerless = SeatrialModel {
-        a22_per_s: -1.0,
-        b2_per_s2: 0.0,
-        c0_rad_per_s2: 0.0,
-    };
+    let unstable = SeatrialModel { a22_per_s: 0.1, b2_per_s2: 1.0, c0_rad_per_s2: 0.0 };
+    let powerless = SeatrialModel { a22_per_s: -1.0, b2_per_s2: 0.0, c0_rad_per_s2: 0.0 };
     let mut gain = SeatrialHeadingGain::default();
     let mut turn = MaybeUninit::uninit();
-    for (model, expected) in [
-        (unstable, SeatrialStatus::CourseUnstable),
-        (powerless, SeatrialStatus::NoAuthority),
-    ] {
+    for (model, expected) in
+        [(unstable, SeatrialStatus::CourseUnstable), (powerless, SeatrialStatus::NoAuthority)]
+    {
         unsafe {
             assert_eq!(seatrial_heading_gain(&model, 0.7, &mut gain), expected);
             let status = seatrial_turn(&model, 0.26, 1.0, true, turn.as_mut_ptr());
@@ -266,10 +225,7 @@ fn exact_models_without_gain_or_turn() {
     let point = |thrust| SeatrialSchedulePoint {
         thrust,
         surge_speed_m_s: f64::NAN,
-        model: SeatrialModel {
-            a22_per_s: -1.0,
-            ..unstable
-        },
+        model: SeatrialModel { a22_per_s: -1.0, ..unstable },
     };
     let points = [point(0.6), point(0.8)];
     let mut at = |thrust, extrapolate, count| unsafe {
@@ -293,9 +249,8 @@ fn exact_models_without_gain_or_turn() {
 
 #[test]
 fn exact_every_status_has_a_text() {
-    let texts: std::collections::HashSet<_> = (0..=13)
-        .map(|status| unsafe { CStr::from_ptr(seatrial_status_text(status)) })
-        .collect();
+    let texts: std::collections::HashSet<_> =
+        (0..=13).map(|status| unsafe { CStr::from_ptr(seatrial_status_text(status)) }).collect();
     assert_eq!(texts.len(), 14);
     assert_eq!(seatrial_status_text(13), seatrial_status_text(u32::MAX));
 }

@@ -84,11 +84,7 @@ fn kernel_trial(samples: &[Sample<f64>]) {
 
 #[inline(never)]
 fn kernel_batch(time_s: &[f64], heading_rad: &[f64], rudder_rad: &[f64]) {
-    let record = EvenlySampled {
-        time_s,
-        heading_rad,
-        rudder_rad,
-    };
+    let record = EvenlySampled { time_s, heading_rad, rudder_rad };
     let _ = black_box(record.least_squares(1.5).ok());
 }
 
@@ -108,18 +104,8 @@ fn kernel_identify(samples: &[Sample<f64>]) {
     let record = samples.iter().copied().collect();
     let end_s = INTERVAL_S * LOG as f64;
     let window = |from_s, to_s| Window { from_s, to_s };
-    let validation = ValidationData {
-        record: &record,
-        window: window(0.5 * end_s, end_s),
-    };
+    let validation = ValidationData { record: &record, window: window(0.5 * end_s, end_s) };
     let settings = IdentifySettings::default();
-    let _ = black_box(
-        identify(
-            &record,
-            window(0.0, 0.5 * end_s),
-            Some(validation),
-            &settings,
-        )
-        .ok(),
-    );
+    let _ =
+        black_box(identify(&record, window(0.0, 0.5 * end_s), Some(validation), &settings).ok());
 }

@@ -64,9 +64,8 @@ impl Study for FieldStudy {
     }
 
     fn run(&self, seed: u64, workers: &Workers) -> Result<Document, Failure> {
-        let conducted = workers.each(self.trials, |run| {
-            Some(trial(&self.vehicle, seed.wrapping_add(run)))
-        });
+        let conducted =
+            workers.each(self.trials, |run| Some(trial(&self.vehicle, seed.wrapping_add(run))));
         let conducted: Vec<_> = conducted.into_iter().collect::<Result<_, _>>()?;
         let (mut vehicles, trials): (Vec<SimulatedVehicle>, Vec<Campaign>) =
             conducted.into_iter().unzip();
@@ -86,10 +85,7 @@ impl Study for FieldStudy {
         let json = serde_json::to_string_pretty(found).map_err(Failure::internal)?;
         let files = [
             ("field.json", json + "\n"),
-            (
-                "field.html",
-                report::render_field(&found.first, &found.field),
-            ),
+            ("field.html", report::render_field(&found.first, &found.field)),
         ];
         output.save_in(&self.out, &files)
     }
@@ -101,9 +97,7 @@ fn trial(name: &str, seed: u64) -> Result<(SimulatedVehicle, Campaign), Failure>
     let conducted = rehearse(&mut vehicle, name, seed, Plan::paper()).map_err(Failure::internal)?;
     match conducted.campaign.outcome {
         Some(Outcome::Finished) => Ok((vehicle, conducted.campaign)),
-        _ => Err(Failure::rejected(format!(
-            "{name}: the trial with seed {seed} was aborted"
-        ))),
+        _ => Err(Failure::rejected(format!("{name}: the trial with seed {seed} was aborted"))),
     }
 }
 
@@ -124,9 +118,7 @@ impl Found for Document {
                 surge.speed_per_thrust_m_s,
                 surge.dead_band,
                 surge.rms_residual_m_s,
-                surge
-                    .time_constant_s(fastest_m_s)
-                    .map_or("unknown".into(), |s| format!("{s:.2}")),
+                surge.time_constant_s(fastest_m_s).map_or("unknown".into(), |s| format!("{s:.2}")),
             );
         }
         let _ = write!(
@@ -178,10 +170,8 @@ fn repeatability(repeated: &Repeatability) -> String {
     }
     let [low_gain, high_gain] = repeated.proportional_gain;
     let [low_m, high_m] = repeated.u_turn_mean_radius_m;
-    let _ = writeln!(
-        text,
-        "  K_p {low_gain:.2} to {high_gain:.2}, R (50) {low_m:.2} to {high_m:.2} m"
-    );
+    let _ =
+        writeln!(text, "  K_p {low_gain:.2} to {high_gain:.2}, R (50) {low_m:.2} to {high_m:.2} m");
     text
 }
 
@@ -248,16 +238,13 @@ fn u_turns(field: &Field) -> Table {
             format!("{:.2}", predicted.at_speed_in_turn_m),
             error(predicted.at_speed_in_turn_m, measured.u_turn_radius_m),
             number(predicted.from_trial_m, 2),
-            predicted.from_trial_m.map_or("-".into(), |radius_m| {
-                error(radius_m, measured.u_turn_radius_m)
-            }),
+            predicted
+                .from_trial_m
+                .map_or("-".into(), |radius_m| error(radius_m, measured.u_turn_radius_m)),
             format!("{:.2}", measured.steady_turning_radius_m),
             format!("{:.2}", predicted.steady_turning_radius_m),
             format!("{:.2}", predicted.from_one_u_turn_m),
-            error(
-                predicted.from_one_u_turn_m,
-                measured.steady_turning_radius_m,
-            ),
+            error(predicted.from_one_u_turn_m, measured.steady_turning_radius_m),
         ]);
     }
     table
@@ -278,16 +265,8 @@ fn heading_steps(field: &Field) -> Table {
             }
             .into(),
             format!("{:.2}", steps.gain.proportional_gain),
-            format!(
-                "{:.1}, {:.1}",
-                100.0 * away.overshoot,
-                100.0 * back.overshoot
-            ),
-            format!(
-                "{}, {}",
-                number(away.settling_time_s, 1),
-                number(back.settling_time_s, 1)
-            ),
+            format!("{:.1}, {:.1}", 100.0 * away.overshoot, 100.0 * back.overshoot),
+            format!("{}, {}", number(away.settling_time_s, 1), number(back.settling_time_s, 1)),
             format!("{}, {}", steps.swings[0], steps.swings[1]),
             format!(
                 "{:.2}, {:.2}",

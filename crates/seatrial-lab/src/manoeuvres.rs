@@ -91,10 +91,7 @@ impl Study for ManoeuvreStudy {
             return Err(none(&subject, "model").into());
         };
         let stops = |index: &&Index| !index.manoeuvre.starts_with("inertia");
-        let indices = first
-            .iter()
-            .filter(stops)
-            .map(|index| coverage(index, &models));
+        let indices = first.iter().filter(stops).map(|index| coverage(index, &models));
         Ok(ManoeuvreCoverage {
             schema: "seatrial.manoeuvre_study.v1",
             vehicle: subject.vehicle.clone(),
@@ -114,10 +111,7 @@ impl ManoeuvreStudy {
         truth: &Truth,
         seed: u64,
     ) -> Option<(Vec<Index>, Vec<Index>)> {
-        let plan = Plan {
-            thrusts: List::from_slice(&[self.thrust])?,
-            ..Plan::paper()
-        };
+        let plan = Plan { thrusts: List::from_slice(&[self.thrust])?, ..Plan::paper() };
         let campaign = Campaign {
             rudder_limit_rad: RUDDER_LIMIT_RAD,
             ..campaign(subject, &subject.config, plan, seed)?
@@ -133,10 +127,7 @@ impl ManoeuvreStudy {
             own_error: None,
         };
         let predicted = predicted(&identified, &wanted).ok()?.indices;
-        Some((
-            predicted,
-            self.figures_of(&subject.config, truth, &identified),
-        ))
+        Some((predicted, self.figures_of(&subject.config, truth, &identified)))
     }
 
     /// The figures of the truth: the identified vehicle with the true model, speed, and no lag.
@@ -154,11 +145,8 @@ impl ManoeuvreStudy {
         vehicle.rudder.lag_s = servo.time_constant_s;
         vehicle.rudder.rate_limit_rad_s = servo.rate_limit_rad_s;
         vehicle.speeds = vec![
-            IdentifiedSpeed {
-                surge_speed_m_s: truth.surge_speed_m_s,
-                ..identified.speeds[0]
-            }
-            .with_model(&truth.model),
+            IdentifiedSpeed { surge_speed_m_s: truth.surge_speed_m_s, ..identified.speeds[0] }
+                .with_model(&truth.model),
         ];
         figures(&vehicle, self.thrust)
     }

@@ -141,10 +141,7 @@ impl Observer {
     }
 
     fn now(&self) -> When {
-        When {
-            attended_s: self.attended_s,
-            clock_s: self.vehicle.time_s(),
-        }
+        When { attended_s: self.attended_s, clock_s: self.vehicle.time_s() }
     }
 
     fn digest_number(&mut self, number: f64) {
@@ -182,16 +179,10 @@ impl Observer {
         let beyond = [
             (AbortReason::Pitch, sample.pitch_rad, limits.pitch_max_rad),
             (AbortReason::Roll, sample.roll_rad, limits.roll_max_rad),
-            (
-                AbortReason::YawRate,
-                sample.yaw_rate_rad_s,
-                limits.yaw_rate_max_rad_s,
-            ),
+            (AbortReason::YawRate, sample.yaw_rate_rad_s, limits.yaw_rate_max_rad_s),
             (AbortReason::Depth, sample.depth_m, limits.depth_max_m),
         ];
-        let beyond = beyond
-            .into_iter()
-            .find(|(_, x, limit)| x.is_some_and(|x| x.abs() > *limit));
+        let beyond = beyond.into_iter().find(|(_, x, limit)| x.is_some_and(|x| x.abs() > *limit));
         if let (None, Some((reason, ..))) = (self.beyond, beyond) {
             self.beyond = Some((reason, now));
         }

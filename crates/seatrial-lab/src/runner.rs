@@ -56,9 +56,7 @@ impl<S: Study + clap::Args> Args<S> {
     pub fn conduct(&self, output: &Output) -> Result<Exit, Failure> {
         let bar = of_runs(self.study.runs()?);
         let step = || bar.step();
-        let found = self
-            .study
-            .run(self.seed, &Workers::new(self.threads, &step));
+        let found = self.study.run(self.seed, &Workers::new(self.threads, &step));
         bar.clear();
         let found = found?;
         self.study.save(&found, output)?;

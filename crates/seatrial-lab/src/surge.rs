@@ -122,10 +122,7 @@ impl SurgeStudy {
         let refused = |what: String| Failure::usage(format!("--thrust: {what}"));
         let thrusts = List::from_slice(self.thrusts())
             .ok_or_else(|| refused(format!("{} are too many", self.thrusts().len())))?;
-        let plan = Plan {
-            thrusts,
-            ..Plan::paper()
-        };
+        let plan = Plan { thrusts, ..Plan::paper() };
         Trial::new(plan)
             .map_err(|error| refused(format!("{} must be {}", error.field, error.requirement)))?;
         Ok(plan)
@@ -158,44 +155,27 @@ fn time_constant_s(found: &SurgeEstimate) -> Option<f64> {
 }
 
 fn time_errors(truth_s: f64, found: &[SurgeEstimate]) -> Option<[f64; 2]> {
-    let errors: Vec<f64> = found
-        .iter()
-        .filter_map(|found| Some(time_constant_s(found)? / truth_s - 1.0))
-        .collect();
+    let errors: Vec<f64> =
+        found.iter().filter_map(|found| Some(time_constant_s(found)? / truth_s - 1.0)).collect();
     let largest = errors.iter().map(|error| error.abs()).reduce(f64::max)?;
     let squares: f64 = errors.iter().map(|error| error * error).sum();
     Some([(squares / errors.len() as f64).sqrt(), largest])
 }
 
 fn top_speed_error(truth: &SurgeEstimate, found: &[SurgeEstimate]) -> f64 {
-    let top = |surge: &SurgeEstimate| {
-        surge
-            .speeds
-            .last()
-            .and_then(|speed| speed.surge_speed_m_s.value)
-    };
+    let top =
+        |surge: &SurgeEstimate| surge.speeds.last().and_then(|speed| speed.surge_speed_m_s.value);
     let true_m_s = top(truth).unwrap_or(f64::NAN);
-    found
-        .iter()
-        .filter_map(|found| Some((top(found)? / true_m_s - 1.0).abs()))
-        .fold(0.0, f64::max)
+    found.iter().filter_map(|found| Some((top(found)? / true_m_s - 1.0).abs())).fold(0.0, f64::max)
 }
 
 /// The coefficients with name and unit.
 fn coefficients(surge: &SurgeEstimate) -> Vec<(String, &'static str, Coefficient)> {
     let mut all = vec![
-        (
-            "speed over thrust".to_owned(),
-            "m/s",
-            surge.speed_per_thrust_m_s.clone(),
-        ),
+        ("speed over thrust".to_owned(), "m/s", surge.speed_per_thrust_m_s.clone()),
         ("dead band".to_owned(), "", surge.dead_band.clone()),
         ("drag length".to_owned(), "m", surge.drag_length_m.clone()),
-        (
-            "lag of the thrust".to_owned(),
-            "s",
-            surge.thrust_lag_s.clone(),
-        ),
+        ("lag of the thrust".to_owned(), "s", surge.thrust_lag_s.clone()),
         ("turning drag".to_owned(), "m", surge.turning_drag_m.clone()),
     ];
     all.extend(surge.speeds.iter().map(|speed| {

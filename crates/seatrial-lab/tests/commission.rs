@@ -16,24 +16,14 @@ fn study(folder: &Path, arguments: &[&str]) -> Value {
 fn cli_the_study_of_commissions_reaches_its_goals() {
     let found = study(Path::new("."), &["--boats", "4"]);
     for class in found["classes"].as_array().unwrap() {
-        assert_eq!(
-            (&class["refused"], &class["kept"]),
-            (&0.into(), &4.into()),
-            "{class}"
-        );
+        assert_eq!((&class["refused"], &class["kept"]), (&0.into(), &4.into()), "{class}");
         let commissioned = &class["methods"][3];
         assert_eq!(commissioned["method"], "commissioned");
-        assert!(
-            commissioned["overshoot_median"].as_f64().unwrap() <= 0.05,
-            "{class}"
-        );
+        assert!(commissioned["overshoot_median"].as_f64().unwrap() <= 0.05, "{class}");
         assert_eq!(commissioned["unsettled"], 0, "{class}");
         assert_eq!(commissioned["later_than_defaults"], 0, "{class}");
         let quick_tuned = &class["methods"][1];
-        assert!(
-            quick_tuned["overshoot_median"].as_f64().unwrap() > 0.05,
-            "{class}"
-        );
+        assert!(quick_tuned["overshoot_median"].as_f64().unwrap() > 0.05, "{class}");
     }
 }
 

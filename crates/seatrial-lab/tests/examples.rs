@@ -11,10 +11,5 @@ fn io_lying_logs_are_written_with_their_truth() {
     let truth = std::fs::read_to_string(folder.path().join("truth.csv")).unwrap();
     let kinds = seatrial_lab::lies::KINDS;
     assert_eq!(truth.lines().count(), 1 + kinds.len());
-    assert!(
-        folder
-            .path()
-            .join(format!("{}_1.csv", kinds[0].name))
-            .exists()
-    );
+    assert!(folder.path().join(format!("{}_1.csv", kinds[0].name)).exists());
 }

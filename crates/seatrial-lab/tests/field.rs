@@ -6,11 +6,7 @@ use seatrial_dev::lab;
 fn cli_field_experiments_are_written() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("field");
-    let run = lab()
-        .args(["field", "--trials", "2", "--json", "--out"])
-        .arg(&out)
-        .output()
-        .unwrap();
+    let run = lab().args(["field", "--trials", "2", "--json", "--out"]).arg(&out).output().unwrap();
     // 4: not every claim of the paper holds here.
     assert!(matches!(run.status.code(), Some(0 | 4)), "{run:?}");
     let document: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
@@ -27,14 +23,8 @@ fn cli_field_experiments_are_written() {
 
 #[test]
 fn cli_an_unknown_vehicle_is_named() {
-    let run = lab()
-        .args(["field", "--vehicle", "sim:nothing", "--out", "x"])
-        .output()
-        .unwrap();
+    let run = lab().args(["field", "--vehicle", "sim:nothing", "--out", "x"]).output().unwrap();
     assert_eq!(run.status.code(), Some(2));
     let said = String::from_utf8(run.stderr).unwrap();
-    assert!(
-        said.contains("sim:nothing") && said.contains("expected"),
-        "{said}"
-    );
+    assert!(said.contains("sim:nothing") && said.contains("expected"), "{said}");
 }

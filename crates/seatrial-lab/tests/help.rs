@@ -3,16 +3,8 @@
 use seatrial_dev::{lab, text};
 
 /// Verbs of the program.
-const VERBS: [&str; 8] = [
-    "estimators",
-    "faults",
-    "lies",
-    "commission",
-    "manoeuvres",
-    "surge",
-    "world",
-    "field",
-];
+const VERBS: [&str; 8] =
+    ["estimators", "faults", "lies", "commission", "manoeuvres", "surge", "world", "field"];
 
 /// Examples that take minutes: that they are understood is all that is asserted.
 const LONG: [&str; 1] = ["world --depth outputs --seeds 200"];
@@ -51,10 +43,7 @@ fn cli_every_example_runs_and_ends_well() {
             let output = command.output().unwrap();
             // The paper's claims do not all hold on a simulator without drift: 4 says which.
             let is_of_the_paper = verb == "field" && output.status.code() == Some(4);
-            assert!(
-                output.status.success() || is_of_the_paper,
-                "{example}: {output:?}"
-            );
+            assert!(output.status.success() || is_of_the_paper, "{example}: {output:?}");
         }
     }
     assert!(examples >= VERBS.len(), "{examples}");

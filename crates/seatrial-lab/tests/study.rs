@@ -13,25 +13,12 @@ fn estimators(args: &[&str]) -> Output {
     study(&[&["estimators"], args].concat())
 }
 
-const QUIET: [&str; 8] = [
-    "--runs",
-    "40",
-    "--noise-deg",
-    "0.5",
-    "--disturbance",
-    "0",
-    "--estimator",
-    "refined",
-];
+const QUIET: [&str; 8] =
+    ["--runs", "40", "--noise-deg", "0.5", "--disturbance", "0", "--estimator", "refined"];
 
 fn quantity<'a>(document: &'a Value, name: &str) -> &'a Value {
     let quantities = &document["cells"][0]["estimators"][0]["quantities"];
-    quantities
-        .as_array()
-        .unwrap()
-        .iter()
-        .find(|quantity| quantity["name"] == name)
-        .unwrap()
+    quantities.as_array().unwrap().iter().find(|quantity| quantity["name"] == name).unwrap()
 }
 
 #[test]

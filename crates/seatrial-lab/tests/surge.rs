@@ -36,10 +36,7 @@ fn recover_surge_within_its_intervals() {
         let mut study = lab();
         study.args(["surge", "--json", "--runs", "24", "--vehicle", vehicle]);
         let found = document(&study.current_dir(folder.path()).output().unwrap());
-        assert!(
-            found["largest_top_speed_error"].as_f64().unwrap() < 0.03,
-            "{found:#}"
-        );
+        assert!(found["largest_top_speed_error"].as_f64().unwrap() < 0.03, "{found:#}");
         let largest = found["time_constant_errors"][1].as_f64().unwrap();
         assert!(largest < 0.1, "{found:#}");
         let coefficients = found["coefficients"].as_array().unwrap();
@@ -54,9 +51,6 @@ fn recover_surge_within_its_intervals() {
 
 #[test]
 fn cli_a_thrust_above_full_is_a_usage_error() {
-    let refused = lab()
-        .args(["surge", "--thrust", "7", "--runs", "2"])
-        .output()
-        .unwrap();
+    let refused = lab().args(["surge", "--thrust", "7", "--runs", "2"]).output().unwrap();
     assert_eq!(refused.status.code(), Some(2));
 }

@@ -26,9 +26,7 @@ impl Vehicle<f64> for Boat {
     type Error = Infallible;
 
     fn next_sample(&mut self) -> Result<Option<Sample<f64>>, Infallible> {
-        self.state = self
-            .yaw
-            .advance(self.state, self.rudder_rad, self.interval_s);
+        self.state = self.yaw.advance(self.state, self.rudder_rad, self.interval_s);
         self.time_s += self.interval_s;
         // A sample's rudder is the one that acts from its time until the next sample. One sample of delay that is not
         // reported would shift a22 by about a tenth.

@@ -40,10 +40,7 @@ fn prop_any_number_in_the_file_of_a_vehicle_on_ros_2() {
         }
         used += 1;
         for rudder_rad in [-1.0, 0.0, 1.0] {
-            let demand = Demand {
-                rudder_rad,
-                thrust: 1.0,
-            };
+            let demand = Demand { rudder_rad, thrust: 1.0 };
             for command in description.commands(demand) {
                 let is_sound = command.numbers.iter().all(|number| number.is_finite());
                 assert!(is_sound, "{command:?} of {description:?}");

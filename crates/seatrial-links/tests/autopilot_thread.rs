@@ -95,14 +95,8 @@ fn io_the_link_is_kept_while_the_trial_is_away_but_not_for_ever() {
         is_real_time.store(true, Ordering::Relaxed);
 
         let sample = tended.next_sample().unwrap().unwrap();
-        let ask = |steering| Action {
-            steering,
-            thrust: Some(0.6),
-            outcome: None,
-        };
-        tended
-            .act(&ask(Steering::HoldHeading(sample.heading_rad)))
-            .unwrap();
+        let ask = |steering| Action { steering, thrust: Some(0.6), outcome: None };
+        tended.act(&ask(Steering::HoldHeading(sample.heading_rad))).unwrap();
         *seen.lock().unwrap() = Seen::default();
         std::thread::sleep(AWAY);
         assert_eq!(tended.ended_for(), None, "judging a run takes its time");
@@ -154,9 +148,7 @@ fn io_a_vehicle_whose_trial_hangs_is_handed_back() {
         let mut tended = AutopilotThread::new(Autopilot::new(wire, settings, None));
         let preflight = tended.autopilot().inspect();
         assert!(preflight.is_passed(), "{:?}", preflight.checks);
-        let checks = tended
-            .autopilot()
-            .take_control(&preflight.changes, &mut |_| Ok(()));
+        let checks = tended.autopilot().take_control(&preflight.changes, &mut |_| Ok(()));
         assert!(checks.iter().all(|check| check.passed), "{checks:?}");
         is_real_time.store(true, Ordering::Relaxed);
         tended.next_sample().unwrap();

@@ -1,9 +1,6 @@
 //! The examples, run as they stand.
 
-#[expect(
-    dead_code,
-    reason = "the example's own start prints what the test looks at"
-)]
+#[expect(dead_code, reason = "the example's own start prints what the test looks at")]
 #[path = "../examples/own_vehicle.rs"]
 mod own_vehicle;
 

@@ -7,10 +7,7 @@ use seatrial_dev::python_with;
 use seatrial_links::link::message::{Heartbeat, ParamValue, RcChannelsOverride, Text};
 use seatrial_links::link::{Decoder, Encoder, Frame, Key, Message, Refused, Sender, Signing};
 
-const SENDER: Sender = Sender {
-    system: 7,
-    component: 190,
-};
+const SENDER: Sender = Sender { system: 7, component: 190 };
 /// s from 1970 to 2015, from where timestamps count.
 const EPOCH_S: f64 = 1_420_070_400.0;
 
@@ -57,22 +54,14 @@ fn val_pymavlink_writes_and_reads_the_same_bytes() {
     let Some(python) = python_with("pymavlink") else {
         return;
     };
-    let ids = [
-        0, 1, 20, 21, 22, 23, 24, 30, 32, 33, 36, 65, 69, 70, 74, 76, 77, 111, 193, 230, 253,
-    ];
+    let ids =
+        [0, 1, 20, 21, 22, 23, 24, 30, 32, 33, 36, 65, 69, 70, 74, 76, 77, 111, 193, 230, 253];
     let output = Command::new(python)
-        .arg(concat!(
-            env!("CARGO_MANIFEST_DIR"),
-            "/tests/vehicle/frames.py"
-        ))
+        .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/vehicle/frames.py"))
         .args(["40", &ids.map(|id| id.to_string()).join(",")])
         .output()
         .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8(output.stdout).unwrap();
     let mut count = 0;
     for line in text.lines() {
@@ -100,11 +89,7 @@ fn val_pymavlink_writes_and_reads_the_same_bytes() {
         let timestamp: f64 = timestamp.parse().unwrap();
         let mut ours = Signing::new(key(), 3, EPOCH_S + (timestamp + 0.5) / 1e5);
         let expected = bytes(signed);
-        assert_eq!(
-            encoder().encode(&message, Some(&mut ours), 0.0),
-            expected,
-            "{line}"
-        );
+        assert_eq!(encoder().encode(&message, Some(&mut ours), 0.0), expected, "{line}");
         let mut theirs = Signing::new(key(), 0, EPOCH_S + timestamp / 1e5);
         let mut decoder = Decoder::default();
         decoder.push(&expected);
@@ -149,10 +134,7 @@ fn io_a_signature_is_asked_for_checked_and_taken_once() {
 #[test]
 fn io_a_key_is_never_shown() {
     let shown = format!("{:?} {:?}", key(), Signing::new(key(), 0, 0.0));
-    assert!(
-        !shown.contains("1, 2, 3") && !shown.contains("010203"),
-        "{shown}"
-    );
+    assert!(!shown.contains("1, 2, 3") && !shown.contains("010203"), "{shown}");
 }
 
 #[test]
@@ -171,16 +153,10 @@ fn io_a_key_is_32_bytes_or_64_digits() {
     let digits: String = raw.iter().map(|byte| format!("{byte:02X}")).collect();
     let expected = frame(key());
     assert_eq!(frame(load(&raw).unwrap()), expected);
-    assert_eq!(
-        frame(load(format!("{digits}\n").as_bytes()).unwrap()),
-        expected
-    );
+    assert_eq!(frame(load(format!("{digits}\n").as_bytes()).unwrap()), expected);
     for wrong in [&b""[..], b"0123", digits.replace('0', "g").as_bytes()] {
         let error = load(wrong).unwrap_err().to_string();
-        assert!(
-            error.contains("32 bytes or 64 hexadecimal digits"),
-            "{error}"
-        );
+        assert!(error.contains("32 bytes or 64 hexadecimal digits"), "{error}");
     }
     assert!(Key::load(&folder.path().join("none")).is_err());
 }
@@ -188,9 +164,7 @@ fn io_a_key_is_32_bytes_or_64_digits() {
 #[test]
 fn io_unknown_messages_are_passed_over_whole() {
     // A message of number 77777, whose payload looks like the start of frames.
-    let mut stream = vec![
-        0xfd, 4, 0, 0, 0, 1, 1, 0xd1, 0x2f, 0x01, 0xfd, 0xfe, 0xfd, 0xfe, 0, 0,
-    ];
+    let mut stream = vec![0xfd, 4, 0, 0, 0, 1, 1, 0xd1, 0x2f, 0x01, 0xfd, 0xfe, 0xfd, 0xfe, 0, 0];
     let mut encoder = Encoder::new(SENDER);
     stream.extend(encoder.encode(&heartbeat(1), None, 0.0));
     assert_eq!(decoded(&stream).len(), 1);

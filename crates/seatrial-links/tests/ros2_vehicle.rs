@@ -18,11 +18,7 @@ const STEP_S: f64 = 0.005;
 const TIMEOUT_S: f64 = 0.5;
 /// The heading is measured to within this, rad.
 const NOISE_RAD: f64 = 0.004;
-const MODEL: YawModel<f64> = YawModel {
-    a22_per_s: -1.07,
-    b2_per_s2: 1.08,
-    c0_rad_per_s2: 0.012,
-};
+const MODEL: YawModel<f64> = YawModel { a22_per_s: -1.07, b2_per_s2: 1.08, c0_rad_per_s2: 0.012 };
 
 /// What befalls the vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -189,16 +185,8 @@ impl Graph for Sea {
     fn matched(&self) -> GraphPeers {
         let command = || vec!["/rudder".to_string()];
         GraphPeers {
-            not_heard: if self.is(Mishap::Deaf) {
-                command()
-            } else {
-                Vec::new()
-            },
-            shared: if self.is(Mishap::Shared) {
-                command()
-            } else {
-                Vec::new()
-            },
+            not_heard: if self.is(Mishap::Deaf) { command() } else { Vec::new() },
+            shared: if self.is(Mishap::Shared) { command() } else { Vec::new() },
             has_enable: true,
         }
     }
@@ -218,11 +206,7 @@ fn description() -> Description {
         services: Middleware::FastRtps,
         frame: Frame::Enu,
         command_timeout_s: TIMEOUT_S,
-        odometry: Some(Odometry {
-            topic: "/odom".into(),
-            reliable: false,
-            depth: true,
-        }),
+        odometry: Some(Odometry { topic: "/odom".into(), reliable: false, depth: true }),
         imu: None,
         rudder: RudderCommand {
             topic: Some("/rudder".into()),
@@ -248,17 +232,12 @@ fn description() -> Description {
             trim_units: 0.0,
             reliable: false,
         }),
-        enable: Some(Enable {
-            service: "/boat/enable".into(),
-        }),
+        enable: Some(Enable { service: "/boat/enable".into() }),
     }
 }
 
 fn plan() -> Plan<f64> {
-    Plan {
-        thrusts: List::from_slice(&[0.6]).unwrap(),
-        ..Plan::paper()
-    }
+    Plan { thrusts: List::from_slice(&[0.6]).unwrap(), ..Plan::paper() }
 }
 
 fn vehicle(mishap: Mishap, at_s: f64) -> RosVehicle<Sea> {
@@ -326,12 +305,8 @@ fn io_every_mishap_ends_in_a_hand_back() {
             vehicle.graph().at_s = begin_s + after_s;
             let conducted = conduct(&mut vehicle, plan(), about(), &mut NoWatch).unwrap();
             let outcome = conducted.campaign.outcome;
-            let kept: usize = conducted
-                .campaign
-                .runs
-                .iter()
-                .map(|run| run.record.samples.len())
-                .sum();
+            let kept: usize =
+                conducted.campaign.runs.iter().map(|run| run.record.samples.len()).sum();
             let asked = [Mishap::Abort, Mishap::Disable, Mishap::Operator].contains(&mishap);
             let reason = match asked {
                 true => AbortReason::Operator,
@@ -362,10 +337,7 @@ fn io_every_mishap_ends_in_a_hand_back() {
                 "{at}: steered until {:.2} s after it",
                 sea.steered_s - sea.at_s
             );
-            assert!(
-                kept as f64 > 0.9 * after_s / INTERVAL_S,
-                "{at}: {kept} samples"
-            );
+            assert!(kept as f64 > 0.9 * after_s / INTERVAL_S, "{at}: {kept} samples");
             vehicle.hand_back();
             let sea = vehicle.graph();
             assert_eq!(sea.demand, Demand::default(), "{at}");
@@ -378,21 +350,15 @@ fn io_every_mishap_ends_in_a_hand_back() {
 #[test]
 fn io_a_vehicle_that_steers_wrongly_is_refused() {
     for (name, change) in [
-        (
-            "rudder sense",
-            (|sea| sea.is_reversed = true) as fn(&mut Sea),
-        ),
+        ("rudder sense", (|sea| sea.is_reversed = true) as fn(&mut Sea)),
         ("lost process", |sea| sea.is_endless = true),
     ] {
         let mut vehicle = vehicle(Mishap::None, 1e9);
         change(vehicle.graph());
         assert!(vehicle.inspect().is_passed());
         let checks = vehicle.take_control();
-        let refused: Vec<&str> = checks
-            .iter()
-            .filter(|check| !check.passed)
-            .map(|check| check.name.as_str())
-            .collect();
+        let refused: Vec<&str> =
+            checks.iter().filter(|check| !check.passed).map(|check| check.name.as_str()).collect();
         assert!(refused.contains(&name), "{checks:?}");
         vehicle.hand_back();
         assert_eq!(vehicle.graph().demand, Demand::default());
@@ -402,19 +368,13 @@ fn io_a_vehicle_that_steers_wrongly_is_refused() {
 
 #[test]
 fn io_a_vehicle_that_cannot_be_used_is_refused_untouched() {
-    for (mishap, name) in [
-        (Mishap::Mute, "samples"),
-        (Mishap::Deaf, "commands"),
-        (Mishap::Shared, "alone"),
-    ] {
+    for (mishap, name) in
+        [(Mishap::Mute, "samples"), (Mishap::Deaf, "commands"), (Mishap::Shared, "alone")]
+    {
         let mut vehicle = vehicle(mishap, 0.0);
         let preflight = vehicle.inspect();
         let refused = preflight.checks.iter().find(|check| !check.passed);
-        assert_eq!(
-            refused.map(|check| check.name.as_str()),
-            Some(name),
-            "{preflight:?}"
-        );
+        assert_eq!(refused.map(|check| check.name.as_str()), Some(name), "{preflight:?}");
         vehicle.hand_back();
         assert_eq!(vehicle.graph().steered_s, 0.0);
         assert!(vehicle.graph().enables.is_empty());
@@ -429,16 +389,10 @@ fn exact_commands_are_in_the_units_of_the_description() {
     description.rudder.trim_units = 2.0;
     let thrust = description.thrust.as_mut().unwrap();
     (thrust.units_at_full, thrust.neutral_units) = (1900.0, 1500.0);
-    let demand = Demand {
-        rudder_rad: 0.25,
-        thrust: 0.5,
-    };
+    let demand = Demand { rudder_rad: 0.25, thrust: 0.5 };
     assert_eq!(
         numbers(&description, demand),
-        [
-            ("/rudder".into(), vec![-23.0]),
-            ("/thrust".into(), vec![1700.0])
-        ]
+        [("/rudder".into(), vec![-23.0]), ("/thrust".into(), vec![1700.0])]
     );
     description.rudder.topic = Some("/cmd_vel".into());
     description.rudder.kind = CommandType::Twist;
@@ -449,19 +403,14 @@ fn exact_commands_are_in_the_units_of_the_description() {
     assert_eq!(commands.len(), 1);
     assert_eq!(commands[0].numbers, [1700.0, 0.0, 0.0, 0.0, 0.0, -23.0]);
     // More than full is full.
-    let full = Demand {
-        rudder_rad: 9.0,
-        thrust: 9.0,
-    };
+    let full = Demand { rudder_rad: 9.0, thrust: 9.0 };
     assert_eq!(description.commands(full)[0].numbers[5], 2.0 - 100.0 * 0.4);
     assert_eq!(description.commands(full)[0].numbers[0], 1900.0);
 }
 
 fn numbers(description: &Description, demand: Demand) -> Vec<(String, Vec<f64>)> {
     let commands = description.commands(demand).into_iter();
-    commands
-        .map(|command| (command.topic, command.numbers))
-        .collect()
+    commands.map(|command| (command.topic, command.numbers)).collect()
 }
 
 /// A boat that steers by its two thrusters, and a pair of fins that turn opposite ways, in one message.
@@ -494,10 +443,7 @@ fn exact_thrusters_and_fins_are_commanded_together() {
     )
     .unwrap();
     assert_eq!(description.check(), Ok(()));
-    let demand = Demand {
-        rudder_rad: 0.25,
-        thrust: 0.5,
-    };
+    let demand = Demand { rudder_rad: 0.25, thrust: 0.5 };
     assert_eq!(
         numbers(&description, demand),
         [
@@ -506,16 +452,11 @@ fn exact_thrusters_and_fins_are_commanded_together() {
             ("/right".into(), vec![100.0])
         ]
     );
-    description
-        .actuators
-        .retain(|name, _| name.ends_with("fin"));
+    description.actuators.retain(|name, _| name.ends_with("fin"));
     let error = description.check().unwrap_err().to_string();
     assert!(error.contains("nothing drives"), "{error}");
     let fin = description.actuators["upper_fin"].clone();
-    let twice = Actuator {
-        units_at_full: Some(1.0),
-        ..fin
-    };
+    let twice = Actuator { units_at_full: Some(1.0), ..fin };
     description.actuators.insert("third".into(), twice);
     let error = description.check().unwrap_err().to_string();
     assert!(error.contains("different fields"), "{error}");
@@ -529,47 +470,19 @@ fn io_a_description_that_makes_no_sense_is_refused() {
         description.check().unwrap_err().to_string()
     };
     for (expected, error) in [
-        (
-            "rudder.topic",
-            error_of(|d| d.rudder.topic = Some("rudder".into())),
-        ),
-        (
-            "enable.service",
-            error_of(|d| {
-                d.enable = Some(Enable {
-                    service: "/a//b".into(),
-                })
-            }),
-        ),
-        (
-            "rudder.field",
-            error_of(|d| d.rudder.field = Some("angular.z".into())),
-        ),
-        (
-            "the same type",
-            error_of(|d| d.thrust.as_mut().unwrap().topic = "/rudder".into()),
-        ),
+        ("rudder.topic", error_of(|d| d.rudder.topic = Some("rudder".into()))),
+        ("enable.service", error_of(|d| d.enable = Some(Enable { service: "/a//b".into() }))),
+        ("rudder.field", error_of(|d| d.rudder.field = Some("angular.z".into()))),
+        ("the same type", error_of(|d| d.thrust.as_mut().unwrap().topic = "/rudder".into())),
         ("nothing drives", error_of(|d| d.thrust = None)),
         ("nothing steers", error_of(|d| d.rudder.topic = None)),
         ("namespace", error_of(|d| d.namespace = "boat".into())),
         ("[odometry] or [imu]", error_of(|d| d.odometry = None)),
-        (
-            "feedback.joint",
-            error_of(|d| d.feedback.as_mut().unwrap().joint = None),
-        ),
-        (
-            "rudder.units_per_rad",
-            error_of(|d| d.rudder.units_per_rad = 0.0),
-        ),
-        (
-            "command_timeout_s",
-            error_of(|d| d.command_timeout_s = f64::NAN),
-        ),
+        ("feedback.joint", error_of(|d| d.feedback.as_mut().unwrap().joint = None)),
+        ("rudder.units_per_rad", error_of(|d| d.rudder.units_per_rad = 0.0)),
+        ("command_timeout_s", error_of(|d| d.command_timeout_s = f64::NAN)),
         ("domain", error_of(|d| d.domain = 200)),
-        (
-            "neutral_units",
-            error_of(|d| d.thrust.as_mut().unwrap().neutral_units = 1.0),
-        ),
+        ("neutral_units", error_of(|d| d.thrust.as_mut().unwrap().neutral_units = 1.0)),
     ] {
         assert!(error.contains(expected), "{expected}: {error}");
     }

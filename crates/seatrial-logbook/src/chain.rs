@@ -214,9 +214,7 @@ pub(super) fn pitch_link(connection: &Connection, trial: i64) -> Result<String, 
     link.length(samples.len());
     for (known, optional) in samples {
         known.into_iter().for_each(|value| link.number(value));
-        optional
-            .into_iter()
-            .for_each(|value| link.optional_number(value));
+        optional.into_iter().for_each(|value| link.optional_number(value));
     }
     Ok(link.hex())
 }

@@ -54,9 +54,7 @@ impl WriteLock {
     pub(super) fn of(path: &Path) -> Result<Self, rusqlite::Error> {
         let connection = connect(path, OpenFlags::SQLITE_OPEN_READ_WRITE)?;
         connection.execute_batch("BEGIN IMMEDIATE")?;
-        Ok(Self {
-            _connection: connection,
-        })
+        Ok(Self { _connection: connection })
     }
 }
 
@@ -108,15 +106,9 @@ pub(super) fn harden(connection: &Connection) -> Result<(), rusqlite::Error> {
 /// may write to as a file that does not change. Where they exist, a writer is at work or was killed: they are read and left; on a
 /// medium that is read-only, in a copy.
 pub(super) fn connect_for_reading(path: &Path) -> Result<Database, rusqlite::Error> {
-    let in_place = |connection| Database {
-        connection,
-        copy: None,
-    };
+    let in_place = |connection| Database { connection, copy: None };
     if beside(path, "-wal").exists() || beside(path, "-journal").exists() {
-        for access in [
-            OpenFlags::SQLITE_OPEN_READ_ONLY,
-            OpenFlags::SQLITE_OPEN_READ_WRITE,
-        ] {
+        for access in [OpenFlags::SQLITE_OPEN_READ_ONLY, OpenFlags::SQLITE_OPEN_READ_WRITE] {
             let connection = connect(path, access)?;
             if !is_refused(&connection) {
                 return Ok(in_place(connection));
@@ -124,9 +116,7 @@ pub(super) fn connect_for_reading(path: &Path) -> Result<Database, rusqlite::Err
         }
         return copied(path);
     }
-    let may_be_written = path
-        .metadata()
-        .is_ok_and(|about| !about.permissions().readonly());
+    let may_be_written = path.metadata().is_ok_and(|about| !about.permissions().readonly());
     if may_be_written {
         let connection = connect(path, OpenFlags::SQLITE_OPEN_READ_WRITE)?;
         connection.pragma_update(None, "query_only", true)?;
@@ -134,11 +124,7 @@ pub(super) fn connect_for_reading(path: &Path) -> Result<Database, rusqlite::Err
             return Ok(in_place(connection));
         }
     }
-    let name = path
-        .to_string_lossy()
-        .replace('%', "%25")
-        .replace('?', "%3f")
-        .replace('#', "%23");
+    let name = path.to_string_lossy().replace('%', "%25").replace('?', "%3f").replace('#', "%23");
     let unchanging = connect(
         Path::new(&format!("file:{name}?immutable=1")),
         OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI,
@@ -171,10 +157,7 @@ fn copied(path: &Path) -> Result<Database, rusqlite::Error> {
         copy().map_err(|error| rusqlite::Error::ToSqlConversionFailure(error.into()))?;
     let connection = connect(&place, OpenFlags::SQLITE_OPEN_READ_WRITE)?;
     connection.pragma_update(None, "query_only", true)?;
-    Ok(Database {
-        connection,
-        copy: Some(folder),
-    })
+    Ok(Database { connection, copy: Some(folder) })
 }
 
 /// The file that SQLite keeps beside this one.

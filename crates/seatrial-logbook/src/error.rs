@@ -147,9 +147,6 @@ impl Error {
             }
             _ => "give another file with --logbook",
         };
-        Self::NotSaved {
-            path: path.to_path_buf(),
-            cause: format!("{error}; {advice}"),
-        }
+        Self::NotSaved { path: path.to_path_buf(), cause: format!("{error}; {advice}") }
     }
 }

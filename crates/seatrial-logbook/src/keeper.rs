@@ -33,11 +33,7 @@ pub struct Keeper {
 
 #[derive(Debug)]
 enum Entry {
-    RunStarted {
-        number: u32,
-        thrust: f64,
-        attempt: u32,
-    },
+    RunStarted { number: u32, thrust: f64, attempt: u32 },
     Step(Box<Step>),
     RunEnded(Box<Run>),
     Ended(Outcome),
@@ -70,11 +66,7 @@ impl Keeper {
 
     /// Keeps that a run began.
     pub fn begin_run(&mut self, number: u32, thrust: f64, attempt: u32) {
-        self.enter(Entry::RunStarted {
-            number,
-            thrust,
-            attempt,
-        });
+        self.enter(Entry::RunStarted { number, thrust, attempt });
     }
 
     /// Keeps a step of the trial.
@@ -142,10 +134,7 @@ impl Keeper {
         while !thread.is_finished() {
             if is_asked_to_end() && begun.elapsed() > ASKED_TO_END {
                 let why = "the logbook's disk does not answer; the end of the trial was not kept";
-                return KeeperReport {
-                    unsaved: vec![why.into()],
-                    runs: Vec::new(),
-                };
+                return KeeperReport { unsaved: vec![why.into()], runs: Vec::new() };
             }
             std::thread::sleep(LOOK);
         }
@@ -169,11 +158,9 @@ fn keep(mut recorder: Recorder, entries: &Receiver<Entry>, seen_to: &Sender<()>)
     let mut kept = KeeperReport::default();
     for entry in entries {
         let entered = match entry {
-            Entry::RunStarted {
-                number,
-                thrust,
-                attempt,
-            } => recorder.begin_run(number, thrust, attempt),
+            Entry::RunStarted { number, thrust, attempt } => {
+                recorder.begin_run(number, thrust, attempt)
+            }
             Entry::Step(step) => recorder.step(*step),
             Entry::RunEnded(run) => {
                 let sealed = recorder.finish_run(&run);
@@ -245,10 +232,7 @@ mod tests {
         assert!(begun.elapsed() < Duration::from_secs(1));
         assert!(reported.record.samples.is_empty());
         drop(holder);
-        assert_eq!(
-            keeper.end(Some(Outcome::Finished), || false).unsaved,
-            [""; 0]
-        );
+        assert_eq!(keeper.end(Some(Outcome::Finished), || false).unsaved, [""; 0]);
         let logbook = Logbook::open_read_only(&path).unwrap();
         assert_eq!(logbook.campaign(CampaignId(1)).unwrap().runs, [run]);
     }

@@ -145,16 +145,11 @@ impl Logbook {
         let (open, _) = OpenHere::after(|| ());
         let access = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_CREATE;
         let connection = connect(&path, access).map_err(|error| Error::opening(&path, &error))?;
-        let connected = Database {
-            connection,
-            copy: None,
-        };
+        let connected = Database { connection, copy: None };
         let mut logbook = Self::of(connected, path, open);
         logbook.file = file_identity(&logbook.path);
         logbook.identify()?;
-        logbook
-            .prepare_for_writing()
-            .map_err(|error| Error::writing(&logbook.path, &error))?;
+        logbook.prepare_for_writing().map_err(|error| Error::writing(&logbook.path, &error))?;
         // What is written to has the schema that it should have, and a trial may take as long as it does.
         let unlimited = logbook.connection.progress_handler(0, None::<fn() -> bool>);
         logbook.reading(unlimited)?;
@@ -167,10 +162,7 @@ impl Logbook {
         let path = path.into();
         reject_directory(&path)?;
         reject_log_of_another(&path)?;
-        let refused = |cause: String| Error::NotSaved {
-            path: path.clone(),
-            cause,
-        };
+        let refused = |cause: String| Error::NotSaved { path: path.clone(), cause };
         if path.exists() {
             let opened = || OpenOptions::new().append(true).open(&path).map(drop);
             let (_open, opened) = OpenHere::after(opened);
@@ -281,11 +273,9 @@ impl Logbook {
                 path,
                 found: "an SQLite database of something else".into(),
             }),
-            Identity::Logbook(found) if found > MIGRATIONS.len() => Err(Error::Newer {
-                path,
-                found,
-                known: MIGRATIONS.len(),
-            }),
+            Identity::Logbook(found) if found > MIGRATIONS.len() => {
+                Err(Error::Newer { path, found, known: MIGRATIONS.len() })
+            }
             Identity::Logbook(version) => {
                 match altered(&self.connection, version).map_err(opening)? {
                     Some(found) => Err(Error::Altered { path, found }),
@@ -310,14 +300,10 @@ impl Logbook {
     fn prepare_for_writing(&mut self) -> Result<(), rusqlite::Error> {
         // Answers with the mode in force; a file system without shared memory keeps the rollback
         // journal, which is as safe, only slower.
-        self.connection
-            .pragma_update_and_check(None, "journal_mode", "WAL", |_| Ok(()))?;
+        self.connection.pragma_update_and_check(None, "journal_mode", "WAL", |_| Ok(()))?;
         self.connection.pragma_update(None, "foreign_keys", true)?;
         migrate(&mut self.connection, MIGRATIONS)?;
-        self.connection.execute(
-            "UPDATE campaign SET interrupted = 1 WHERE outcome IS NULL",
-            [],
-        )?;
+        self.connection.execute("UPDATE campaign SET interrupted = 1 WHERE outcome IS NULL", [])?;
         Ok(())
     }
 
@@ -355,10 +341,7 @@ fn unfinished(connection: &Connection) -> Result<Option<i64>, rusqlite::Error> {
 
 fn reject_directory(path: &Path) -> Result<(), Error> {
     if path.is_dir() {
-        return Err(Error::NotALogbook {
-            path: path.to_path_buf(),
-            found: "a directory".into(),
-        });
+        return Err(Error::NotALogbook { path: path.to_path_buf(), found: "a directory".into() });
     }
     Ok(())
 }

@@ -101,10 +101,7 @@ impl Review {
             0,
             Reason::new(
                 code,
-                format!(
-                    "{judged} by {} on {}: {}",
-                    self.reviewer, self.time, self.note
-                ),
+                format!("{judged} by {} on {}: {}", self.reviewer, self.time, self.note),
             ),
         );
     }
@@ -150,10 +147,8 @@ impl Logbook {
         campaign: CampaignId,
         circumstances: &Circumstances,
     ) -> Result<(), Error> {
-        let conducted = CampaignCircumstances {
-            campaign: campaign.0,
-            circumstances: circumstances.clone(),
-        };
+        let conducted =
+            CampaignCircumstances { campaign: campaign.0, circumstances: circumstances.clone() };
         self.enter_command(&NewCommand {
             actor: circumstances.operator.as_deref().unwrap_or_default(),
             address: "",
@@ -172,13 +167,10 @@ impl Logbook {
             campaign.0,
             |row| row.get(0),
         ))?;
-        let conducted = entered
-            .first()
-            .and_then(|details| serde_json::from_str(details).ok());
-        Ok(conducted.map_or_else(
-            Circumstances::default,
-            |conducted: CampaignCircumstances| conducted.circumstances,
-        ))
+        let conducted = entered.first().and_then(|details| serde_json::from_str(details).ok());
+        Ok(conducted.map_or_else(Circumstances::default, |conducted: CampaignCircumstances| {
+            conducted.circumstances
+        }))
     }
 
     /// Enters an operator's word on a run of a campaign. `None` where there is no such run, or where one without a model

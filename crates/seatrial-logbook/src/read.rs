@@ -61,11 +61,7 @@ impl Logbook {
                 Some(id) => asked.iter().any(|entry| entry.id.0 == *id),
                 None => true,
             };
-            Ok(damage.or_else(|| {
-                of_file
-                    .into_iter()
-                    .find(|found| of_asked(&found.campaign()))
-            }))
+            Ok(damage.or_else(|| of_file.into_iter().find(|found| of_asked(&found.campaign()))))
         })
     }
 
@@ -76,22 +72,17 @@ impl Logbook {
             [only] => format!("campaign {}", only.id.0),
             [first, .., last] => format!("campaigns {} to {}", first.id.0, last.id.0),
         };
-        campaigns
-            .into_iter()
-            .find(|entry| entry.id == campaign)
-            .ok_or_else(|| Error::NoCampaign {
-                path: self.path.clone(),
-                wanted: campaign.0.to_string(),
-                held,
-            })
+        campaigns.into_iter().find(|entry| entry.id == campaign).ok_or_else(|| Error::NoCampaign {
+            path: self.path.clone(),
+            wanted: campaign.0.to_string(),
+            held,
+        })
     }
 
     /// What is damaged of another campaign alone is not its damage.
     fn checked(&self, mut entry: CampaignEntry, of_file: &[Damage]) -> CampaignEntry {
         let of_entry = |damage: &&Damage| damage.campaign().is_none_or(|id| id == entry.id.0);
-        entry.damage = self
-            .damage_of(&entry)
-            .or_else(|| of_file.iter().find(of_entry).cloned());
+        entry.damage = self.damage_of(&entry).or_else(|| of_file.iter().find(of_entry).cloned());
         if entry.damage.is_some() {
             entry.runs_accepted = 0;
         }
@@ -123,11 +114,8 @@ impl Logbook {
     /// A campaign with the verdicts that the program found, whatever operators decided.
     pub(super) fn as_found(&self, campaign: CampaignId) -> Result<Campaign, Error> {
         let entry = self.entry_as_found(campaign)?;
-        let runs = self
-            .runs(campaign)?
-            .iter()
-            .map(|run| self.run(run.id))
-            .collect::<Result<_, _>>()?;
+        let runs =
+            self.runs(campaign)?.iter().map(|run| self.run(run.id)).collect::<Result<_, _>>()?;
         Ok(Campaign {
             axis: entry.axis(),
             software_version: entry.software_version,

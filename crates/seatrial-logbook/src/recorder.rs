@@ -46,9 +46,7 @@ impl Recorder {
     /// Enters a new run. The steps that follow belong to it.
     pub fn begin_run(&mut self, number: u32, thrust: f64, attempt: u32) -> Result<(), Error> {
         self.run = None;
-        let run = self
-            .logbook
-            .begin_run(self.campaign, number, thrust, attempt)?;
+        let run = self.logbook.begin_run(self.campaign, number, thrust, attempt)?;
         self.run = Some(run);
         self.unfinished.insert(number, run);
         Ok(())
@@ -63,11 +61,7 @@ impl Recorder {
             .map_or(0.0, |(_, first)| step.sample.time_s - first.sample.time_s);
         // Also where the vehicle's clock jumped or is not a number.
         let second_is_over = !(0.0..1.0).contains(&since);
-        if second_is_over && self.unwritten.len() >= self.patience {
-            self.flush()
-        } else {
-            Ok(())
-        }
+        if second_is_over && self.unwritten.len() >= self.patience { self.flush() } else { Ok(()) }
     }
 
     /// Writes what is left of the run and its result, and seals it. The next one may have begun.
@@ -112,16 +106,9 @@ pub(super) mod tests {
 
     pub(crate) fn step(second: u32) -> Step {
         Step {
-            sample: Sample {
-                time_s: f64::from(second),
-                ..Sample::default()
-            },
+            sample: Sample { time_s: f64::from(second), ..Sample::default() },
             stage: None,
-            action: Action {
-                steering: Steering::Rudder(0.0),
-                thrust: None,
-                outcome: None,
-            },
+            action: Action { steering: Steering::Rudder(0.0), thrust: None, outcome: None },
             estimate: None,
         }
     }
@@ -136,10 +123,7 @@ pub(super) mod tests {
             stages: Vec::new(),
             record: (0..steps).map(|second| step(second).sample).collect(),
             identification: None,
-            verdict: Verdict {
-                accepted: false,
-                reasons: Vec::new(),
-            },
+            verdict: Verdict { accepted: false, reasons: Vec::new() },
         }
     }
 
@@ -168,15 +152,12 @@ pub(super) mod tests {
         recorder.begin_run(1, 0.6, 1).unwrap();
         let limit_pages = |recorder: &Recorder, pages: u32| {
             let connection = &recorder.logbook.connection;
-            connection
-                .pragma_update_and_check(None, "max_page_count", pages, |_| Ok(()))
-                .unwrap();
+            connection.pragma_update_and_check(None, "max_page_count", pages, |_| Ok(())).unwrap();
         };
         // SQLite takes the present size for a limit below it.
         limit_pages(&recorder, 1);
-        let errors: Vec<Error> = (0..400)
-            .filter_map(|second| recorder.step(step(second)).err())
-            .collect();
+        let errors: Vec<Error> =
+            (0..400).filter_map(|second| recorder.step(step(second)).err()).collect();
         let first = errors.first().expect("the disk is full");
         assert!(first.is_not_saved());
         assert!(first.to_string().contains("free some space"), "{first}");

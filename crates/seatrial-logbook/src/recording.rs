@@ -21,9 +21,7 @@ impl Logbook {
         let finished = self.runs(campaign)?;
         let mut campaign = self.as_found(campaign)?;
         campaign.runs.retain(|run| {
-            finished
-                .iter()
-                .any(|entry| entry.finished && entry.number == run.number)
+            finished.iter().any(|entry| entry.finished && entry.number == run.number)
         });
         Ok(Recording { campaign, steps })
     }

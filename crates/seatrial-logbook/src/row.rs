@@ -15,10 +15,7 @@ pub(super) fn step_of(row: &Row) -> Result<Step, Error> {
         (Some(angle), None) => Steering::Rudder(angle),
         (None, Some(angle)) => Steering::HoldHeading(angle),
         _ => {
-            return Err(unexpected(
-                11,
-                "expected either a rudder or a heading commanded",
-            ));
+            return Err(unexpected(11, "expected either a rudder or a heading commanded"));
         }
     };
     let estimate = match (optional(14)?, optional(15)?, optional(16)?) {
@@ -41,15 +38,8 @@ pub(super) fn step_of(row: &Row) -> Result<Step, Error> {
             east_m: optional(10)?,
             thrust: optional(17)?,
         },
-        stage: row
-            .get::<_, Option<String>>(18)?
-            .map(|name| stage(18, &name))
-            .transpose()?,
-        action: Action {
-            steering,
-            thrust: optional(13)?,
-            outcome: json_column(row, 19)?,
-        },
+        stage: row.get::<_, Option<String>>(18)?.map(|name| stage(18, &name)).transpose()?,
+        action: Action { steering, thrust: optional(13)?, outcome: json_column(row, 19)? },
         estimate,
     })
 }
@@ -60,11 +50,7 @@ pub(super) struct Exact(pub f64);
 
 impl ToSql for Exact {
     fn to_sql(&self) -> Result<ToSqlOutput<'_>, Error> {
-        Ok(if self.0.is_nan() {
-            self.0.to_be_bytes().to_vec().into()
-        } else {
-            self.0.into()
-        })
+        Ok(if self.0.is_nan() { self.0.to_be_bytes().to_vec().into() } else { self.0.into() })
     }
 }
 
@@ -125,9 +111,7 @@ pub(super) fn json_column<T: DeserializeOwned>(
     row: &Row,
     column: usize,
 ) -> Result<Option<T>, Error> {
-    row.get::<_, Option<String>>(column)?
-        .map(|text| from_json(column, &text))
-        .transpose()
+    row.get::<_, Option<String>>(column)?.map(|text| from_json(column, &text)).transpose()
 }
 
 fn unexpected(column: usize, what: &str) -> Error {

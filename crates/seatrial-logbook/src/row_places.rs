@@ -122,9 +122,7 @@ const OUTCOMES: &str = "SELECT outcome FROM campaign WHERE outcome IS NOT NULL
 /// Hashes are made of what an outcome says, so that blanks around it would not show.
 fn is_as_written(text: &str) -> bool {
     let outcome = from_json::<Outcome>(0, text);
-    outcome
-        .and_then(|outcome| to_json(&outcome))
-        .is_ok_and(|again| again == text)
+    outcome.and_then(|outcome| to_json(&outcome)).is_ok_and(|again| again == text)
 }
 
 fn column(connection: &Connection, sql: &str) -> Result<Vec<String>, rusqlite::Error> {

@@ -86,12 +86,7 @@ impl fmt::Display for Part {
 fn parts(connection: &Connection) -> Result<Vec<Part>, Error> {
     let mut query = connection.prepare("SELECT type, name, tbl_name, sql FROM sqlite_schema")?;
     let part = |row: &rusqlite::Row| {
-        Ok(Part {
-            kind: row.get(0)?,
-            name: row.get(1)?,
-            table: row.get(2)?,
-            sql: row.get(3)?,
-        })
+        Ok(Part { kind: row.get(0)?, name: row.get(1)?, table: row.get(2)?, sql: row.get(3)? })
     };
     query.query_map([], part)?.collect()
 }
@@ -137,20 +132,12 @@ mod tests {
     fn io_migrations_run_in_order_once_and_keep_the_data() {
         let mut connection = Connection::open_in_memory().unwrap();
         migrate(&mut connection, MIGRATIONS).unwrap();
-        connection
-            .execute("INSERT INTO configuration (name) VALUES ('bare')", [])
-            .unwrap();
-        let next = [
-            MIGRATIONS,
-            &["ALTER TABLE configuration ADD COLUMN owner TEXT DEFAULT 'us'"],
-        ]
-        .concat();
+        connection.execute("INSERT INTO configuration (name) VALUES ('bare')", []).unwrap();
+        let next = [MIGRATIONS, &["ALTER TABLE configuration ADD COLUMN owner TEXT DEFAULT 'us'"]]
+            .concat();
         for _ in 0..2 {
             migrate(&mut connection, &next).unwrap();
-            assert_eq!(
-                identity(&connection).unwrap(),
-                Identity::Logbook(MIGRATIONS.len() + 1)
-            );
+            assert_eq!(identity(&connection).unwrap(), Identity::Logbook(MIGRATIONS.len() + 1));
         }
         let row: (String, String) = connection
             .query_row("SELECT name, owner FROM configuration", [], |row| {
@@ -166,10 +153,7 @@ mod tests {
         migrate(&mut connection, MIGRATIONS).unwrap();
         let broken = [MIGRATIONS, &["CREATE TABLE half (a); CREATE NONSENSE"]].concat();
         assert!(migrate(&mut connection, &broken).is_err());
-        assert_eq!(
-            identity(&connection).unwrap(),
-            Identity::Logbook(MIGRATIONS.len())
-        );
+        assert_eq!(identity(&connection).unwrap(), Identity::Logbook(MIGRATIONS.len()));
         assert!(connection.prepare("SELECT * FROM half").is_err());
     }
 }

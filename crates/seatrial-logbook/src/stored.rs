@@ -108,10 +108,8 @@ pub(super) struct StoredRun {
 impl StoredRun {
     pub fn into_run(self) -> Result<Run, rusqlite::Error> {
         let samples = self.steps.len();
-        let mut identification: Option<Identification> = self
-            .identification
-            .map(|text| from_json(0, &text))
-            .transpose()?;
+        let mut identification: Option<Identification> =
+            self.identification.map(|text| from_json(0, &text)).transpose()?;
         if let Some(identification) = &mut identification {
             identification.online.trace = self.trace;
         }
@@ -140,11 +138,7 @@ impl StoredRun {
 
 pub(super) fn stored_run(connection: &Connection, run: i64) -> Result<StoredRun, rusqlite::Error> {
     let identification = connection
-        .query_row(
-            "SELECT identification FROM estimate WHERE run = ?",
-            [run],
-            |row| row.get(0),
-        )
+        .query_row("SELECT identification FROM estimate WHERE run = ?", [run], |row| row.get(0))
         .optional()?;
     let stages = collect(
         connection,
@@ -153,10 +147,7 @@ pub(super) fn stored_run(connection: &Connection, run: i64) -> Result<StoredRun,
         |row| {
             Ok(StageSpan {
                 stage: stage(0, &row.get::<_, String>(0)?)?,
-                window: Window {
-                    from_s: number(row, 1)?,
-                    to_s: number(row, 2)?,
-                },
+                window: Window { from_s: number(row, 1)?, to_s: number(row, 2)? },
             })
         },
     )?;
@@ -276,11 +267,7 @@ pub(super) fn steps_outside(
     connection: &Connection,
     campaign: i64,
 ) -> Result<Vec<Step>, rusqlite::Error> {
-    let steps = steps(
-        connection,
-        "sample.campaign = ? AND sample.run IS NULL",
-        campaign,
-    )?;
+    let steps = steps(connection, "sample.campaign = ? AND sample.run IS NULL", campaign)?;
     Ok(steps.into_iter().map(|(_, step)| step).collect())
 }
 
@@ -294,9 +281,7 @@ pub(super) fn steps(
          FROM sample WHERE {condition} ORDER BY number",
         Step::COLUMNS.join(", "),
     );
-    collect(connection, &sql, parameter, |row| {
-        Ok((row.get(20)?, step_of(row)?))
-    })
+    collect(connection, &sql, parameter, |row| Ok((row.get(20)?, step_of(row)?)))
 }
 
 /// The rows of a query with one parameter.
@@ -306,8 +291,5 @@ pub(super) fn collect<T>(
     parameter: i64,
     row: impl FnMut(&Row) -> Result<T, rusqlite::Error>,
 ) -> Result<Vec<T>, rusqlite::Error> {
-    connection
-        .prepare_cached(sql)?
-        .query_map([parameter], row)?
-        .collect()
+    connection.prepare_cached(sql)?.query_map([parameter], row)?.collect()
 }

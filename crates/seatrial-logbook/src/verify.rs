@@ -46,15 +46,10 @@ impl Logbook {
     }
 
     fn verified(&self) -> Verification {
-        let mut found = Verification {
-            missing: self.missing.clone(),
-            ..Verification::default()
-        };
+        let mut found = Verification { missing: self.missing.clone(), ..Verification::default() };
         if self.was_empty {
-            found.add(
-                "file",
-                "it holds no logbook: none was made in it yet, or all of it was lost",
-            );
+            found
+                .add("file", "it holds no logbook: none was made in it yet, or all of it was lost");
         }
         self.verify_file(&mut found);
         match campaign_entries(&self.connection) {
@@ -119,10 +114,7 @@ impl Logbook {
     }
 
     fn verify_trail(&self, trail: Trail, found: &mut Verification) {
-        let (kept, recomputed) = (
-            trail.head(&self.connection),
-            trail.recomputed(&self.connection),
-        );
+        let (kept, recomputed) = (trail.head(&self.connection), trail.recomputed(&self.connection));
         match kept.and_then(|kept| Ok(kept == recomputed?)) {
             Ok(true) => {}
             Ok(false) => found.add(trail.name(), "one was put in, changed or taken out"),
@@ -131,27 +123,19 @@ impl Logbook {
     }
 
     fn verify_structure(&self, found: &mut Verification) {
-        let complaints = self
-            .connection
-            .prepare("PRAGMA integrity_check")
-            .and_then(|mut check| {
-                check
-                    .query_map([], |row| row.get::<_, String>(0))?
-                    .collect::<Result<Vec<_>, _>>()
-            });
+        let complaints = self.connection.prepare("PRAGMA integrity_check").and_then(|mut check| {
+            check.query_map([], |row| row.get::<_, String>(0))?.collect::<Result<Vec<_>, _>>()
+        });
         match complaints {
             Ok(complaints) if complaints.iter().all(|complaint| complaint == "ok") => {}
             Ok(_) => found.add("the file", OVERWRITTEN),
             Err(error) => found.add("the file", unreadable(&error)),
         }
-        let orphans = self
-            .connection
-            .prepare("PRAGMA foreign_key_check")
-            .and_then(|mut check| {
-                check
-                    .query_map([], |row| Ok((row.get(0)?, row.get(2)?)))?
-                    .collect::<Result<Vec<(String, String)>, _>>()
-            });
+        let orphans = self.connection.prepare("PRAGMA foreign_key_check").and_then(|mut check| {
+            check
+                .query_map([], |row| Ok((row.get(0)?, row.get(2)?)))?
+                .collect::<Result<Vec<(String, String)>, _>>()
+        });
         match orphans {
             Ok(orphans) => orphans.into_iter().for_each(|(table, parent)| {
                 let [table, parent] = [table, parent].map(|name| name.replace('_', " "));
@@ -226,10 +210,8 @@ impl Logbook {
         let Some(seal) = &run.sha256 else { return };
         match run.sample_count {
             Some(count) if count as usize == samples => {}
-            Some(count) => found.add(
-                &place,
-                format!("it has {samples} samples, and had {count} when it was kept"),
-            ),
+            Some(count) => found
+                .add(&place, format!("it has {samples} samples, and had {count} when it was kept")),
             None => found.add(&place, "how many samples it had is missing"),
         }
         match run_link(head, &stored) {
@@ -272,9 +254,6 @@ fn sealed_runs(
 
 impl Verification {
     fn add(&mut self, place: &str, found: impl ToString) {
-        self.damage.push(Damage {
-            place: place.into(),
-            found: found.to_string(),
-        });
+        self.damage.push(Damage { place: place.into(), found: found.to_string() });
     }
 }

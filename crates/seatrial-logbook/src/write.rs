@@ -148,10 +148,7 @@ impl Logbook {
     ///
     /// Once this has returned the run survives a loss of power.
     pub fn finish_run(&mut self, run: RunId, result: &Run) -> Result<(), Error> {
-        let inexact = |found| Error::Inexact {
-            run: result.number,
-            found,
-        };
+        let inexact = |found| Error::Inexact { run: result.number, found };
         let identification = result
             .identification
             .as_ref()
@@ -193,10 +190,7 @@ impl Logbook {
             }
             false => return Ok(()),
         };
-        Err(Error::NotSaved {
-            path: self.path.clone(),
-            cause,
-        })
+        Err(Error::NotSaved { path: self.path.clone(), cause })
     }
 
     /// Where the runs are of a logbook whose name leads to it no more. One that was removed is saved under a new name.
@@ -267,11 +261,7 @@ impl Logbook {
 fn is_sound(path: &Path) -> bool {
     const SMALL: u64 = 64 << 20;
     let is_small = std::fs::metadata(path).is_ok_and(|file| file.len() <= SMALL);
-    let looked_at = if is_small {
-        "PRAGMA quick_check(1)"
-    } else {
-        "SELECT 'ok' FROM campaign"
-    };
+    let looked_at = if is_small { "PRAGMA quick_check(1)" } else { "SELECT 'ok' FROM campaign" };
     let found = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)
         .and_then(|other| other.query_row(looked_at, [], |row| row.get::<_, String>(0)));
     match found {
@@ -369,26 +359,16 @@ fn insert_result(
 /// Adds a run, as it stands in the tables, to the hash chain of its campaign.
 fn seal(transaction: &Connection, run: RunId) -> Result<(), rusqlite::Error> {
     let campaign: i64 =
-        transaction.query_row("SELECT campaign FROM run WHERE id = ?", [run.0], |row| {
-            row.get(0)
-        })?;
-    let link = run_link(
-        &head(transaction, campaign)?,
-        &stored_run(transaction, run.0)?,
-    )?;
-    transaction.execute(
-        "UPDATE run SET sha256 = ? WHERE id = ?",
-        params![link, run.0],
-    )?;
+        transaction
+            .query_row("SELECT campaign FROM run WHERE id = ?", [run.0], |row| row.get(0))?;
+    let link = run_link(&head(transaction, campaign)?, &stored_run(transaction, run.0)?)?;
+    transaction.execute("UPDATE run SET sha256 = ? WHERE id = ?", params![link, run.0])?;
     set_head(transaction, campaign, &link)
 }
 
 fn head(transaction: &Connection, campaign: i64) -> Result<String, rusqlite::Error> {
-    transaction.query_row(
-        "SELECT head_sha256 FROM campaign WHERE id = ?",
-        [campaign],
-        |row| row.get(0),
-    )
+    transaction
+        .query_row("SELECT head_sha256 FROM campaign WHERE id = ?", [campaign], |row| row.get(0))
 }
 
 fn set_head(transaction: &Connection, campaign: i64, link: &str) -> Result<(), rusqlite::Error> {
@@ -409,8 +389,6 @@ pub(super) fn exact_json<T: Serialize + DeserializeOwned + PartialEq>(
     let text = to_json(result).map_err(|error| inexact(error.to_string()))?;
     match from_json::<T>(0, &text) {
         Ok(read) if read == *result => Ok(text),
-        _ => Err(inexact(format!(
-            "a number of its result is not finite: {text}"
-        ))),
+        _ => Err(inexact(format!("a number of its result is not finite: {text}"))),
     }
 }

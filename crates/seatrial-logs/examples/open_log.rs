@@ -36,12 +36,7 @@ pub fn describe(path: &Path) -> Result<(), Box<dyn Error>> {
 
     let samples = log.by_ref().collect::<Result<Vec<_>, _>>()?;
     if let [first, .., last] = samples.as_slice() {
-        println!(
-            "{} samples from {} s to {} s",
-            samples.len(),
-            first.time_s,
-            last.time_s
-        );
+        println!("{} samples from {} s to {} s", samples.len(), first.time_s, last.time_s);
     }
     for warning in log.warnings() {
         println!("warning: {warning}");

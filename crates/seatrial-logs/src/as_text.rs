@@ -26,10 +26,7 @@ pub(crate) fn encoding(start: &[u8]) -> Option<&'static Encoding> {
     }
     let (decoded, has_errors) = encoding_rs::SHIFT_JIS.decode_without_bom_handling(text);
     let is_japanese = |letter: char| ('\u{3040}'..='\u{9fff}').contains(&letter);
-    let letters = decoded
-        .chars()
-        .filter(|letter| is_japanese(*letter))
-        .count();
+    let letters = decoded.chars().filter(|letter| is_japanese(*letter)).count();
     // In Latin-1 single bytes beyond ASCII stand among those of ASCII.
     let others = text.iter().filter(|byte| !byte.is_ascii()).count();
     (!has_errors && 4 * letters > others).then_some(encoding_rs::SHIFT_JIS)
@@ -66,11 +63,7 @@ pub(crate) struct Rows<F> {
 impl<F: FnMut() -> io::Result<String>> Rows<F> {
     /// Below a first row.
     pub fn below(first: String, next: F) -> Self {
-        Self {
-            next,
-            row: first.into_bytes(),
-            given: 0,
-        }
+        Self { next, row: first.into_bytes(), given: 0 }
     }
 }
 

@@ -59,9 +59,7 @@ impl Bytes {
     /// # Errors
     /// The operating system refuses.
     pub fn go_to(&mut self, position: u64) -> Result<(), Fault> {
-        self.file
-            .seek(SeekFrom::Start(position))
-            .map_err(Fault::read)?;
+        self.file.seek(SeekFrom::Start(position)).map_err(Fault::read)?;
         self.unread = 0..0;
         self.position = position;
         self.at_end = false;

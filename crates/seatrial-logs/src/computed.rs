@@ -26,10 +26,7 @@ const SECONDS: &str = "second seconds sec secs ss sekunde";
 const FRACTIONS: [(&str, f64); 4] = [
     ("nsecs nsec nanosec nanosecs nanoseconds", 1e9),
     ("usecs usec microsec microsecs microseconds", 1e6),
-    (
-        "ms msec msecs millis millisec milliseconds millisecond",
-        1e3,
-    ),
+    ("ms msec msecs millis millisec milliseconds millisecond", 1e3),
     ("cs hundredths centiseconds", 1e2),
 ];
 
@@ -52,10 +49,7 @@ enum Rule {
     /// The second column has the sign that the other counts by.
     HalfDifference { sign: f64 },
     /// Seconds, or hour, minute, second, or those behind year, month, day; then a fraction in counts of a second.
-    Parts {
-        per_second: Option<f64>,
-        is_of_day: bool,
-    },
+    Parts { per_second: Option<f64>, is_of_day: bool },
     /// A date, and a time of day.
     DateAndTime,
     /// The heading whose sine and cosine they are.
@@ -87,9 +81,7 @@ pub(crate) fn computed(
             quantity: *quantity,
             name: half_difference_name(pair),
             sources: pair_of_columns(pair, columns, *quantity)?.to_vec(),
-            rule: Rule::HalfDifference {
-                sign: mirrored(&pair[1]).map_or(1.0, |_| -1.0),
-            },
+            rule: Rule::HalfDifference { sign: mirrored(&pair[1]).map_or(1.0, |_| -1.0) },
         });
     }
     let names = Names::new(columns);
@@ -105,9 +97,7 @@ pub(crate) fn computed(
         );
     }
     let has = |quantity: Quantity| {
-        columns
-            .iter()
-            .any(|name| ColumnName::new(name).fit(quantity).is_some())
+        columns.iter().any(|name| ColumnName::new(name).fit(quantity).is_some())
     };
     if !is_known && is_free(Quantity::Heading) && !has(Quantity::Heading) {
         found.extend(names.sine_and_cosine().or_else(|| names.quaternion()));
@@ -156,20 +146,13 @@ impl<'a> Names<'a> {
     }
 
     fn list(&self, sources: &[usize]) -> String {
-        let names: Vec<&str> = sources
-            .iter()
-            .map(|column| self.columns[*column].as_str())
-            .collect();
+        let names: Vec<&str> =
+            sources.iter().map(|column| self.columns[*column].as_str()).collect();
         names.join(" + ")
     }
 
     fn of(&self, quantity: Quantity, name: String, sources: &[usize], rule: Rule) -> Computed {
-        Computed {
-            quantity,
-            name,
-            sources: sources.to_vec(),
-            rule,
-        }
+        Computed { quantity, name, sources: sources.to_vec(), rule }
     }
 
     /// Columns of parts of a time, with one of fractions of a second where there is one.
@@ -183,10 +166,7 @@ impl<'a> Names<'a> {
         let sources = [&found[..], fraction.map(|(column, _)| column).as_slice()].concat();
         let per_second = fraction.map(|(_, per_second)| per_second);
         let name = self.list(&sources);
-        let rule = Rule::Parts {
-            per_second,
-            is_of_day: N == OF_DAY,
-        };
+        let rule = Rule::Parts { per_second, is_of_day: N == OF_DAY };
         Some(self.of(Quantity::Time, name, &sources, rule))
     }
 
@@ -234,9 +214,7 @@ impl<'a> Names<'a> {
             })
         };
         let [clear, vague] = languages::names(Quantity::Time).others();
-        let time = ["time clock utc gmt", clear, vague]
-            .into_iter()
-            .find_map(of);
+        let time = ["time clock utc gmt", clear, vague].into_iter().find_map(of);
         let sources = [of("date datum fecha data dato дата 日付 日期")?, time?];
         let name = self.list(&sources);
         Some(self.of(Quantity::Time, name, &sources, Rule::DateAndTime))
@@ -284,8 +262,7 @@ impl<'a> Names<'a> {
                 let name = words.len().checked_sub(2).map(|at| words[at].as_str());
                 name.is_some_and(|name| is_among(PREFIXES, name))
             };
-            self.group(["q1", "q2", "q3", "q0"])
-                .or_else(|| of_a_list.filter(is_attitude))
+            self.group(["q1", "q2", "q3", "q0"]).or_else(|| of_a_list.filter(is_attitude))
         };
         let z_is_down = by_letters.is_none();
         let sources = by_letters.or_else(by_numbers)?;
@@ -323,10 +300,7 @@ impl Computed {
             return None;
         };
         let (of, other) = match z_is_down {
-            true => (
-                "autopilots, w first, x forward and z down, from north to east",
-                "up",
-            ),
+            true => ("autopilots, w first, x forward and z down, from north to east", "up"),
             false => ("ROS, x forward and z up, from east to north", "down"),
         };
         Some(format!(
@@ -409,10 +383,8 @@ impl Computed {
 
 /// Seconds of a time in parts.
 fn of_parts(parts: &[f64], fraction_s: f64) -> Option<f64> {
-    let (date, of_day) = parts
-        .split_at_checked(3)
-        .filter(|(_, of_day)| !of_day.is_empty())
-        .unwrap_or((&[], parts));
+    let (date, of_day) =
+        parts.split_at_checked(3).filter(|(_, of_day)| !of_day.is_empty()).unwrap_or((&[], parts));
     let whole_s = of_day.iter().fold(0.0, |sum, part| 60.0 * sum + part);
     let of_day_s = whole_s + fraction_s;
     match date {
@@ -438,8 +410,7 @@ fn date_and_time(date: &Cell, time: &Cell) -> Cell {
             if of_day_s.abs() < 1e9 =>
         {
             let of_day = jiff::SignedDuration::from_secs_f64(*of_day_s);
-            date.checked_add(of_day)
-                .map_or(Cell::Missing, Cell::Instant)
+            date.checked_add(of_day).map_or(Cell::Missing, Cell::Instant)
         }
         _ => time.clone(),
     }

@@ -26,10 +26,7 @@ pub(crate) fn metres(
 pub(crate) fn place([north_m, east_m]: [f64; 2], [first, first_longitude]: [f64; 2]) -> [f64; 2] {
     let minute_m = 60.0 * NAUTICAL_MILE_M;
     let longitude = first_longitude + east_m / (minute_m * libm::cos(first.to_radians()));
-    [
-        first + north_m / minute_m,
-        (longitude + 540.0).rem_euclid(360.0) - 180.0,
-    ]
+    [first + north_m / minute_m, (longitude + 540.0).rem_euclid(360.0) - 180.0]
 }
 
 /// Degrees of a latitude or longitude, which autopilots log in whole 1e-7 deg, and receivers write as `dddmm.mmmm`.

@@ -107,11 +107,7 @@ impl Layout {
         let mut fields = Vec::new();
         for (code, label) in codes.bytes().zip(labels.split(',')) {
             let width = width(code)?;
-            fields.push(Field {
-                name: label.to_string(),
-                code,
-                offset,
-            });
+            fields.push(Field { name: label.to_string(), code, offset });
             offset += width;
         }
         let is_sound = length >= HEADER && offset <= length && !name.is_empty();
@@ -122,14 +118,7 @@ impl Layout {
         });
         is_sound.then_some((
             number,
-            Self {
-                name,
-                length,
-                fields,
-                clock,
-                instance: None,
-                kinds: [None; MOST_INSTANCES],
-            },
+            Self { name, length, fields, clock, instance: None, kinds: [None; MOST_INSTANCES] },
         ))
     }
 
@@ -452,11 +441,7 @@ mod tests {
 
     #[test]
     fn exact_a_firmware_is_known_by_the_name_that_it_gives_itself() {
-        for text in [
-            "ArduRover V4.5.7 (1a2b3c4d)",
-            "ArduSub V4.1.0",
-            "ArduCopter V4.3.0",
-        ] {
+        for text in ["ArduRover V4.5.7 (1a2b3c4d)", "ArduSub V4.1.0", "ArduCopter V4.3.0"] {
             assert!(is_firmware(text), "{text}");
         }
         for text in ["", "Frame: BOAT", "ChibiOS: 88b84600"] {

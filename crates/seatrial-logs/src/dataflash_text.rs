@@ -75,11 +75,8 @@ fn description(line: &str, layouts: &mut Layouts) -> Option<Vec<u8>> {
     let widths: Option<Vec<usize>> = codes.iter().map(|code| width(*code)).collect();
     let length = MARK.len() + 1 + widths?.iter().sum::<usize>();
     let head = [MARK[0], MARK[1], FORMAT, number, u8::try_from(length).ok()?];
-    let texts = [
-        padded(name, 4),
-        padded(&String::from_utf8_lossy(&codes), 16),
-        padded(&labels, 64),
-    ];
+    let texts =
+        [padded(name, 4), padded(&String::from_utf8_lossy(&codes), 16), padded(&labels, 64)];
     // A second description of a type would change messages that were already made.
     if layouts.values().any(|(known, _)| *known == number) {
         return Some(Vec::new());

@@ -423,19 +423,14 @@ impl Fault {
         let others: Vec<String> = faults.map(|fault| fault.in_short()).collect();
         Some(match others.is_empty() {
             true => first,
-            false => Self::Several {
-                first: Box::new(first),
-                others,
-            },
+            false => Self::Several { first: Box::new(first), others },
         })
     }
 
     /// Without the list of columns, which the first fault has.
     fn in_short(&self) -> String {
         match self {
-            Self::MissingColumn {
-                quantity, nearest, ..
-            } => format!(
+            Self::MissingColumn { quantity, nearest, .. } => format!(
                 "no column for {quantity}{}: {} NAME{}",
                 nearest_text(nearest),
                 quantity.option(),
@@ -463,10 +458,7 @@ impl Fault {
     }
 
     pub(crate) fn read(source: io::Error) -> Self {
-        Self::Io {
-            doing: "read",
-            source,
-        }
+        Self::Io { doing: "read", source }
     }
 }
 
@@ -493,7 +485,5 @@ fn elsewhere(quantity: Quantity) -> String {
 }
 
 fn nearest_text(nearest: &Option<String>) -> String {
-    nearest.as_ref().map_or(String::new(), |name| {
-        format!(" (did you mean `{}`?)", clipped(name))
-    })
+    nearest.as_ref().map_or(String::new(), |name| format!(" (did you mean `{}`?)", clipped(name)))
 }

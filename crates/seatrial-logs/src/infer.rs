@@ -177,9 +177,8 @@ impl FirstRows {
         let largest = self.largest(Quantity::Rudder);
         let values = self.of(Quantity::Rudder).unwrap_or_default();
         // A motor has no angle.
-        let is_of_motors = columns
-            .get(&Quantity::Rudder)
-            .is_some_and(|column| is_of_a_motor(column));
+        let is_of_motors =
+            columns.get(&Quantity::Rudder).is_some_and(|column| is_of_a_motor(column));
         let is_pulse = largest <= 2300.0 && values.iter().all(|v| !v.is_finite() || *v >= 700.0);
         if is_pulse && largest > 0.0 {
             return Ok((Unit::PulseWidth, "lies between 700 and 2300".into()));
@@ -228,16 +227,9 @@ impl FirstRows {
     /// The unit whose turn ends where the heading jumps from one end of its numbers to the other: the smallest that holds them all.
     fn wraps(&self) -> Option<Unit> {
         let headings = self.of(Quantity::Heading)?;
-        let finite = || {
-            headings
-                .iter()
-                .copied()
-                .filter(|heading| heading.is_finite())
-        };
-        let (low, high) = (
-            finite().fold(f64::INFINITY, f64::min),
-            finite().fold(f64::NEG_INFINITY, f64::max),
-        );
+        let finite = || headings.iter().copied().filter(|heading| heading.is_finite());
+        let (low, high) =
+            (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
         let are_whole = finite().all(|heading| heading.fract() == 0.0);
         let is_count = |unit: Unit| unit.symbol().starts_with("turn/");
         let of_turn = |unit: Unit| std::f64::consts::TAU / unit.factor();
@@ -334,12 +326,7 @@ impl FirstRows {
     fn speed_of_positions(&self) -> Option<f64> {
         let [north, east, speed] = [Quantity::North, Quantity::East, Quantity::Speed]
             .map(|quantity| self.of(quantity).unwrap_or_default());
-        let rows = self
-            .time_s
-            .len()
-            .min(north.len())
-            .min(east.len())
-            .min(speed.len());
+        let rows = self.time_s.len().min(north.len()).min(east.len()).min(speed.len());
         let span = (rows / SPEED_SPANS).max(1);
         let mut found: Vec<f64> = (0..rows.saturating_sub(span))
             .step_by(span)
@@ -381,14 +368,9 @@ impl FirstRows {
             return (same, "as the heading".into());
         };
         let distance = |unit: Unit| libm::log(scale.abs() / unit.factor()).abs();
-        let units = [
-            Unit::RadianPerSecond,
-            Unit::DegreePerSecond,
-            Unit::DegreePerMinute,
-        ];
-        let nearest = units
-            .into_iter()
-            .min_by(|one, two| distance(*one).total_cmp(&distance(*two)));
+        let units = [Unit::RadianPerSecond, Unit::DegreePerSecond, Unit::DegreePerMinute];
+        let nearest =
+            units.into_iter().min_by(|one, two| distance(*one).total_cmp(&distance(*two)));
         (nearest.unwrap_or(same), "integrates to the heading".into())
     }
 
@@ -429,9 +411,7 @@ impl FirstRows {
 /// Speed over ground and speed through the water, as navigators call them.
 fn is_usually_in_knots(column: &str) -> bool {
     let name = column.to_lowercase();
-    ["sog", "stw", "fahrt", "fdw", "füg"]
-        .iter()
-        .any(|usual| name.contains(usual))
+    ["sog", "stw", "fahrt", "fdw", "füg"].iter().any(|usual| name.contains(usual))
 }
 
 impl Inferred {

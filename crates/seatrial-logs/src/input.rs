@@ -84,10 +84,7 @@ impl FileMap {
 
     pub(crate) fn get(&self, path: &Path) -> Option<Input> {
         let source = Arc::clone(self.0.get(path)?);
-        Some(Input::Memory(Cursor {
-            source,
-            position: 0,
-        }))
+        Some(Input::Memory(Cursor { source, position: 0 }))
     }
 
     /// The file of this path, held or not.
@@ -142,19 +139,13 @@ pub(crate) struct Cursor {
 impl Input {
     /// Bytes in memory.
     pub fn of_memory(bytes: Vec<u8>) -> Self {
-        Self::Memory(Cursor {
-            source: Arc::new(bytes),
-            position: 0,
-        })
+        Self::Memory(Cursor { source: Arc::new(bytes), position: 0 })
     }
 
     /// Bytes in memory that were made of a file, with the file's own SHA-256.
     pub fn made_of(bytes: Vec<u8>, file: &mut Self) -> io::Result<Self> {
         let sha256 = file.digest()?;
-        Ok(Self::Memory(Cursor {
-            source: Arc::new(DerivedBytes { bytes, sha256 }),
-            position: 0,
-        }))
+        Ok(Self::Memory(Cursor { source: Arc::new(DerivedBytes { bytes, sha256 }), position: 0 }))
     }
 
     pub fn is_folder(&self) -> io::Result<bool> {
@@ -211,11 +202,7 @@ impl Input {
     }
 
     /// Another handle of the file. Handles of one file of the file system share their place.
-    #[cfg(any(
-        feature = "parquet-reader",
-        feature = "without-c",
-        feature = "containers"
-    ))]
+    #[cfg(any(feature = "parquet-reader", feature = "without-c", feature = "containers"))]
     pub fn another(&self) -> io::Result<Self> {
         match self {
             Self::File(file) => file.try_clone().map(Self::File),

@@ -33,18 +33,11 @@ const VALUE: &str = "value";
 /// Does a text begin with such lines?
 pub(crate) fn is_start(start: &[u8]) -> bool {
     let text = String::from_utf8_lossy(start);
-    let lines: Vec<&str> = text
-        .lines()
-        .filter(|line| !line.is_empty())
-        .take(LINES)
-        .collect();
+    let lines: Vec<&str> = text.lines().filter(|line| !line.is_empty()).take(LINES).collect();
     let has_numbers = |line: &&&str| {
         let values = pairs(line).into_values();
         // A measurement and its time, or more.
-        values
-            .filter(|value| value.starts_with(is_of_number))
-            .count()
-            >= 2
+        values.filter(|value| value.starts_with(is_of_number)).count() >= 2
     };
     if start.trim_ascii_start().starts_with(b"{") || start.trim_ascii_start().starts_with(b"[{") {
         return Objects::are_at(start);
@@ -80,9 +73,8 @@ fn pairs(line: &str) -> BTreeMap<String, String> {
     let (mut pairs, mut measurement, mut time) = (BTreeMap::new(), String::new(), Vec::new());
     let mut key_before: Option<String> = None;
     for part in parts(line) {
-        let own = part
-            .split_once(['=', ':'])
-            .filter(|(key, _)| key.starts_with(char::is_alphabetic));
+        let own =
+            part.split_once(['=', ':']).filter(|(key, _)| key.starts_with(char::is_alphabetic));
         let own = own.map(|(key, value)| (key.to_owned(), value.to_owned()));
         // `boat: heading=45.1` names who says it.
         let before = key_before.take();
@@ -195,10 +187,7 @@ impl Objects {
 
     /// Begins anew behind what is no object.
     fn leave_out(&mut self) {
-        *self = Self {
-            whole: std::mem::take(&mut self.whole),
-            ..Self::default()
-        };
+        *self = Self { whole: std::mem::take(&mut self.whole), ..Self::default() };
     }
 }
 
@@ -265,11 +254,8 @@ impl Lines {
     fn open(file: &Input) -> Result<Self, Fault> {
         let mut bytes = Bytes::new(file.another().map_err(Fault::read)?)?;
         let are_objects = Objects::are_at(bytes.peek(START)?);
-        let mut lines = Self {
-            bytes,
-            objects: are_objects.then(Objects::default),
-            columns: BTreeMap::new(),
-        };
+        let mut lines =
+            Self { bytes, objects: are_objects.then(Objects::default), columns: BTreeMap::new() };
         while let Some(pairs) = lines.next_pairs()? {
             for name in pairs.into_keys() {
                 let place = lines.columns.len();

@@ -24,9 +24,7 @@ impl Names {
     /// Every name in English.
     pub fn in_english(&self) -> Vec<&'static str> {
         let groups = self.english.iter();
-        groups
-            .flat_map(|names| names.split_ascii_whitespace())
-            .collect()
+        groups.flat_map(|names| names.split_ascii_whitespace()).collect()
     }
 
     /// The groups of other languages.
@@ -130,11 +128,8 @@ const EAST: Names = Names {
     vague: "",
 };
 
-const THRUST: Names = Names {
-    english: &["thrust", "throttle"],
-    clear: "poussée schub 推力",
-    vague: "poussee",
-};
+const THRUST: Names =
+    Names { english: &["thrust", "throttle"], clear: "poussée schub 推力", vague: "poussee" };
 
 /// The names of a quantity.
 pub(crate) fn names(quantity: Quantity) -> &'static Names {

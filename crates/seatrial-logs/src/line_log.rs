@@ -53,10 +53,7 @@ impl<K: Ord> Channels<K> {
         {
             self.kind_of.insert(key, self.kinds.len());
             self.counts.push(1);
-            self.kinds.push(Kind {
-                name,
-                fields: vec![String::new()],
-            });
+            self.kinds.push(Kind { name, fields: vec![String::new()] });
         }
     }
 }

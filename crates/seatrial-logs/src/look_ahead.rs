@@ -44,9 +44,7 @@ pub(crate) fn leave_out_text(
     table: &mut dyn Table,
 ) {
     for position in (0..found.matches.len()).rev() {
-        let Match {
-            quantity, column, ..
-        } = found.matches[position];
+        let Match { quantity, column, .. } = found.matches[position];
         let mut cells = rows
             .iter()
             .filter_map(|row| Some(&row.as_ref().ok()?.1[position]))
@@ -70,9 +68,7 @@ pub(crate) fn leave_out_text(
 
 /// The cells of the look-ahead at this position of its rows.
 fn cells(rows: &VecDeque<Row>, position: usize) -> Vec<Cell> {
-    rows.iter()
-        .filter_map(|row| Some(row.as_ref().ok()?.1[position].clone()))
-        .collect()
+    rows.iter().filter_map(|row| Some(row.as_ref().ok()?.1[position].clone())).collect()
 }
 
 /// What units are inferred from.
@@ -86,9 +82,7 @@ fn first_rows(
     let quantities = found.matches.iter().enumerate();
     FirstRows {
         time_s: time_cells.iter().map(seconds).collect(),
-        values: quantities
-            .map(|(i, m)| (m.quantity, numbers(&cells(rows, i))))
-            .collect(),
+        values: quantities.map(|(i, m)| (m.quantity, numbers(&cells(rows, i)))).collect(),
     }
 }
 
@@ -125,11 +119,7 @@ pub(crate) fn inferred_units(
         .position(|m| m.quantity == Quantity::Time)
         .map_or(Vec::new(), |position| cells(rows, position));
     let time = Clock::find(&time_cells, stated.get(&Quantity::Time).copied());
-    let names = found
-        .matches
-        .iter()
-        .map(|m| (m.quantity, columns[m.column].clone()))
-        .collect();
+    let names = found.matches.iter().map(|m| (m.quantity, columns[m.column].clone())).collect();
     let inferred = first_rows(found, rows, &time, &time_cells).infer(&stated, &names)?;
 
     let mut warnings = std::mem::take(&mut found.warnings);
@@ -140,20 +130,13 @@ pub(crate) fn inferred_units(
     let mut units: BTreeMap<Quantity, Inferred> = inferred.units.into_iter().map(assumed).collect();
     let of_time = (time.unit, time.source(), time.because.clone());
     units.insert(Quantity::Time, of_time);
-    Ok(InferredUnits {
-        units,
-        time,
-        warnings,
-    })
+    Ok(InferredUnits { units, time, warnings })
 }
 
 /// Why a table has no rows: damage, or a logger that was not running.
 pub(crate) fn no_rows(table: &dyn Table) -> Fault {
     match table.is_damaged() {
-        true => Fault::Damaged {
-            format: "the",
-            what: table.warnings().join("; "),
-        },
+        true => Fault::Damaged { format: "the", what: table.warnings().join("; ") },
         false => Fault::HeaderOnly,
     }
 }

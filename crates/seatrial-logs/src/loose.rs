@@ -54,12 +54,7 @@ struct Heap {
 
 impl Heap {
     fn new(kinds: Vec<Kind>) -> Self {
-        Self {
-            kinds,
-            values: Vec::new(),
-            are_instants: false,
-            left_out: 0,
-        }
+        Self { kinds, values: Vec::new(), are_instants: false, left_out: 0 }
     }
 
     /// A name of the last row alone is one that was cut off.
@@ -152,13 +147,7 @@ pub(crate) fn from_long(
     mut table: Box<dyn Table>,
     choice: ChannelChoice,
 ) -> Result<(Box<dyn Table>, ChannelChoice), Fault> {
-    let Some(Long {
-        time,
-        value,
-        names,
-        has_unit,
-    }) = Long::find(table.columns(), &choice)
-    else {
+    let Some(Long { time, value, names, has_unit }) = Long::find(table.columns(), &choice) else {
         return Ok((table, choice));
     };
     let column = table.columns()[time].clone();
@@ -166,11 +155,7 @@ pub(crate) fn from_long(
     let of_all = table.columns()[value].find('[');
     let of_all = of_all.map_or_else(String::new, |at| table.columns()[value][at..].to_owned());
     let selected = [time, value].into_iter().chain(names);
-    table.select(
-        &selected
-            .map(|column| (Quantity::Time, column))
-            .collect::<Vec<_>>(),
-    );
+    table.select(&selected.map(|column| (Quantity::Time, column)).collect::<Vec<_>>());
     let (mut heap, kind_of) = heaped(&mut *table)?;
     let telling = telling(&kind_of);
     for (name, kind) in &kind_of {
@@ -213,10 +198,7 @@ fn heaped(table: &mut dyn Table) -> Result<(Heap, BTreeMap<Vec<String>, usize>),
             Some(kind) => *kind,
             None if heap.kinds.len() == MOST_NAMES => continue,
             None => {
-                heap.kinds.push(Kind {
-                    name: String::new(),
-                    fields: vec![String::new()],
-                });
+                heap.kinds.push(Kind { name: String::new(), fields: vec![String::new()] });
                 new_in_the_last_row = Some(name.clone());
                 kind_of.insert(name, heap.kinds.len() - 1);
                 heap.kinds.len() - 1
@@ -280,9 +262,7 @@ impl Long {
     fn find(columns: &[String], choice: &ChannelChoice) -> Option<Self> {
         let names_of = |quantity: Quantity| {
             let fits = move |name: &String| ColumnName::new(name).fit(quantity).map(|fit| fit.rank);
-            (0..columns.len())
-                .filter_map(move |at| Some((fits(&columns[at])?, at)))
-                .min()
+            (0..columns.len()).filter_map(move |at| Some((fits(&columns[at])?, at))).min()
         };
         if names_of(Quantity::Heading).is_some() && names_of(Quantity::Rudder).is_some() {
             return None;
@@ -297,9 +277,7 @@ impl Long {
         };
         let is_name = |words: &&Vec<String>| words.iter().any(|word| is_among(NAMES, word));
         let (value, unit) = (position(VALUES)?, position(UNITS));
-        let mut names: Vec<usize> = (0..columns.len())
-            .filter(|at| is_name(&&words[*at]))
-            .collect();
+        let mut names: Vec<usize> = (0..columns.len()).filter(|at| is_name(&&words[*at])).collect();
         // InfluxDB writes the field before the measurement that it is a field of.
         names.sort_by_key(|at| words[*at].iter().any(|word| word == "field"));
         let chosen = choice.columns.get(&Quantity::Time);
@@ -338,10 +316,7 @@ pub(crate) fn is_sparse(found: &Matches, rows: &VecDeque<Row>) -> bool {
 fn kinds_of_columns(found: &Matches, columns: &[String]) -> Vec<Kind> {
     let kinds = found.matches.iter().map(|m| match m.quantity {
         Quantity::Time => Kind::default(),
-        _ => Kind {
-            name: columns[m.column].clone(),
-            fields: vec![String::new()],
-        },
+        _ => Kind { name: columns[m.column].clone(), fields: vec![String::new()] },
     });
     kinds.collect()
 }
@@ -355,10 +330,7 @@ pub(crate) fn from_sparse(
 ) -> Result<(Box<dyn Table>, ChannelChoice), Fault> {
     let columns = table.columns().to_vec();
     let mut heap = Heap::new(kinds_of_columns(found, &columns));
-    let at = found
-        .matches
-        .iter()
-        .position(|m| m.quantity == Quantity::Time);
+    let at = found.matches.iter().position(|m| m.quantity == Quantity::Time);
     let Some(at) = at else {
         return Ok((table, choice));
     };
@@ -393,11 +365,7 @@ pub(crate) fn from_sparse(
     }
     let column = &columns[found.matches[at].column];
     let mut chosen = without_time(choice.clone());
-    for m in found
-        .matches
-        .iter()
-        .filter(|m| m.quantity != Quantity::Time)
-    {
+    for m in found.matches.iter().filter(|m| m.quantity != Quantity::Time) {
         chosen.columns.insert(m.quantity, columns[m.column].clone());
     }
     let stated = unit_of_time(column, &choice);
@@ -433,9 +401,7 @@ impl Messages for Loose {
         let mut warnings = self.table.warnings();
         if self.left_out > 0 {
             let count = self.left_out;
-            warnings.push(format!(
-                "{count} cells hold no number or no time and are left out"
-            ));
+            warnings.push(format!("{count} cells hold no number or no time and are left out"));
         }
         warnings
     }

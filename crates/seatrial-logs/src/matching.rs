@@ -34,10 +34,7 @@ pub(crate) struct Matches {
 impl Matches {
     /// Indices of the matched columns.
     pub fn columns(&self) -> Vec<(Quantity, usize)> {
-        self.matches
-            .iter()
-            .map(|m| (m.quantity, m.column))
-            .collect()
+        self.matches.iter().map(|m| (m.quantity, m.column)).collect()
     }
 
     /// Takes the integral of a yaw rate of a known unit for the heading that is not there; such a rate is no witness of the heading.
@@ -56,10 +53,7 @@ impl Matches {
 
     /// Units by option or name.
     pub fn stated_units(&self) -> BTreeMap<Quantity, Unit> {
-        self.matches
-            .iter()
-            .filter_map(|m| Some((m.quantity, m.unit?.0)))
-            .collect()
+        self.matches.iter().filter_map(|m| Some((m.quantity, m.unit?.0))).collect()
     }
 }
 
@@ -77,20 +71,13 @@ pub(crate) fn match_columns(
     let own_names = columns.iter().filter(|_| known.is_empty());
     let names: Vec<ColumnName> = own_names.map(|name| ColumnName::new(name)).collect();
     if columns.len() < 2 && known.is_empty() {
-        return Err(Fault::NoLog {
-            what: "text without columns",
-            instead: LOG_INSTEAD,
-        });
+        return Err(Fault::NoLog { what: "text without columns", instead: LOG_INSTEAD });
     }
     // What is wrong with one column hides nothing that is wrong with another.
     let mut faults = Vec::new();
     let mut no_heading = None;
     for quantity in Quantity::ALL {
-        let of_names = Named {
-            columns,
-            names: &names,
-            known,
-        };
+        let of_names = Named { columns, names: &names, known };
         let column = match of_names.column(quantity, choice, &mut found.warnings) {
             Ok(column) => column,
             Err(fault @ (Fault::MissingColumn { .. } | Fault::NotLogged { .. }))
@@ -138,15 +125,10 @@ pub(crate) fn match_columns(
                 None => channel.and_then(|channel| channel.because.clone()),
             },
         });
-        found
-            .warnings
-            .extend(channel.and_then(|channel| channel.doubt.clone()));
+        found.warnings.extend(channel.and_then(|channel| channel.doubt.clone()));
     }
     // A heading that is the integral of a yaw rate has no witness in it.
-    let heading = found
-        .matches
-        .iter()
-        .find(|m| m.quantity == Quantity::Heading);
+    let heading = found.matches.iter().find(|m| m.quantity == Quantity::Heading);
     if let Some(of_heading) = heading.map(|m| m.column) {
         let is_twice = |m: &Match| m.quantity == Quantity::YawRate && m.column == of_heading;
         found.matches.retain(|m| !is_twice(m));
@@ -263,10 +245,7 @@ fn unknown_unit(column: &str, found: &str, quantity: Quantity) -> Fault {
 pub(crate) fn column_named(name: &str, columns: &[String]) -> Result<usize, Fault> {
     let exact = columns.iter().position(|column| column == name);
     let found = exact.or_else(|| only(columns, |column| column.eq_ignore_ascii_case(name)));
-    found.ok_or_else(|| Fault::NoRunColumn {
-        name: name.into(),
-        columns: columns.to_vec(),
-    })
+    found.ok_or_else(|| Fault::NoRunColumn { name: name.into(), columns: columns.to_vec() })
 }
 
 /// The two columns whose half difference is a quantity; the second may be named with a minus.
@@ -313,10 +292,7 @@ fn chosen(name: &str, columns: &[String], quantity: Quantity) -> Result<Option<u
 
 /// The only column that a name can mean which is not there: without the unit that the column states, or misspelt.
 fn meant(name: &str, columns: &[String], quantity: Quantity) -> Option<usize> {
-    if columns
-        .iter()
-        .any(|column| column.eq_ignore_ascii_case(name))
-    {
+    if columns.iter().any(|column| column.eq_ignore_ascii_case(name)) {
         return None;
     }
     let without_unit = |name: &String| ColumnName::new(name).without_unit(quantity);
@@ -353,9 +329,7 @@ fn preferred(
     quantity: Quantity,
 ) -> Result<Option<usize>, Fault> {
     if let Some(channel) = known.best(quantity) {
-        return Ok(positions(columns, |column| column == channel.column)
-            .first()
-            .copied());
+        return Ok(positions(columns, |column| column == channel.column).first().copied());
     }
     if !quantity.is_required() {
         return Ok(None);
@@ -363,9 +337,7 @@ fn preferred(
     let found = known.lacking.iter().find(|(of, _)| *of == quantity);
     Err(Fault::NotLogged {
         quantity,
-        found: found
-            .map_or("nothing of the kind", |(_, found)| found)
-            .to_string(),
+        found: found.map_or("nothing of the kind", |(_, found)| found).to_string(),
     })
 }
 
@@ -398,18 +370,14 @@ fn best(
         }
         return Err(missing(names, columns, quantity));
     };
-    let candidates: Vec<usize> = fits
-        .iter()
-        .filter(|(rank, _)| *rank == best)
-        .map(|(_, column)| *column)
-        .collect();
+    let candidates: Vec<usize> =
+        fits.iter().filter(|(rank, _)| *rank == best).map(|(_, column)| *column).collect();
     let candidate_names = || candidates.iter().map(|&i| columns[i].clone()).collect();
     match candidates[..] {
         [column] => Ok(Some(column)),
-        _ if quantity.is_required() => Err(Fault::AmbiguousColumn {
-            quantity,
-            candidates: candidate_names(),
-        }),
+        _ if quantity.is_required() => {
+            Err(Fault::AmbiguousColumn { quantity, candidates: candidate_names() })
+        }
         _ => {
             let list: Vec<String> = candidate_names();
             warnings.push(format!(
@@ -436,11 +404,7 @@ fn missing(names: &[ColumnName], columns: &[String], quantity: Quantity) -> Faul
         .filter(|(_, name)| !is_others(name) && !name.is_of_another_kind())
         .map(|(column, _)| column.clone())
         .collect();
-    Fault::MissingColumn {
-        quantity,
-        columns: columns.to_vec(),
-        nearest: nearest(&free, &known),
-    }
+    Fault::MissingColumn { quantity, columns: columns.to_vec(), nearest: nearest(&free, &known) }
 }
 
 /// The only column whose name is one of the quantity's misspelt.
@@ -451,9 +415,7 @@ fn misspelt(columns: &[String], quantity: Quantity) -> Option<usize> {
         .map(|column| ColumnName::new(column).without_unit(quantity).concat())
         .collect();
     only(&plain, |column| {
-        known
-            .iter()
-            .any(|name| is_misspelt(&[(*name).to_string()], std::slice::from_ref(column)))
+        known.iter().any(|name| is_misspelt(&[(*name).to_string()], std::slice::from_ref(column)))
     })
 }
 
@@ -490,14 +452,8 @@ mod tests {
             choice.columns.insert(Quantity::Heading, name.into());
         }
         let found = match_columns(&columns, &Known::default(), &choice)?;
-        let heading = found
-            .matches
-            .iter()
-            .find(|m| m.quantity == Quantity::Heading);
-        Ok((
-            columns[heading.unwrap().column].clone(),
-            found.warnings.join("\n"),
-        ))
+        let heading = found.matches.iter().find(|m| m.quantity == Quantity::Heading);
+        Ok((columns[heading.unwrap().column].clone(), found.warnings.join("\n")))
     }
 
     #[test]
@@ -511,10 +467,7 @@ mod tests {
         ] {
             let (taken, said) = heading(&["time_s", column, "rudder_deg"], Some(name)).unwrap();
             assert_eq!(taken, column);
-            assert!(
-                said.contains(&format!("--heading {name}: there is no such column")),
-                "{said}"
-            );
+            assert!(said.contains(&format!("--heading {name}: there is no such column")), "{said}");
         }
         let (taken, said) = heading(&["time_s", "headng [deg]", "rudder_deg"], None).unwrap();
         assert_eq!(taken, "headng [deg]");
@@ -548,10 +501,7 @@ mod tests {
             (["time_s", "headingx", "headingz", "rudder"], "headingy"),
         ] {
             let refused = heading(&columns, Some(name));
-            assert!(
-                matches!(refused, Err(Fault::NoSuchColumn { .. })),
-                "{refused:?}"
-            );
+            assert!(matches!(refused, Err(Fault::NoSuchColumn { .. })), "{refused:?}");
         }
     }
 }

@@ -103,10 +103,7 @@ fn without_outer(columns: &mut [(String, Vec<f64>)]) {
 }
 
 fn damaged(what: &str) -> Fault {
-    Fault::Damaged {
-        format: "MATLAB",
-        what: what.into(),
-    }
+    Fault::Damaged { format: "MATLAB", what: what.into() }
 }
 
 /// Columns of arrays.
@@ -145,16 +142,11 @@ impl Arrays {
         let (_, class) = self.element(&mut rest)?;
         let class = self.count(class) as u8;
         let (_, sizes) = self.element(&mut rest)?;
-        let sizes: Vec<usize> = sizes
-            .chunks(4)
-            .map(|size| self.count(size) as usize)
-            .collect();
+        let sizes: Vec<usize> = sizes.chunks(4).map(|size| self.count(size) as usize).collect();
         let (_, own) = self.element(&mut rest)?;
         let name = format!("{outer}{}", String::from_utf8_lossy(own));
         let rows = *sizes.first()?;
-        let columns = sizes[1..]
-            .iter()
-            .try_fold(1_usize, |all, size| all.checked_mul(*size))?;
+        let columns = sizes[1..].iter().try_fold(1_usize, |all, size| all.checked_mul(*size))?;
         if class == STRUCTURE {
             return self.structure(&name, rows.checked_mul(columns)?, rest, depth);
         }
@@ -231,13 +223,9 @@ fn of_one_length(columns: Vec<(String, Vec<f64>)>) -> Result<(String, Vec<Vec<f6
     for (_, column) in columns.iter().filter(|(_, column)| column.len() > 1) {
         *lengths.entry(column.len()).or_default() += 1;
     }
-    let most = lengths
-        .iter()
-        .max_by_key(|(length, count)| (**count, **length));
+    let most = lengths.iter().max_by_key(|(length, count)| (**count, **length));
     let (&length, _) = most.ok_or(Fault::Empty)?;
-    let columns = columns
-        .into_iter()
-        .filter(|(_, column)| column.len() == length);
+    let columns = columns.into_iter().filter(|(_, column)| column.len() == length);
     let (names, columns): (Vec<String>, Vec<Vec<f64>>) = columns.unzip();
     Ok((names.join("\t") + "\n", columns))
 }

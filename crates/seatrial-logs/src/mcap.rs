@@ -187,9 +187,7 @@ impl Mcap {
             let most = LONGEST_RECORD as u64 + MOST_UNPACKED * self.bytes.position();
             match event {
                 Ok(_) if self.unpacked > most => {
-                    self.ends_with(format!(
-                        "unpacks to more than {MOST_UNPACKED} times its size"
-                    ));
+                    self.ends_with(format!("unpacks to more than {MOST_UNPACKED} times its size"));
                 }
                 Ok(Next::Read(count)) => {
                     let count = count.clamp(1, PIECE);
@@ -224,8 +222,7 @@ impl Mcap {
     fn is_cut(&mut self) -> Result<(), Fault> {
         let length = self.bytes.length()?;
         self.bytes.damage.cut_at = Some(self.boundary);
-        self.bytes
-            .go_to(length.saturating_sub(MAGIC.len() as u64))?;
+        self.bytes.go_to(length.saturating_sub(MAGIC.len() as u64))?;
         if self.bytes.peek(MAGIC.len())? == MAGIC && length > MAGIC.len() as u64 {
             self.ends_with("a record before its end is longer than the file".into());
         }
@@ -253,11 +250,8 @@ impl Mcap {
             };
         }
         let is_first = self.what.is_none();
-        self.what
-            .get_or_insert_with(|| format!("the part at byte {from} is left out: {what}"));
-        self.bytes
-            .damage
-            .skipped(from, end.saturating_sub(from) as usize);
+        self.what.get_or_insert_with(|| format!("the part at byte {from} is left out: {what}"));
+        self.bytes.damage.skipped(from, end.saturating_sub(from) as usize);
         if end >= self.bytes.length()? || (!is_first && end <= from) {
             self.is_at_end = true;
             return Ok(());
@@ -346,12 +340,7 @@ impl Messages for Mcap {
         let mut is_taken = false;
         let found = loop {
             let more = self.next_record(|record| {
-                if let Record::Message {
-                    channel,
-                    log_time_s,
-                    body,
-                } = record
-                {
+                if let Record::Message { channel, log_time_s, body } = record {
                     is_taken = topics.take(channel.into(), log_time_s, body, wanted, message);
                 }
             });

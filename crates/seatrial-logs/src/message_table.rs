@@ -143,11 +143,7 @@ pub(crate) struct FieldNumbers {
 impl FieldNumbers {
     /// None yet, of each field of a kind.
     pub fn of(kind: &Kind) -> Vec<Self> {
-        let none = Self {
-            count: 0,
-            last: f64::NAN,
-            changes: false,
-        };
+        let none = Self { count: 0, last: f64::NAN, changes: false };
         vec![none; kind.fields.len()]
     }
 
@@ -241,10 +237,7 @@ impl MessageTable {
         let mut sources = vec![None];
         for (kind, Kind { name, fields }) in messages.kinds().iter().enumerate() {
             // One long name before each of thousands of fields would be as many long names.
-            let end = name
-                .char_indices()
-                .nth(LONGEST_NAME)
-                .map_or(name.len(), |(at, _)| at);
+            let end = name.char_indices().nth(LONGEST_NAME).map_or(name.len(), |(at, _)| at);
             let name = &name[..end];
             for (field, field_name) in fields.iter().enumerate() {
                 columns.push(column_name(name, field_name));
@@ -272,11 +265,7 @@ impl MessageTable {
 
     /// Takes in the message that was just read.
     fn take(&mut self) {
-        let Message {
-            kind,
-            time_s,
-            values,
-        } = &self.message;
+        let Message { kind, time_s, values } = &self.message;
         let same_time = self.waiting.back_mut().filter(|row| row.time_s == *time_s);
         let mut same_time = same_time.filter(|_| self.heading_kind != Some(*kind));
         for (position, selected) in self.selected.iter_mut().enumerate() {
@@ -351,10 +340,7 @@ impl Table for MessageTable {
     fn select(&mut self, columns: &[(Quantity, usize)]) {
         self.selected = columns
             .iter()
-            .map(|&(_, column)| Selected {
-                source: self.sources[column],
-                latest: f64::NAN,
-            })
+            .map(|&(_, column)| Selected { source: self.sources[column], latest: f64::NAN })
             .collect();
         for (position, &(quantity, column)) in columns.iter().enumerate() {
             if let Some(source) = self.sources[column] {
@@ -363,11 +349,7 @@ impl Table for MessageTable {
                     Quantity::Heading => self.heading_kind = Some(source.0),
                     Quantity::Rudder => self.rudders.push((position, Output::new(source))),
                     Quantity::YawRate => {
-                        self.yaw_rate = Some(Straight {
-                            position,
-                            source,
-                            last: None,
-                        });
+                        self.yaw_rate = Some(Straight { position, source, last: None });
                     }
                     _ => {}
                 }
@@ -383,11 +365,7 @@ impl Table for MessageTable {
         let behind = self.rudders.iter_mut().filter(|(at, _)| *at > position);
         behind.for_each(|(at, _)| *at -= 1);
         self.yaw_rate.take_if(|rate| rate.position == position);
-        if let Some(rate) = self
-            .yaw_rate
-            .as_mut()
-            .filter(|rate| rate.position > position)
-        {
+        if let Some(rate) = self.yaw_rate.as_mut().filter(|rate| rate.position > position) {
             rate.position -= 1;
         }
         for row in &mut self.waiting {
@@ -411,16 +389,13 @@ impl Table for MessageTable {
             }
         };
         cells.clear();
-        cells.extend(
-            self.selected
-                .iter()
-                .zip(&row.values)
-                .map(|(selected, value)| match selected.source {
-                    None => Cell::Number(row.time_s),
-                    Some(_) if value.is_finite() => Cell::Number(*value),
-                    Some(_) => Cell::Missing,
-                }),
-        );
+        cells.extend(self.selected.iter().zip(&row.values).map(|(selected, value)| {
+            match selected.source {
+                None => Cell::Number(row.time_s),
+                Some(_) if value.is_finite() => Cell::Number(*value),
+                Some(_) => Cell::Missing,
+            }
+        }));
         self.rows += 1;
         Ok(Some(Place::Row(self.rows)))
     }
@@ -452,11 +427,7 @@ struct Output {
 
 impl Output {
     fn new(source: (usize, usize)) -> Self {
-        Self {
-            source,
-            changes: VecDeque::new(),
-            known_until_s: f64::NEG_INFINITY,
-        }
+        Self { source, changes: VecDeque::new(), known_until_s: f64::NEG_INFINITY }
     }
 
     fn changes(&mut self, time_s: f64, value: f64) {
@@ -504,16 +475,9 @@ mod tests {
     /// Rows between two messages get their share of the change, rows before the first and behind a gap keep what is held.
     #[test]
     fn exact_a_yaw_rate_is_straight_between_its_messages() {
-        let row = |time_s: f64| Row {
-            time_s,
-            values: vec![-1.0],
-        };
+        let row = |time_s: f64| Row { time_s, values: vec![-1.0] };
         let mut waiting: VecDeque<Row> = [0.0, 1.0, 1.5, 2.0, 3.0].map(row).into();
-        let mut rate = Straight {
-            position: 0,
-            source: (0, 0),
-            last: None,
-        };
+        let mut rate = Straight { position: 0, source: (0, 0), last: None };
         for (time_s, value) in [(1.0, 10.0), (2.0, 30.0), (2.5, f64::NAN), (4.0, 50.0)] {
             rate.take(time_s, value, &mut waiting);
         }
@@ -524,13 +488,7 @@ mod tests {
     #[test]
     fn exact_an_output_is_averaged_over_the_interval_it_acts_in() {
         let mut output = Output::new((0, 0));
-        for (time_s, value) in [
-            (0.0, 1.0),
-            (0.25, 1.0),
-            (0.5, 3.0),
-            (0.75, -1.0),
-            (3.0, 8.0),
-        ] {
+        for (time_s, value) in [(0.0, 1.0), (0.25, 1.0), (0.5, 3.0), (0.75, -1.0), (3.0, 8.0)] {
             output.changes(time_s, value);
         }
         assert!(output.mean(-1.0, 0.5).is_nan());

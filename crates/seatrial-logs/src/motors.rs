@@ -41,11 +41,7 @@ pub(crate) fn motors_that_steer(columns: &[String]) -> Option<[String; 2]> {
     let motors: [String; 2] = motors(columns).try_into().ok()?;
     // Rudders and fins may turn with each other or against.
     const BLADES: [&str; 4] = ["rudder", "fin", "flap", "elev"];
-    let is_a_blade = |name: &String| {
-        BLADES
-            .iter()
-            .any(|blade| name.to_lowercase().contains(blade))
-    };
+    let is_a_blade = |name: &String| BLADES.iter().any(|blade| name.to_lowercase().contains(blade));
     let steers = |name: &String| ColumnName::new(name).fit(Quantity::Rudder).is_some();
     let is_else = |name: &String| steers(name) && !motors.contains(name);
     if motors.iter().any(is_a_blade) || columns.iter().any(is_else) {

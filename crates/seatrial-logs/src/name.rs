@@ -142,17 +142,12 @@ impl ColumnName {
             if let Some(unit) = Unit::of_words(&suffix, dimension)
                 && let Some(rank) = rank(base, quantity)
             {
-                return Some(Fit {
-                    rank,
-                    unit: StatedUnit::Known(unit),
-                });
+                return Some(Fit { rank, unit: StatedUnit::Known(unit) });
             }
         }
         Some(Fit {
             rank: rank(&self.words, quantity)?,
-            unit: self
-                .unit_of_the_name(quantity)
-                .map_or(StatedUnit::None, StatedUnit::Known),
+            unit: self.unit_of_the_name(quantity).map_or(StatedUnit::None, StatedUnit::Known),
         })
     }
 
@@ -230,11 +225,7 @@ fn stated(text: &str, dimension: Dimension) -> StatedUnit {
         return StatedUnit::Known(unit);
     }
     // `°T`, `deg, starboard positive`: a unit, and a remark on the reference or the sense.
-    let remarks = lower
-        .iter()
-        .rev()
-        .take_while(|w| REMARKS.contains(w))
-        .count();
+    let remarks = lower.iter().rev().take_while(|w| REMARKS.contains(w)).count();
     let before = &lower[..lower.len() - remarks];
     // `Heading (M) (deg)`: the remark first.
     let first = before.iter().take_while(|w| REMARKS.contains(w)).count();
@@ -318,13 +309,11 @@ mod tests {
     use super::*;
 
     fn fit(name: &str, quantity: Quantity) -> Option<(usize, Option<Unit>)> {
-        ColumnName::new(name)
-            .fit(quantity)
-            .map(|fit| match fit.unit {
-                StatedUnit::Known(unit) => (fit.rank, Some(unit)),
-                StatedUnit::None => (fit.rank, None),
-                StatedUnit::Unknown(text) => panic!("unit {text}"),
-            })
+        ColumnName::new(name).fit(quantity).map(|fit| match fit.unit {
+            StatedUnit::Known(unit) => (fit.rank, Some(unit)),
+            StatedUnit::None => (fit.rank, None),
+            StatedUnit::Unknown(text) => panic!("unit {text}"),
+        })
     }
 
     #[test]
@@ -353,12 +342,7 @@ mod tests {
             ("Steuerkurs (Grad)", Heading, 2, Some(Unit::Degree)),
             ("Fahrt [Knoten]", Speed, 3, Some(Unit::Knot)),
             ("Zeit [s]", Time, 3, Some(Unit::Second)),
-            (
-                "Drehrate [Grad/min]",
-                YawRate,
-                2,
-                Some(Unit::DegreePerMinute),
-            ),
+            ("Drehrate [Grad/min]", YawRate, 2, Some(Unit::DegreePerMinute)),
             ("舵角（度）", Rudder, 4, Some(Unit::Degree)),
             ("船首方位[deg]", Heading, 2, Some(Unit::Degree)),
             ("経過時間(秒)", Time, 3, Some(Unit::Second)),
@@ -379,18 +363,8 @@ mod tests {
             ("Rudder Sensor Angle", Rudder, 10, None),
             ("Kurs (rw)", Heading, 3, None),
             ("Rudder (° stbd +)", Rudder, 0, Some(Unit::Degree)),
-            (
-                "Rudder [deg, starboard positive]",
-                Rudder,
-                0,
-                Some(Unit::Degree),
-            ),
-            (
-                "回頭角速度 [度/秒]",
-                YawRate,
-                2,
-                Some(Unit::DegreePerSecond),
-            ),
+            ("Rudder [deg, starboard positive]", Rudder, 0, Some(Unit::Degree)),
+            ("回頭角速度 [度/秒]", YawRate, 2, Some(Unit::DegreePerSecond)),
             ("yaw_rate_rad_s", YawRate, 0, Some(Unit::RadianPerSecond)),
             ("YawRate [deg/s]", YawRate, 0, Some(Unit::DegreePerSecond)),
             ("gyro_z", YawRate, 1, None),

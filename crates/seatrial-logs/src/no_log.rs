@@ -37,21 +37,9 @@ const NO_LOGS: &[(&[u8], &str, &str)] = &[
         "a log of LCM",
         "write its channels of heading and rudder as CSV, as Python's `lcm.EventLog` reads them",
     ),
-    (
-        b"\x02\0\0\0\xb2\x07",
-        "a sonar log of Navico (SL2), without a rudder",
-        NMEA_INSTEAD,
-    ),
-    (
-        b"\x02\0\0\0\x80\x0c",
-        "a sonar log of Navico (SL2), without a rudder",
-        NMEA_INSTEAD,
-    ),
-    (
-        b"FTP NEW",
-        "a raw file of HYPACK, without a rudder",
-        NMEA_INSTEAD,
-    ),
+    (b"\x02\0\0\0\xb2\x07", "a sonar log of Navico (SL2), without a rudder", NMEA_INSTEAD),
+    (b"\x02\0\0\0\x80\x0c", "a sonar log of Navico (SL2), without a rudder", NMEA_INSTEAD),
+    (b"FTP NEW", "a raw file of HYPACK, without a rudder", NMEA_INSTEAD),
     (
         b"\x89HDF\r\n",
         "a file of arrays (HDF5)",
@@ -69,11 +57,7 @@ const NO_LOGS: &[(&[u8], &str, &str)] = &[
     (b"{\\rtf", "a document (RTF)", LOG_INSTEAD),
     (b"OggS", "a sound or a film (Ogg)", LOG_INSTEAD),
     (b"PK\x05\x06", "an empty zip archive", LOG_INSTEAD),
-    (
-        b"PK\x03\x04",
-        "a zip archive",
-        "unpack it, and give the log that is in it",
-    ),
+    (b"PK\x03\x04", "a zip archive", "unpack it, and give the log that is in it"),
 ];
 
 const TECPLOT: &str = "a data file of Tecplot";
@@ -90,9 +74,8 @@ const PHONE: [&str; 3] = ["seconds_elapsed", "Gyroscope x", "Linear Acceleration
 
 /// A table without a rudder that is of a phone, or of no vehicle: it has no heading and nothing else than a time.
 pub(crate) fn table_of_else(columns: &[String], is_of_no_vehicle: bool) -> Option<Fault> {
-    let is_of_a_phone = columns
-        .iter()
-        .any(|column| PHONE.iter().any(|name| column.starts_with(name)));
+    let is_of_a_phone =
+        columns.iter().any(|column| PHONE.iter().any(|name| column.starts_with(name)));
     let (what, instead) = match (is_of_a_phone, is_of_no_vehicle) {
         (true, _) => (
             "the log of a phone, which cannot tell how the boat steers",
@@ -114,21 +97,9 @@ const FILM: &[u8] = b"ftyp";
 const TRACK_INSTEAD: &str =
     "record the rudder and the heading, and give this file as the positions beside that log";
 const XML: [(&[u8], &str, &str); 4] = [
-    (
-        b"<gpx",
-        "a GPX track, positions without a rudder",
-        TRACK_INSTEAD,
-    ),
-    (
-        b"<kml",
-        "a KML track, positions without a rudder",
-        TRACK_INSTEAD,
-    ),
-    (
-        b"<TrainingCenterDatabase",
-        "a TCX track, positions without a rudder",
-        TRACK_INSTEAD,
-    ),
+    (b"<gpx", "a GPX track, positions without a rudder", TRACK_INSTEAD),
+    (b"<kml", "a KML track, positions without a rudder", TRACK_INSTEAD),
+    (b"<TrainingCenterDatabase", "a TCX track, positions without a rudder", TRACK_INSTEAD),
     (b"<html", "a page (HTML)", LOG_INSTEAD),
 ];
 
@@ -139,14 +110,9 @@ const JSON_INSTEAD: &str = "export the log as CSV, one row per sample, as `jq -r
 
 /// A text that is the document of something else than a log.
 fn document(start: &[u8]) -> Option<(&'static str, &'static str)> {
-    let start = start
-        .strip_prefix(b"\xef\xbb\xbf")
-        .unwrap_or(start)
-        .trim_ascii_start();
-    if let Some((_, what, instead)) = XML
-        .iter()
-        .find(|(root, ..)| holds(start, root))
-        .filter(|_| start.starts_with(b"<"))
+    let start = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start).trim_ascii_start();
+    if let Some((_, what, instead)) =
+        XML.iter().find(|(root, ..)| holds(start, root)).filter(|_| start.starts_with(b"<"))
     {
         return Some((what, instead));
     }
@@ -175,9 +141,7 @@ pub(crate) fn is_workbook(start: &[u8]) -> bool {
 
 /// Refuses what holds a log, or belongs to one, and is none itself.
 pub(crate) fn check_is_log(start: &[u8]) -> Result<(), Fault> {
-    let packer = PACKERS
-        .iter()
-        .find(|(_, bytes, _)| start.starts_with(bytes));
+    let packer = PACKERS.iter().find(|(_, bytes, _)| start.starts_with(bytes));
     let known = NO_LOGS.iter().find(|(bytes, ..)| start.starts_with(bytes));
     let film = (start.get(4..8) == Some(FILM)).then_some(("a film (MP4)", LOG_INSTEAD));
     Err(if is_workbook(start) {

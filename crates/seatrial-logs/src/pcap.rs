@@ -181,11 +181,7 @@ fn frame(data: &[u8]) -> Option<String> {
     const LONG: u32 = 1 << 31;
     let id = word(data, 0, false).filter(|id| id & LONG != 0)? & 0x1fff_ffff;
     let length = usize::from(*data.get(4)?).min(8);
-    let hex: String = data
-        .get(8..8 + length)?
-        .iter()
-        .map(|byte| format!("{byte:02X}"))
-        .collect();
+    let hex: String = data.get(8..8 + length)?.iter().map(|byte| format!("{byte:02X}")).collect();
     Some(format!("{id:08X}#{hex}"))
 }
 

@@ -59,10 +59,8 @@ pub fn open_in(path: &Path, map: &FileMap, choice: &ChannelChoice) -> Result<Log
         .map_err(|fault| ReadError { log, fault })?;
     if let Some(track) = &choice.positions {
         let positions = Positions::open(track, map, reader.clock.start_unix_s());
-        reader.positions = Some(positions.map_err(|fault| ReadError {
-            log: track.display().to_string(),
-            fault,
-        })?);
+        reader.positions =
+            Some(positions.map_err(|fault| ReadError { log: track.display().to_string(), fault })?);
     }
     Ok(reader)
 }
@@ -99,11 +97,8 @@ impl LogReader {
             return Self::of_table(log, table, &choice, true);
         }
 
-        let InferredUnits {
-            units,
-            time,
-            mut warnings,
-        } = inferred_units(&mut found, &rows, &columns)?;
+        let InferredUnits { units, time, mut warnings } =
+            inferred_units(&mut found, &rows, &columns)?;
         let channels: Vec<Channel> = found
             .matches
             .iter()
@@ -163,10 +158,7 @@ impl LogReader {
 
     /// Rows read and left out so far.
     pub fn counts(&self) -> Counts {
-        Counts {
-            is_damaged: self.table.is_damaged(),
-            ..self.counts
-        }
+        Counts { is_damaged: self.table.is_damaged(), ..self.counts }
     }
 
     /// Bytes of the log consumed so far.
@@ -176,10 +168,7 @@ impl LogReader {
 
     /// SHA-256 of the whole log in hexadecimal. Call it after the last sample.
     pub fn sha256(&mut self) -> Result<String, ReadError> {
-        self.table.sha256().map_err(|fault| ReadError {
-            log: self.log.clone(),
-            fault,
-        })
+        self.table.sha256().map_err(|fault| ReadError { log: self.log.clone(), fault })
     }
 
     /// What was left out on the way. Call it after the last sample.
@@ -187,14 +176,7 @@ impl LogReader {
         let mut warnings = self.table.warnings();
         warnings.extend(self.positions.as_ref().map(Positions::warning));
         warnings.extend(self.face.warning());
-        let Counts {
-            rows,
-            missing,
-            invalid,
-            repeated_time,
-            reversed_time,
-            ..
-        } = self.counts;
+        let Counts { rows, missing, invalid, repeated_time, reversed_time, .. } = self.counts;
         for (count, what) in [
             (missing, "have no time, heading or rudder"),
             (invalid, "are invalid"),
@@ -304,11 +286,7 @@ impl LogReader {
             let finite = value.filter(|value| value.is_finite());
             match (finite, value) {
                 (None, Some(found)) if quantity.is_required() => {
-                    return Err(Fault::NotFinite {
-                        place,
-                        column: column(),
-                        found,
-                    });
+                    return Err(Fault::NotFinite { place, column: column(), found });
                 }
                 (None, None) if quantity.is_required() => return Ok(None),
                 _ => set(&mut sample, quantity, finite),
@@ -339,10 +317,7 @@ impl LogReader {
                     rows: sound + others + 1,
                 }
             }
-            others => Fault::SeveralRows {
-                first: Box::new(first),
-                others,
-            },
+            others => Fault::SeveralRows { first: Box::new(first), others },
         }
     }
 
@@ -361,9 +336,7 @@ impl Iterator for LogReader {
     fn next(&mut self) -> Option<Self::Item> {
         while !self.is_finished {
             let fault = match self.next_sample() {
-                Ok(None) if self.counts.samples == 0 => Fault::NoSamples {
-                    rows: self.counts.rows,
-                },
+                Ok(None) if self.counts.samples == 0 => Fault::NoSamples { rows: self.counts.rows },
                 Ok(None) => break,
                 Ok(Some(sample)) => {
                     self.counts.rows += 1;
@@ -383,10 +356,7 @@ impl Iterator for LogReader {
                 Err(fault) => fault,
             };
             self.is_finished = true;
-            return Some(Err(ReadError {
-                log: self.log.clone(),
-                fault,
-            }));
+            return Some(Err(ReadError { log: self.log.clone(), fault }));
         }
         self.is_finished = true;
         None
@@ -435,10 +405,7 @@ fn conversion(
     let correction = choice.corrections.get(&quantity);
     let scale = correction.map_or(1.0, |correction| correction.scale);
     let offset = correction.and_then(|correction| correction.offset);
-    let plain = Conversion {
-        offset: offset.unwrap_or(0.0),
-        factor: unit.factor() * scale,
-    };
+    let plain = Conversion { offset: offset.unwrap_or(0.0), factor: unit.factor() * scale };
     if quantity != Quantity::Rudder || unit.dimension() != Dimension::Steering {
         return plain;
     }

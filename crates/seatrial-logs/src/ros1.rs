@@ -105,14 +105,8 @@ impl Bag {
         };
         let connections = bag.connections()?;
         for (number, connection) in connections.iter().filter(|(_, c)| c.has_messages) {
-            let Connection {
-                topic,
-                type_name,
-                definition,
-                ..
-            } = connection;
-            bag.topics
-                .add(u64::from(*number), topic, type_name, definition);
+            let Connection { topic, type_name, definition, .. } = connection;
+            bag.topics.add(u64::from(*number), topic, type_name, definition);
         }
         if bag.topics.kinds.is_empty() {
             let nothing = bag.what.as_deref().unwrap_or("no messages");
@@ -251,10 +245,9 @@ fn unpacked(packer: &str, data: Vec<u8>) -> io::Result<Vec<u8>> {
         "none" => Ok(data),
         "bz2" => read_all(MultiBzDecoder::new(&data[..]).take(LONGEST_CHUNK as u64)),
         "lz4" => read_all(FrameDecoder::new(&data[..]).take(LONGEST_CHUNK as u64)),
-        other => Err(io::Error::other(format!(
-            "chunks packed by `{}` are not read",
-            clipped(other)
-        ))),
+        other => {
+            Err(io::Error::other(format!("chunks packed by `{}` are not read", clipped(other))))
+        }
     }
 }
 
@@ -277,20 +270,14 @@ impl Messages for Bag {
         while let Some([head, data]) = self.next_record()? {
             let head = Head(&self.chunk[head]);
             let time = head.field("time").unwrap_or_default();
-            let (Some(MESSAGE), Some(connection), Some(seconds), Some(nanoseconds)) = (
-                head.op(),
-                head.connection(),
-                number::<u32>(time, 0),
-                number::<u32>(time, 4),
-            ) else {
+            let (Some(MESSAGE), Some(connection), Some(seconds), Some(nanoseconds)) =
+                (head.op(), head.connection(), number::<u32>(time, 0), number::<u32>(time, 4))
+            else {
                 continue;
             };
             let time_s = f64::from(seconds) + f64::from(nanoseconds) / 1e9;
             let body = &self.chunk[data];
-            if self
-                .topics
-                .take(connection.into(), time_s, body, wanted, message)
-            {
+            if self.topics.take(connection.into(), time_s, body, wanted, message) {
                 return Ok(true);
             }
         }
@@ -303,10 +290,7 @@ impl Messages for Bag {
 
     fn warnings(&self) -> Vec<String> {
         let damage = self.what.iter().map(|what| {
-            format!(
-                "the bag is damaged ({}); everything before that is read",
-                clipped(what)
-            )
+            format!("the bag is damaged ({}); everything before that is read", clipped(what))
         });
         damage.chain(self.topics.warnings()).collect()
     }

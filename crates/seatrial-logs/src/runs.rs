@@ -47,9 +47,7 @@ pub struct Run {
 impl Run {
     /// Its samples.
     pub fn open(self) -> Result<LogReader, ReadError> {
-        let Self {
-            log, rows, choice, ..
-        } = self;
+        let Self { log, rows, choice, .. } = self;
         rows.and_then(|rows| LogReader::new(log.clone(), Box::new(rows), &choice))
             .map_err(|fault| ReadError { log, fault })
     }
@@ -99,9 +97,7 @@ impl Runs {
                     columns.extend([first.clone(), second.to_owned()]);
                 }
                 None => {
-                    choice
-                        .columns
-                        .insert(channel.quantity, channel.column.clone());
+                    choice.columns.insert(channel.quantity, channel.column.clone());
                     columns.push(channel.column.clone());
                 }
             }
@@ -193,15 +189,9 @@ impl Runs {
             }
         }
         let rows = if !self.seen.insert(id.clone().into()) {
-            Err(Fault::ScatteredRun {
-                place: first_place,
-                run: id.clone(),
-            })
+            Err(Fault::ScatteredRun { place: first_place, run: id.clone() })
         } else if is_long {
-            Err(Fault::LongRun {
-                run: id.clone(),
-                limit: MOST_ROWS,
-            })
+            Err(Fault::LongRun { run: id.clone(), limit: MOST_ROWS })
         } else {
             Ok(Gathered {
                 format: self.table.format(),
@@ -211,19 +201,11 @@ impl Runs {
                 is_damaged: self.table.is_damaged(),
             })
         };
-        Ok(Some(Run {
-            id,
-            log: self.log.clone(),
-            rows,
-            choice: Arc::clone(&self.choice),
-        }))
+        Ok(Some(Run { id, log: self.log.clone(), rows, choice: Arc::clone(&self.choice) }))
     }
 
     fn error(&self, fault: Fault) -> ReadError {
-        ReadError {
-            log: self.log.clone(),
-            fault,
-        }
+        ReadError { log: self.log.clone(), fault }
     }
 }
 
@@ -298,9 +280,7 @@ impl Table for Gathered {
 /// Where columns stand in a table; `None` where one is missing, or where the table does not tell its columns by a header.
 fn places(table: &dyn Table, columns: &[String]) -> Option<Vec<(Quantity, usize)>> {
     let position = |name: &String| table.columns().iter().position(|column| column == name);
-    let places = columns
-        .iter()
-        .map(|name| Some((Quantity::Time, position(name)?)));
+    let places = columns.iter().map(|name| Some((Quantity::Time, position(name)?)));
     let places: Option<Vec<_>> = places.collect();
     places.filter(|_| table.known().is_empty())
 }

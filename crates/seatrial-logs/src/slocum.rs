@@ -75,10 +75,7 @@ impl Glider {
         let mut bytes = Bytes::new(file)?;
         let header = Header::read(&mut bytes)?;
         let sensors = match header.is_factored {
-            true => sensors(
-                &mut Bytes::new(cache_file(path, held, &header.list)?)?,
-                false,
-            )?,
+            true => sensors(&mut Bytes::new(cache_file(path, held, &header.list)?)?, false)?,
             false => sensors(&mut bytes, true)?,
         };
         if sensors.is_empty() || header.state_bytes * 4 < sensors.len() {
@@ -99,10 +96,7 @@ impl Glider {
             bytes,
             kinds: sensors
                 .iter()
-                .map(|sensor| Kind {
-                    name: sensor.name.clone(),
-                    fields: vec![String::new()],
-                })
+                .map(|sensor| Kind { name: sensor.name.clone(), fields: vec![String::new()] })
                 .collect(),
             clock: CLOCKS
                 .iter()
@@ -215,10 +209,7 @@ pub(crate) fn of_ascii(file: &Input) -> Result<impl std::io::Read + Send + 'stat
         _ => name.to_owned(),
     };
     let names = line.unwrap_or_default();
-    let named = names
-        .split_whitespace()
-        .zip(units.split_whitespace())
-        .map(named);
+    let named = names.split_whitespace().zip(units.split_whitespace()).map(named);
     let names = named.collect::<Vec<_>>().join(" ") + "\n";
     Ok(crate::as_text::Rows::below(names, move || {
         // A number that was cut off looks whole.
@@ -276,22 +267,13 @@ fn sensors(bytes: &mut Bytes, is_in_log: bool) -> Result<Vec<Sensor>, Fault> {
             ["s:", is_logged, _, _, width, name, _] => (is_logged == "T", width, name),
             [] => continue,
             _ => {
-                return Err(damaged(format!(
-                    "`{}` is no sensor",
-                    crate::error::clipped(&line)
-                )));
+                return Err(damaged(format!("`{}` is no sensor", crate::error::clipped(&line))));
             }
         };
-        let width = width
-            .parse()
-            .ok()
-            .filter(|width| [1, 2, 4, 8].contains(width));
+        let width = width.parse().ok().filter(|width| [1, 2, 4, 8].contains(width));
         let width = width.ok_or_else(|| damaged(format!("sensor {name} has no width")))?;
         if is_logged {
-            sensors.push(Sensor {
-                name: name.into(),
-                width,
-            });
+            sensors.push(Sensor { name: name.into(), width });
         }
     }
     Ok(sensors)
@@ -305,11 +287,8 @@ fn cache_file(path: &Path, held: &FileMap, list: &str) -> Result<Input, Fault> {
         .iter()
         .filter(|_| is_a_name)
         .flat_map(|beside| {
-            [
-                format!("{list}.cac"),
-                format!("{}.CAC", list.to_uppercase()),
-            ]
-            .map(|name| folder.join(beside).join(name))
+            [format!("{list}.cac"), format!("{}.CAC", list.to_uppercase())]
+                .map(|name| folder.join(beside).join(name))
         })
         .find_map(|candidate: PathBuf| held.open(&candidate).ok())
         .ok_or_else(|| Fault::MissingBeside {
@@ -319,10 +298,7 @@ fn cache_file(path: &Path, held: &FileMap, list: &str) -> Result<Input, Fault> {
 }
 
 fn damaged(what: String) -> Fault {
-    Fault::Damaged {
-        format: "Slocum",
-        what,
-    }
+    Fault::Damaged { format: "Slocum", what }
 }
 
 impl Messages for Glider {

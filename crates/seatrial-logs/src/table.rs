@@ -130,16 +130,12 @@ impl Known {
 
     /// The preferred channel of a quantity.
     pub(crate) fn best(&self, quantity: Quantity) -> Option<&KnownChannel> {
-        self.channels
-            .iter()
-            .find(|known| known.quantity == quantity)
+        self.channels.iter().find(|known| known.quantity == quantity)
     }
 
     /// What the format knows about a column as a quantity.
     pub(crate) fn of(&self, quantity: Quantity, column: &str) -> Option<&KnownChannel> {
-        self.channels
-            .iter()
-            .find(|known| known.quantity == quantity && known.column == column)
+        self.channels.iter().find(|known| known.quantity == quantity && known.column == column)
     }
 
     /// Do names of columns mean anything here?

@@ -72,12 +72,7 @@ pub(crate) struct Telemetry {
 }
 
 /// Messages whose fields the first pass looks at.
-const LEARNT: [u32; 4] = [
-    Heartbeat::ID,
-    ParamValue::ID,
-    ServoOutputRaw::ID,
-    RcChannelsScaled::ID,
-];
+const LEARNT: [u32; 4] = [Heartbeat::ID, ParamValue::ID, ServoOutputRaw::ID, RcChannelsScaled::ID];
 
 /// What the first pass collects of one sender.
 #[derive(Default)]
@@ -98,10 +93,7 @@ impl Telemetry {
             bytes: Bytes::new(file)?,
             kinds: Vec::new(),
             kind_of: vec![None; LOGGED.len()],
-            vehicle: Sender {
-                system: 0,
-                component: 0,
-            },
+            vehicle: Sender { system: 0, component: 0 },
             steering: None,
             pulses: Vec::new(),
             is_submarine: false,
@@ -120,9 +112,8 @@ impl Telemetry {
         }
         let attitude = LOGGED.iter().position(|m| m.id == Attitude::ID);
         let attitudes = |learnt: &Learnt| attitude.and_then(|i| learnt.messages.get(i).copied());
-        let Some((vehicle, learnt)) = senders
-            .into_iter()
-            .max_by_key(|(_, learnt)| attitudes(learnt))
+        let Some((vehicle, learnt)) =
+            senders.into_iter().max_by_key(|(_, learnt)| attitudes(learnt))
         else {
             return Err(Fault::NothingToRead {
                 format: "MAVLink telemetry",
@@ -130,9 +121,7 @@ impl Telemetry {
             });
         };
         log.vehicle = vehicle;
-        log.is_submarine = learnt
-            .heartbeat
-            .is_some_and(|(vehicle, _)| vehicle == SUBMARINE);
+        log.is_submarine = learnt.heartbeat.is_some_and(|(vehicle, _)| vehicle == SUBMARINE);
         log.aircraft = learnt.heartbeat.and_then(|(vehicle, _)| aircraft(vehicle));
         log.choose_steering(&learnt);
         log.name_kinds(&learnt);
@@ -146,11 +135,7 @@ impl Telemetry {
             let steers = LOGGED.iter().find(|m| m.id == field.message);
             let names = steers.into_iter().flat_map(Definition::number_names);
             let is_pulse = |name: &str| name.ends_with("_raw");
-            (0..)
-                .zip(names)
-                .filter(|(_, name)| is_pulse(name))
-                .map(|(index, _)| index)
-                .collect()
+            (0..).zip(names).filter(|(_, name)| is_pulse(name)).map(|(index, _)| index).collect()
         });
         for (message, definition) in LOGGED.iter().enumerate() {
             if learnt.count(definition.id) == 0 {
@@ -162,10 +147,7 @@ impl Telemetry {
             if self.steering.is_some_and(|s| s.message == definition.id) {
                 fields.push(STEERING.into());
             }
-            self.kinds.push(Kind {
-                name: definition.name.into(),
-                fields,
-            });
+            self.kinds.push(Kind { name: definition.name.into(), fields });
         }
     }
 
@@ -174,10 +156,7 @@ impl Telemetry {
         let has_outputs = learnt.count(ServoOutputRaw::ID) > 0;
         if let Some(steering) = from_parameters.filter(|_| has_outputs) {
             self.because = steering.text();
-            self.steering = Some(SteeringField {
-                message: ServoOutputRaw::ID,
-                steering,
-            });
+            self.steering = Some(SteeringField { message: ServoOutputRaw::ID, steering });
             return;
         }
         let (vehicle, autopilot) = learnt.heartbeat.unwrap_or_default();
@@ -196,10 +175,7 @@ impl Telemetry {
                     "no SERVOn_FUNCTION in the log: output 1 is taken to steer, as ArduPilot's boats and rovers have it, with {} ({why}); choose another with --rudder NAME",
                     pulse.text()
                 ));
-                self.steering = Some(SteeringField {
-                    message: ServoOutputRaw::ID,
-                    steering,
-                });
+                self.steering = Some(SteeringField { message: ServoOutputRaw::ID, steering });
             }
             SUBMARINE if learnt.count(RcChannels::ID) > 0 => {
                 let number = match learnt.parameters.get("RCMAP_YAW") {
@@ -301,10 +277,7 @@ impl Learnt {
     /// The pulses of output 1, from the normalised steering that ArduPilot's rovers send beside it.
     fn observed_pulse(&self) -> Option<Pulse> {
         let trim_us = median(
-            self.pairs
-                .iter()
-                .filter(|(_, scaled)| *scaled == 0.0)
-                .map(|(pulse_us, _)| *pulse_us),
+            self.pairs.iter().filter(|(_, scaled)| *scaled == 0.0).map(|(pulse_us, _)| *pulse_us),
         )?;
         let full_us = median(
             self.pairs
@@ -361,10 +334,7 @@ impl Messages for Telemetry {
         let fields = CHANNELS.into_iter().filter(|of| !is_afloat(of));
         known.add_fields(&self.kinds, fields);
         let found = names(&self.kinds);
-        known.lacks(
-            Heading,
-            format!("expected ATTITUDE messages; found {found}"),
-        );
+        known.lacks(Heading, format!("expected ATTITUDE messages; found {found}"));
         known
     }
 

@@ -30,10 +30,7 @@ pub(crate) struct Track {
 }
 
 fn damaged(what: impl ToString) -> Fault {
-    Fault::Damaged {
-        format: "GPX or KML",
-        what: clipped(&what.to_string()),
-    }
+    Fault::Damaged { format: "GPX or KML", what: clipped(&what.to_string()) }
 }
 
 impl Track {
@@ -73,10 +70,7 @@ impl Track {
             return None;
         }
         let share = (unix_s - before_s) / gap_s;
-        Some([
-            north_m + share * (next_north_m - north_m),
-            east_m + share * (next_east_m - east_m),
-        ])
+        Some([north_m + share * (next_north_m - north_m), east_m + share * (next_east_m - east_m)])
     }
 }
 
@@ -93,10 +87,7 @@ pub(crate) struct Positions {
 impl Positions {
     /// Those of a track for a log that begins then.
     pub fn open(path: &Path, held: &FileMap, start_unix_s: Option<f64>) -> Result<Self, Fault> {
-        let file = held.open(path).map_err(|source| Fault::Io {
-            doing: "opened",
-            source,
-        })?;
+        let file = held.open(path).map_err(|source| Fault::Io { doing: "opened", source })?;
         Ok(Self {
             track: Track::read(file)?,
             named: path.display().to_string(),
@@ -139,10 +130,7 @@ struct Points {
 
 #[cfg(not(feature = "containers"))]
 fn points(_file: impl BufRead) -> Result<Points, Fault> {
-    Err(Fault::NotBuilt {
-        format: "a track",
-        feature: "--features containers",
-    })
+    Err(Fault::NotBuilt { format: "a track", feature: "--features containers" })
 }
 
 #[cfg(feature = "containers")]
@@ -244,13 +232,9 @@ mod tests {
 
     #[test]
     fn io_what_is_no_track_is_named() {
-        for text in [
-            "",
-            "<gpx></gpx>",
-            "<gpx><trkpt lat='1' lon='2'></trkpt></gpx>",
-            "<gpx",
-            "\u{0}",
-        ] {
+        for text in
+            ["", "<gpx></gpx>", "<gpx><trkpt lat='1' lon='2'></trkpt></gpx>", "<gpx", "\u{0}"]
+        {
             assert!(matches!(track(text), Err(Fault::Damaged { .. })), "{text}");
         }
     }

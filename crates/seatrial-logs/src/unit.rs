@@ -133,10 +133,7 @@ impl Unit {
 /// Symbols of some units, for messages.
 fn symbols(is_shown: impl Fn(Unit) -> bool) -> String {
     let shown = Unit::ALL.iter().filter(|unit| is_shown(**unit));
-    shown
-        .map(|unit| unit.symbol())
-        .collect::<Vec<_>>()
-        .join(", ")
+    shown.map(|unit| unit.symbol()).collect::<Vec<_>>().join(", ")
 }
 
 impl fmt::Display for Unit {

@@ -24,14 +24,7 @@ impl View {
     fn new(table: Box<dyn Table>, computed: Vec<Computed>, wanted: Vec<(usize, String)>) -> Self {
         let mut columns = table.columns().to_vec();
         columns.extend(computed.iter().map(|column| column.name.clone()));
-        Self {
-            table,
-            columns,
-            computed,
-            wanted,
-            selected: Vec::new(),
-            cells: Vec::new(),
-        }
+        Self { table, columns, computed, wanted, selected: Vec::new(), cells: Vec::new() }
     }
 }
 
@@ -110,19 +103,12 @@ impl Table for View {
             cells.extend(sources.into_iter().map(|column| (quantity, column)));
         }
         // What a quantity of them is does not matter for them.
-        cells.extend(
-            self.wanted
-                .iter()
-                .map(|(column, _)| (Quantity::Thrust, *column)),
-        );
+        cells.extend(self.wanted.iter().map(|(column, _)| (Quantity::Thrust, *column)));
         self.table.select(&cells);
     }
 
     fn leave_out(&mut self, position: usize) {
-        let first: usize = self.selected[..position]
-            .iter()
-            .map(|(count, _)| count)
-            .sum();
+        let first: usize = self.selected[..position].iter().map(|(count, _)| count).sum();
         let (count, _) = self.selected.remove(position);
         for _ in 0..count {
             self.table.leave_out(first);
@@ -136,10 +122,7 @@ impl Table for View {
                 return Ok(None);
             };
             let tests = self.cells[own.min(self.cells.len())..].iter();
-            if !tests
-                .zip(&self.wanted)
-                .all(|(cell, (_, text))| is_wanted(cell, text))
-            {
+            if !tests.zip(&self.wanted).all(|(cell, (_, text))| is_wanted(cell, text)) {
                 continue;
             }
             cells.clear();

@@ -24,12 +24,7 @@ pub(crate) fn text(file: &mut Input) -> Result<(Vec<u8>, Vec<String>), Fault> {
     let read = || read(file);
     let rows = catch_unwind(AssertUnwindSafe(read))
         .unwrap_or_else(|_| Err(damaged("its reader gave up")))?;
-    let width = rows
-        .lines
-        .iter()
-        .map(|(_, count)| *count)
-        .max()
-        .unwrap_or(0);
+    let width = rows.lines.iter().map(|(_, count)| *count).max().unwrap_or(0);
     let mut text = Vec::new();
     for (line, count) in &rows.lines {
         text.extend(line.as_bytes());
@@ -47,10 +42,7 @@ pub(crate) fn text(file: &mut Input) -> Result<(Vec<u8>, Vec<String>), Fault> {
 }
 
 fn damaged(what: impl ToString) -> Fault {
-    Fault::Damaged {
-        format: "xlsx",
-        what: clipped(&what.to_string()),
-    }
+    Fault::Damaged { format: "xlsx", what: clipped(&what.to_string()) }
 }
 
 /// Unpacks all parts to nothing: no length that the file says is believed.
@@ -84,20 +76,14 @@ fn read(file: &mut Input) -> Result<Rows, Fault> {
         let lines = lines(&mut book, name).map_err(damaged)?;
         // Remarks stand in one column.
         let count = |lines: &[(String, u32)]| lines.iter().filter(|(_, cells)| *cells > 1).count();
-        let is_longer = longest
-            .as_ref()
-            .is_none_or(|(_, of)| count(&lines) > count(of));
+        let is_longer = longest.as_ref().is_none_or(|(_, of)| count(&lines) > count(of));
         if lines.len() > 1 && is_longer {
             longest = Some((name, lines));
         }
     }
     let (name, lines) = longest.ok_or(Fault::Empty)?;
     let others = names.iter().filter(|other| *other != name);
-    Ok(Rows {
-        name: name.clone(),
-        others: others.cloned().collect(),
-        lines,
-    })
+    Ok(Rows { name: name.clone(), others: others.cloned().collect(), lines })
 }
 
 fn lines<R: Read + Seek>(book: &mut Xlsx<R>, sheet: &str) -> Result<Vec<(String, u32)>, XlsxError> {

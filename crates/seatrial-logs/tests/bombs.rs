@@ -105,30 +105,16 @@ mod thrift {
     }
 
     pub fn number(step: u8, kind: u8, value: i64) -> Vec<u8> {
-        [
-            &[step << 4 | kind][..],
-            &varint((value << 1 ^ value >> 63) as u64),
-        ]
-        .concat()
+        [&[step << 4 | kind][..], &varint((value << 1 ^ value >> 63) as u64)].concat()
     }
 
     pub fn text(step: u8, text: &str) -> Vec<u8> {
-        [
-            &[step << 4 | 8][..],
-            &varint(text.len() as u64),
-            text.as_bytes(),
-        ]
-        .concat()
+        [&[step << 4 | 8][..], &varint(text.len() as u64), text.as_bytes()].concat()
     }
 
     pub fn list(step: u8, kind: u8, elements: &[Vec<u8>]) -> Vec<u8> {
         let count = varint(elements.len() as u64);
-        [
-            &[step << 4 | 9, 0xf0 | kind][..],
-            &count,
-            &elements.concat(),
-        ]
-        .concat()
+        [&[step << 4 | 9, 0xf0 | kind][..], &count, &elements.concat()].concat()
     }
 
     pub fn structure(fields: &[Vec<u8>]) -> Vec<u8> {
@@ -155,12 +141,7 @@ fn page(unpacked: i64, values: i64, body: &[u8]) -> Vec<u8> {
         number(1, I32, body.len() as i64),
         field(
             2,
-            &[
-                number(1, I32, values),
-                number(1, I32, 0),
-                number(1, I32, 3),
-                number(1, I32, 3),
-            ],
+            &[number(1, I32, values), number(1, I32, 0), number(1, I32, 3), number(1, I32, 3)],
         ),
     ]);
     [&header, body].concat()
@@ -198,11 +179,7 @@ fn parquet_bomb(codec: i64, pages: &[u8], groups: usize, rows: i64) -> Vec<u8> {
         ];
         structure(&[number(2, I64, 4), field(1, &about)])
     });
-    let group = structure(&[
-        list(1, 12, &columns),
-        number(1, I64, 1000),
-        number(1, I64, rows),
-    ]);
+    let group = structure(&[list(1, 12, &columns), number(1, I64, 1000), number(1, I64, rows)]);
     let footer = structure(&[
         number(1, I32, 1),
         list(1, 12, &schema),
@@ -238,10 +215,7 @@ fn io_bombs_cost_neither_time_nor_memory() {
     ] {
         let (samples, fault) = read(folder.path(), &bomb);
         assert_eq!(samples, 0);
-        assert!(
-            matches!(fault, Some(Fault::NothingToRead { .. })),
-            "{fault:?}"
-        );
+        assert!(matches!(fault, Some(Fault::NothingToRead { .. })), "{fault:?}");
     }
 
     let [gzip, zstd] = &packed_zeros;
@@ -257,14 +231,8 @@ fn io_bombs_cost_neither_time_nor_memory() {
         bytes
     };
     for (name, bomb) in [
-        (
-            "256 MB, as it says",
-            parquet_bomb(ZSTD, &page(256 << 20, 1 << 20, zstd), 1, 1000),
-        ),
-        (
-            "256 MB, said of gzip",
-            parquet_bomb(GZIP, &page(256 << 20, 1 << 20, gzip), 1, 1000),
-        ),
+        ("256 MB, as it says", parquet_bomb(ZSTD, &page(256 << 20, 1 << 20, zstd), 1, 1000)),
+        ("256 MB, said of gzip", parquet_bomb(GZIP, &page(256 << 20, 1 << 20, gzip), 1, 1000)),
         (
             "2 GB, which are not there",
             parquet_bomb(SNAPPY, &page(most_values, 1, &[0; 9]), 1, 1000),
@@ -273,35 +241,17 @@ fn io_bombs_cost_neither_time_nor_memory() {
             "2 GB of values in a dictionary",
             parquet_bomb(PLAIN_CODEC, &dictionary(most_values, &doubles), 1, 8),
         ),
-        (
-            "a page of 1 MB, 400 times",
-            parquet_bomb(ZSTD, &repeated, 400, 1),
-        ),
-        (
-            "a million million rows",
-            parquet_bomb(PLAIN_CODEC, &page(64, 8, &doubles), 1, 1 << 40),
-        ),
-        (
-            "rows beyond counting",
-            parquet_bomb(PLAIN_CODEC, &page(64, 8, &doubles), 3, i64::MAX),
-        ),
+        ("a page of 1 MB, 400 times", parquet_bomb(ZSTD, &repeated, 400, 1)),
+        ("a million million rows", parquet_bomb(PLAIN_CODEC, &page(64, 8, &doubles), 1, 1 << 40)),
+        ("rows beyond counting", parquet_bomb(PLAIN_CODEC, &page(64, 8, &doubles), 3, i64::MAX)),
         ("a footer of 2 MB in 3", huge_footer),
     ] {
         let (_, fault) = read(folder.path(), &bomb);
-        assert!(
-            matches!(fault, Some(Fault::TooMuch { .. })),
-            "{name}: {fault:?}"
-        );
+        assert!(matches!(fault, Some(Fault::TooMuch { .. })), "{name}: {fault:?}");
     }
     for (name, bomb) in [
-        (
-            "256 MB that say they are 64 bytes",
-            parquet_bomb(ZSTD, &page(64, 8, zstd), 1, 8),
-        ),
-        (
-            "256 MB that say they are 64 bytes",
-            parquet_bomb(GZIP, &page(64, 8, gzip), 1, 8),
-        ),
+        ("256 MB that say they are 64 bytes", parquet_bomb(ZSTD, &page(64, 8, zstd), 1, 8)),
+        ("256 MB that say they are 64 bytes", parquet_bomb(GZIP, &page(64, 8, gzip), 1, 8)),
         (
             "1 GB that says it is 64 bytes",
             parquet_bomb(SNAPPY, &page(64, 8, &length_of_snappy), 1, 8),
@@ -310,16 +260,10 @@ fn io_bombs_cost_neither_time_nor_memory() {
             "100,000 values in 64 bytes",
             parquet_bomb(PLAIN_CODEC, &dictionary(100_000, &doubles), 1, 8),
         ),
-        (
-            "more rows than values",
-            parquet_bomb(PLAIN_CODEC, &page(64, 8, &doubles), 1, 500_000),
-        ),
+        ("more rows than values", parquet_bomb(PLAIN_CODEC, &page(64, 8, &doubles), 1, 500_000)),
     ] {
         let (_, fault) = read(folder.path(), &bomb);
-        assert!(
-            matches!(fault, Some(Fault::Damaged { .. })),
-            "{name}: {fault:?}"
-        );
+        assert!(matches!(fault, Some(Fault::Damaged { .. })), "{name}: {fault:?}");
     }
     if let (Some(before_kb), Some(after_kb)) = (before_kb, peak_memory_kb()) {
         let grown_kb = after_kb - before_kb;

@@ -41,11 +41,7 @@ fn fault(text: impl AsRef<[u8]>) -> Fault {
 }
 
 fn unit(read: &Read, quantity: Quantity) -> (Unit, UnitSource) {
-    let channel = read
-        .description
-        .channels
-        .iter()
-        .find(|c| c.quantity == quantity);
+    let channel = read.description.channels.iter().find(|c| c.quantity == quantity);
     channel.map(|c| (c.unit, c.unit_source)).unwrap()
 }
 
@@ -55,10 +51,7 @@ fn times(read: &Read) -> Vec<f64> {
 
 /// One conversion in double precision.
 fn assert_close(found: f64, expected: f64) {
-    assert!(
-        (found - expected).abs() < 1e-12,
-        "{found} is not {expected}"
-    );
+    assert!((found - expected).abs() < 1e-12, "{found} is not {expected}");
 }
 
 #[test]
@@ -74,10 +67,8 @@ fn io_delimiters_comments_quotes_and_line_ends_do_not_matter() {
     ] {
         let samples = read(text).samples;
         let expected = [(0.0, 0.5, 0.25), (0.5, 0.75, -0.25)];
-        let found: Vec<_> = samples
-            .iter()
-            .map(|s| (s.time_s, s.heading_rad, s.rudder_rad))
-            .collect();
+        let found: Vec<_> =
+            samples.iter().map(|s| (s.time_s, s.heading_rad, s.rudder_rad)).collect();
         assert_eq!(found, expected, "{text:?}");
     }
 }
@@ -96,11 +87,7 @@ fn io_stated_units_are_converted() {
     assert_close(sample.yaw_rate_rad_s.unwrap(), PI / 2.0);
     assert_close(sample.depth_m.unwrap(), 3.048);
     // Percent of an angle that nobody gave.
-    assert!(
-        read.warnings
-            .iter()
-            .any(|w| w.contains("--rudder-range-deg"))
-    );
+    assert!(read.warnings.iter().any(|w| w.contains("--rudder-range-deg")));
 }
 
 #[test]
@@ -109,10 +96,7 @@ fn io_a_date_states_its_unit() {
         "UTC,heading_deg,rudder_deg\n2026-09-14T08:00:00Z,180,10\n2026-09-14T08:00:01Z,181,10\n",
     );
     assert_eq!(times(&read), [0.0, 1.0]);
-    assert_eq!(
-        unit(&read, Quantity::Time),
-        (Unit::Second, UnitSource::Stated)
-    );
+    assert_eq!(unit(&read, Quantity::Time), (Unit::Second, UnitSource::Stated));
 }
 
 #[test]
@@ -124,14 +108,8 @@ fn io_header_in_latin_1_is_understood() {
 #[test]
 fn io_degrees_without_a_unit_are_seen_and_said() {
     let read = read("t,heading,rudder\n0,350,15\n1,359,-15\n2,4,-15\n");
-    assert_eq!(
-        unit(&read, Quantity::Heading),
-        (Unit::Degree, UnitSource::Assumed)
-    );
-    assert_eq!(
-        unit(&read, Quantity::Rudder),
-        (Unit::Degree, UnitSource::Assumed)
-    );
+    assert_eq!(unit(&read, Quantity::Heading), (Unit::Degree, UnitSource::Assumed));
+    assert_eq!(unit(&read, Quantity::Rudder), (Unit::Degree, UnitSource::Assumed));
     assert_close(read.samples[0].rudder_rad, PI / 12.0);
     assert_eq!(read.warnings.len(), 2, "{:?}", read.warnings);
     // Small headings in degrees: the rudder vouches for them.
@@ -142,24 +120,9 @@ fn io_degrees_without_a_unit_are_seen_and_said() {
 #[test]
 fn io_degrees_given_as_radians_are_warned_of() {
     let read = read("time_s,heading_rad,rudder_rad\n0,350,15\n1,10,-15\n2,14,-15\n");
-    assert_eq!(
-        unit(&read, Quantity::Heading),
-        (Unit::Radian, UnitSource::Stated)
-    );
-    assert!(
-        read.warnings
-            .iter()
-            .any(|w| w.contains("--unit heading=deg")),
-        "{:?}",
-        read.warnings
-    );
-    assert!(
-        read.warnings
-            .iter()
-            .any(|w| w.contains("--unit rudder=deg")),
-        "{:?}",
-        read.warnings
-    );
+    assert_eq!(unit(&read, Quantity::Heading), (Unit::Radian, UnitSource::Stated));
+    assert!(read.warnings.iter().any(|w| w.contains("--unit heading=deg")), "{:?}", read.warnings);
+    assert!(read.warnings.iter().any(|w| w.contains("--unit rudder=deg")), "{:?}", read.warnings);
 }
 
 #[test]
@@ -177,19 +140,14 @@ fn io_degrees_that_come_after_the_look_ahead_are_refused() {
 
 #[test]
 fn io_yaw_rate_has_the_unit_that_integrates_to_the_heading() {
-    for (scale, expected) in [
-        (1.0, Unit::RadianPerSecond),
-        (1_f64.to_degrees(), Unit::DegreePerSecond),
-    ] {
+    for (scale, expected) in
+        [(1.0, Unit::RadianPerSecond), (1_f64.to_degrees(), Unit::DegreePerSecond)]
+    {
         let mut text = String::from("t,yaw,rudder,r\n");
         for k in 0..400 {
             let t = f64::from(k) * 0.05;
             let rate = 0.1 * (0.5 * t).cos() * scale;
-            text += &format!(
-                "{t},{},{},{rate}\n",
-                0.2 * (0.5 * t).sin(),
-                0.2 * (0.5 * t).cos()
-            );
+            text += &format!("{t},{},{},{rate}\n", 0.2 * (0.5 * t).sin(), 0.2 * (0.5 * t).cos());
         }
         assert_eq!(unit(&read(text), Quantity::YawRate).0, expected);
     }
@@ -230,9 +188,7 @@ fn io_two_columns_that_may_not_turn_against_each_other_are_not_taken_together() 
 fn io_a_yaw_rate_that_is_chosen_for_the_heading_is_integrated() {
     let text = "t,heading_deg,rudder_deg,yaw_rate_deg_s\n0,10,0,2\n1,12,1,2\n2,90,2,4\n";
     let mut choice = ChannelChoice::default();
-    choice
-        .columns
-        .insert(Quantity::Heading, "yaw_rate_deg_s".into());
+    choice.columns.insert(Quantity::Heading, "yaw_rate_deg_s".into());
     let read = read_with(text, &choice).unwrap();
     assert_eq!(unit(&read, Quantity::Heading).0, Unit::DegreePerSecond);
     let headings = read.samples.iter().map(|s| s.heading_rad.to_degrees());
@@ -249,10 +205,7 @@ fn io_pwm_is_centred_and_scaled_to_the_angle_given() {
     choice.full_rudder_rad = Some(0.5);
     choice.rudder_trim = Some(1480.0);
     let read = read_with(text, &choice).unwrap();
-    assert_eq!(
-        unit(&read, Quantity::Rudder),
-        (Unit::PulseWidth, UnitSource::Assumed)
-    );
+    assert_eq!(unit(&read, Quantity::Rudder), (Unit::PulseWidth, UnitSource::Assumed));
     assert_close(read.samples[1].rudder_rad, 0.5 * 420.0 / 400.0);
 }
 
@@ -274,38 +227,11 @@ fn io_times_become_seconds() {
         assert_eq!(read.description.start_utc, start);
     }
     for (name, row) in [
-        (
-            "timestamp",
-            ["1700000000.00", "1700000000.25", "1700000000.50"],
-        ),
-        (
-            "timestamp",
-            ["1700000000000", "1700000000250", "1700000000500"],
-        ),
-        (
-            "stamp_ns",
-            [
-                "1700000000000000000",
-                "1700000000250000000",
-                "1700000000500000000",
-            ],
-        ),
-        (
-            "utc",
-            [
-                "2023-11-14T22:13:20Z",
-                "2023-11-14T22:13:20.25Z",
-                "2023-11-14T23:13:20.5+01:00",
-            ],
-        ),
-        (
-            "time",
-            [
-                "2023-11-14 22:13:20",
-                "2023-11-14 22:13:20.25",
-                "2023-11-14 22:13:20.5",
-            ],
-        ),
+        ("timestamp", ["1700000000.00", "1700000000.25", "1700000000.50"]),
+        ("timestamp", ["1700000000000", "1700000000250", "1700000000500"]),
+        ("stamp_ns", ["1700000000000000000", "1700000000250000000", "1700000000500000000"]),
+        ("utc", ["2023-11-14T22:13:20Z", "2023-11-14T22:13:20.25Z", "2023-11-14T23:13:20.5+01:00"]),
+        ("time", ["2023-11-14 22:13:20", "2023-11-14 22:13:20.25", "2023-11-14 22:13:20.5"]),
     ] {
         let read = log(row, name);
         for (found, expected) in times(&read).iter().zip([0.0, 0.25, 0.5]) {
@@ -323,36 +249,21 @@ fn io_faults_name_place_column_and_value() {
     assert!(matches!(fault(""), Fault::Empty));
     assert!(matches!(fault("# only a comment\n\n"), Fault::Empty));
     assert!(matches!(fault("t,yaw,rudder\n"), Fault::HeaderOnly));
-    assert!(matches!(
-        fault("0,1,2\n1,1,2\n"),
-        Fault::NoHeader { line: 1, .. }
-    ));
-    assert!(matches!(
-        fault([0_u8, 1, 2, 3]),
-        Fault::NotText { offset: 0, .. }
-    ));
+    assert!(matches!(fault("0,1,2\n1,1,2\n"), Fault::NoHeader { line: 1, .. }));
+    assert!(matches!(fault([0_u8, 1, 2, 3]), Fault::NotText { offset: 0, .. }));
     for (text, expected) in [
         (
             "t,yaw,rudder\n0,0,0.1\n1,abc,0\n",
             "line 3, column `yaw`: found \"abc\", expected a number",
         ),
-        (
-            "t,yaw,rudder\r\n0,0,0.1\r\n1,0,inf\r\n",
-            "line 3, column `rudder`: found inf",
-        ),
+        ("t,yaw,rudder\r\n0,0,0.1\r\n1,0,inf\r\n", "line 3, column `rudder`: found inf"),
         (
             "t,yaw,rudder\n# x\n\n1,0,0.1\n0.5,0,0\n",
             "line 5, column `t`: time goes back from 1 s to 0.5 s",
         ),
-        (
-            "t,yaw,rudder\n0,0,0.1,9\n",
-            "line 2: found 4 cells, expected 3",
-        ),
+        ("t,yaw,rudder\n0,0,0.1,9\n", "line 2: found 4 cells, expected 3"),
         ("t,yaw,ruddle\n0,0,0.1\n", "did you mean `ruddle`?"),
-        (
-            "t,yaw,heading,rudder\n0,0,0,0.1\n",
-            "`yaw`, `heading`; say which with --heading NAME",
-        ),
+        ("t,yaw,heading,rudder\n0,0,0,0.1\n", "`yaw`, `heading`; say which with --heading NAME"),
         (
             "t,yaw [furlong],rudder\n0,0,0.1\n",
             "`furlong` does not fit heading; expected one of rad, deg",
@@ -401,26 +312,15 @@ fn io_choices_override_names() {
         (Quantity::Roll, "none".to_string()),
     ]
     .into();
-    choice.units = [
-        (Quantity::Heading, Unit::Degree),
-        (Quantity::Rudder, Unit::Degree),
-    ]
-    .into();
+    choice.units = [(Quantity::Heading, Unit::Degree), (Quantity::Rudder, Unit::Degree)].into();
     let read = read_with(text, &choice).unwrap();
     assert_close(read.samples[0].heading_rad, PI / 2.0);
     assert_close(read.samples[1].rudder_rad, PI / 9.0);
     assert_eq!(read.samples[0].roll_rad, None);
     // The speed is text: said, and left out.
     assert_eq!(read.samples[0].surge_speed_m_s, None);
-    assert!(
-        read.warnings.iter().any(|w| w.contains("`speed` is text")),
-        "{:?}",
-        read.warnings
-    );
-    assert_eq!(
-        unit(&read, Quantity::Heading),
-        (Unit::Degree, UnitSource::Chosen)
-    );
+    assert!(read.warnings.iter().any(|w| w.contains("`speed` is text")), "{:?}", read.warnings);
+    assert_eq!(unit(&read, Quantity::Heading), (Unit::Degree, UnitSource::Chosen));
 }
 
 #[test]
@@ -430,25 +330,11 @@ fn io_the_description_says_what_the_rudder_is_measured_in() {
     let mut full = ChannelChoice::default();
     full.full_rudder_rad = Some(0.5);
     for (column, choice, expected, rudder) in [
-        (
-            "rudder_deg",
-            ChannelChoice::default(),
-            RudderUnit::Rad,
-            20_f64.to_radians(),
-        ),
-        (
-            "rudder_pct",
-            ChannelChoice::default(),
-            RudderUnit::FullRudder,
-            0.2,
-        ),
+        ("rudder_deg", ChannelChoice::default(), RudderUnit::Rad, 20_f64.to_radians()),
+        ("rudder_pct", ChannelChoice::default(), RudderUnit::FullRudder, 0.2),
         ("rudder_pct", full, RudderUnit::Rad, 0.1),
     ] {
-        std::fs::write(
-            &path,
-            format!("t,heading_deg,{column}\n0,180,20\n1,181,-20\n"),
-        )
-        .unwrap();
+        std::fs::write(&path, format!("t,heading_deg,{column}\n0,180,20\n1,181,-20\n")).unwrap();
         let mut log = open(&path, &choice).unwrap();
         assert_eq!(log.description().rudder_unit, expected, "{column}");
         assert_close(log.next().unwrap().unwrap().rudder_rad, rudder);

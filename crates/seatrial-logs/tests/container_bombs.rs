@@ -32,8 +32,7 @@ fn workbook() -> Vec<u8> {
         file.start_file(name, options).unwrap();
         file.write_all(text.as_bytes()).unwrap();
     }
-    file.start_file("xl/worksheets/sheet1.xml", options)
-        .unwrap();
+    file.start_file("xl/worksheets/sheet1.xml", options).unwrap();
     file.write_all(b"<worksheet><sheetData>").unwrap();
     for _ in 0..256 {
         file.write_all(&vec![b' '; MEGABYTE]).unwrap();
@@ -63,27 +62,8 @@ fn bzip2_zeros() -> Vec<u8> {
 /// A MATLAB file of one packed element: of 256 MB of zeros behind a matrix that says it has 4 GB.
 fn matlab() -> Vec<u8> {
     let mut packer = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
-    let matrix = [
-        14,
-        u32::MAX - 7,
-        6,
-        8,
-        6,
-        0,
-        5,
-        8,
-        1 << 30,
-        1,
-        1,
-        8,
-        0,
-        0,
-        9,
-        u32::MAX - 7,
-    ];
-    packer
-        .write_all(&matrix.map(u32::to_le_bytes).concat())
-        .unwrap();
+    let matrix = [14, u32::MAX - 7, 6, 8, 6, 0, 5, 8, 1 << 30, 1, 1, 8, 0, 0, 9, u32::MAX - 7];
+    packer.write_all(&matrix.map(u32::to_le_bytes).concat()).unwrap();
     for _ in 0..256 {
         packer.write_all(&vec![0; MEGABYTE]).unwrap();
     }
@@ -98,12 +78,7 @@ fn matlab() -> Vec<u8> {
 
 /// A heading of NMEA 2000 as a recorder of Yacht Devices writes it.
 fn heading() -> Vec<u8> {
-    [
-        &[0, 0][..],
-        &0x09f1_120f_u32.to_le_bytes(),
-        &[0, 1, 2, 0xff, 0x7f, 0xff, 0x7f, 0xfd],
-    ]
-    .concat()
+    [&[0, 0][..], &0x09f1_120f_u32.to_le_bytes(), &[0, 1, 2, 0xff, 0x7f, 0xff, 0x7f, 0xfd]].concat()
 }
 
 /// One test, because memory is that of the process.
@@ -114,47 +89,18 @@ fn io_containers_of_bombs_and_absurd_lengths_cost_neither_time_nor_memory() {
     let fast_packet = [&[0, 0][..], &0x0df8_050f_u32.to_le_bytes(), &[0, 255]].concat();
     let yacht_devices = [heading().repeat(8), fast_packet.repeat(1000)].concat();
     let wide = |text: &str| -> Vec<u8> { text.encode_utf16().flat_map(u16::to_le_bytes).collect() };
-    let without_end = [
-        vec![0xff, 0xfe],
-        wide("time_s,"),
-        b"a\0".repeat(8 * MEGABYTE),
-    ]
-    .concat();
+    let without_end = [vec![0xff, 0xfe], wide("time_s,"), b"a\0".repeat(8 * MEGABYTE)].concat();
     let names = wide("time_s,heading_deg,rudder_deg\n0,1,2\n0.1,1,2\n");
     let row_without_end = [vec![0xff, 0xfe], names, b"1\0".repeat(8 * MEGABYTE)].concat();
     let bombs = [
-        (
-            "a workbook of 256 MB",
-            workbook(),
-            "unpacks to more than any log holds",
-        ),
-        (
-            "bzip2 of 256 MB",
-            bag("bz2", &bzip2_zeros(), bzip2_zeros().len() as u32),
-            "",
-        ),
-        (
-            "lz4 of 256 MB",
-            bag("lz4", &lz4_zeros(), lz4_zeros().len() as u32),
-            "",
-        ),
-        (
-            "a chunk of 4 GB that is not there",
-            bag("none", &[0; 100], u32::MAX),
-            "",
-        ),
+        ("a workbook of 256 MB", workbook(), "unpacks to more than any log holds"),
+        ("bzip2 of 256 MB", bag("bz2", &bzip2_zeros(), bzip2_zeros().len() as u32), ""),
+        ("lz4 of 256 MB", bag("lz4", &lz4_zeros(), lz4_zeros().len() as u32), ""),
+        ("a chunk of 4 GB that is not there", bag("none", &[0; 100], u32::MAX), ""),
         ("a matrix of 4 GB", matlab(), ""),
         ("packets of 255 bytes", yacht_devices, ""),
-        (
-            "a message without end",
-            [&[0x1b, 1, 7][..], &vec![0x55; 2 * MEGABYTE]].concat(),
-            "",
-        ),
-        (
-            "a gateway without end",
-            [&[0x10, 2][..], &vec![0x93; 2 * MEGABYTE]].concat(),
-            "",
-        ),
+        ("a message without end", [&[0x1b, 1, 7][..], &vec![0x55; 2 * MEGABYTE]].concat(), ""),
+        ("a gateway without end", [&[0x10, 2][..], &vec![0x93; 2 * MEGABYTE]].concat(), ""),
         ("names without end", without_end, ""),
         ("a row without end", row_without_end, ""),
     ];

@@ -51,10 +51,7 @@ fn io_csv_cut_at_every_byte_gives_the_samples_before_the_cut() {
             // The last sample may have lost digits; those before it are whole.
             Ok(read) => assert_eq!(read[..read.len() - 1], whole[..read.len() - 1], "{length}"),
             Err(error) => {
-                let lines = bytes[..length]
-                    .iter()
-                    .filter(|byte| **byte == b'\n')
-                    .count();
+                let lines = bytes[..length].iter().filter(|byte| **byte == b'\n').count();
                 let last_line_ends_in_sign =
                     bytes[..length].ends_with(b"-") || bytes[..length].ends_with(b"e");
                 assert!(lines < 2 || last_line_ends_in_sign, "{length}: {error}");
@@ -70,10 +67,7 @@ fn io_parquet_cut_at_every_byte_is_refused() {
     write_parquet(&mut bytes, &rows(&samples(20))).unwrap();
     for length in 0..bytes.len() {
         let error = read(folder.path(), &bytes[..length], false).unwrap_err();
-        assert!(
-            length < 4 || matches!(error.fault, Fault::Damaged { .. }),
-            "{length}: {error}"
-        );
+        assert!(length < 4 || matches!(error.fault, Fault::Damaged { .. }), "{length}: {error}");
     }
 }
 
@@ -131,16 +125,10 @@ fn io_a_line_without_end_is_refused_with_bounded_memory() {
     let mut bytes = b"t,yaw,rudder\n0,0,0\n1,\"".to_vec();
     bytes.resize(3 << 20, b'7');
     let error = read(folder.path(), &bytes, true).unwrap_err();
-    assert!(
-        matches!(error.fault, Fault::LineTooLong { line: 3, .. }),
-        "{error}"
-    );
+    assert!(matches!(error.fault, Fault::LineTooLong { line: 3, .. }), "{error}");
     let header = vec![b','; 5000];
     let error = read(folder.path(), &header, true).unwrap_err();
-    assert!(
-        matches!(error.fault, Fault::TooManyColumns { .. }),
-        "{error}"
-    );
+    assert!(matches!(error.fault, Fault::TooManyColumns { .. }), "{error}");
 }
 
 /// The library writes no checksums of pages; the file has its own.
@@ -175,8 +163,6 @@ fn io_a_damaged_first_chunk_is_named() {
     let middle = bytes.len() / 4;
     bytes[middle] ^= 4;
     std::fs::write(&path, bytes).unwrap();
-    let fault = open(&path, &ChannelChoice::default())
-        .err()
-        .map(|e| e.fault);
+    let fault = open(&path, &ChannelChoice::default()).err().map(|e| e.fault);
     assert!(matches!(fault, Some(Fault::Damaged { .. })), "{fault:?}");
 }

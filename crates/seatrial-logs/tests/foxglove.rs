@@ -16,14 +16,11 @@ type Client = WebSocket<TcpStream>;
 fn connect(server: &FoxgloveServer) -> Client {
     let url = server.url();
     let mut request = url.as_str().into_client_request().unwrap();
-    request.headers_mut().insert(
-        "Sec-WebSocket-Protocol",
-        HeaderValue::from_static("foxglove.sdk.v1"),
-    );
+    request
+        .headers_mut()
+        .insert("Sec-WebSocket-Protocol", HeaderValue::from_static("foxglove.sdk.v1"));
     let stream = TcpStream::connect(url.strip_prefix("ws://").unwrap()).unwrap();
-    stream
-        .set_read_timeout(Some(Duration::from_secs(30)))
-        .unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
     tungstenite::client(request, stream).unwrap().0
 }
 
@@ -74,9 +71,7 @@ fn io_a_viewer_receives_what_it_subscribes_to() {
     let channels: Vec<Value> = advertised(&mut client)
         .into_iter()
         .filter(|channel| {
-            ["/rudder_rad", "/estimate_a22_per_s"]
-                .iter()
-                .any(|topic| channel["topic"] == *topic)
+            ["/rudder_rad", "/estimate_a22_per_s"].iter().any(|topic| channel["topic"] == *topic)
         })
         .collect();
     assert_eq!(channels.len(), 2);

@@ -58,11 +58,7 @@ fn io_every_format_cut_at_every_byte_is_read_up_to_there() {
         for seed in seeds::of(format) {
             let (whole, _) = read(&seed).unwrap();
             let (mut most, mut silent) = (0, 0);
-            let step = if format == "rosbag2" {
-                101
-            } else {
-                1 + seed.len() / 800
-            };
+            let step = if format == "rosbag2" { 101 } else { 1 + seed.len() / 800 };
             for length in (0..seed.len()).step_by(step) {
                 let Ok((samples, warnings)) = read(&seed[..length]) else {
                     continue;

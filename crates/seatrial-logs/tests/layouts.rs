@@ -16,19 +16,13 @@ fn run() -> Vec<Row> {
         .map(|k| {
             let time_s = 0.1 * f64::from(k);
             let heading = 350.0 + 40.0 * (0.2 * time_s).sin();
-            (
-                time_s,
-                heading.rem_euclid(360.0),
-                10.0 * (0.2 * time_s).cos(),
-            )
+            (time_s, heading.rem_euclid(360.0), 10.0 * (0.2 * time_s).cos())
         })
         .collect()
 }
 
 fn text(head: &str, row: impl Fn(Row) -> String) -> String {
-    run()
-        .into_iter()
-        .fold(head.to_owned(), |text, of| text + &row(of) + "\n")
+    run().into_iter().fold(head.to_owned(), |text, of| text + &row(of) + "\n")
 }
 
 fn opened(bytes: &[u8], folder: &tempfile::TempDir) -> Result<LogReader, Fault> {
@@ -106,12 +100,7 @@ fn io_times_in_parts_in_digits_and_of_other_eras_are_read() {
                 format!("{},{}", tenths / 10, 100 * (tenths % 10))
             }),
         ),
-        (
-            "t_sec,t_ms",
-            of("t_sec,t_ms", &|t| {
-                format!("{},{:.0}", (t + 1e-9).floor(), 1e3 * t)
-            }),
-        ),
+        ("t_sec,t_ms", of("t_sec,t_ms", &|t| format!("{},{:.0}", (t + 1e-9).floor(), 1e3 * t))),
         (
             "YY,MM,DD,hh,mi,ss,ms",
             of("YY,MM,DD,hh,mi,ss,ms", &|t| {
@@ -119,31 +108,18 @@ fn io_times_in_parts_in_digits_and_of_other_eras_are_read() {
                 format!("24,5,1,{hours},{minutes},{seconds},{milliseconds}")
             }),
         ),
-        (
-            "date,utc",
-            of("date,utc", &|t| format!("010524,{}", hhmmss(t))),
-        ),
+        ("date,utc", of("date,utc", &|t| format!("010524,{}", hhmmss(t)))),
         ("hhmmssmmm", of("time", &|t| hhmmss(t).replace('.', ""))),
-        (
-            "yyyymmdd_hhmmss",
-            of("time", &|t| format!("20240501_{}", hhmmss(t))),
-        ),
+        ("yyyymmdd_hhmmss", of("time", &|t| format!("20240501_{}", hhmmss(t)))),
         (
             "ms since 1904",
-            of("timestamp", &|t| {
-                format!("{:.0}", 1e3 * (START_S + 2_082_844_800.0 + t))
-            }),
+            of("timestamp", &|t| format!("{:.0}", 1e3 * (START_S + 2_082_844_800.0 + t))),
         ),
         (
             "ms since 1601",
-            of("timestamp", &|t| {
-                format!("{:.0}", 1e3 * (START_S + 11_644_473_600.0 + t))
-            }),
+            of("timestamp", &|t| format!("{:.0}", 1e3 * (START_S + 11_644_473_600.0 + t))),
         ),
-        (
-            "hundredths since 1970",
-            of("timestamp", &|t| format!("{:.0}", 1e2 * (START_S + t))),
-        ),
+        ("hundredths since 1970", of("timestamp", &|t| format!("{:.0}", 1e2 * (START_S + t)))),
         ("ts", of("ts", &|t| format!("{:.1}", START_S + t))),
     ] {
         assert_is_the_run(names, written.as_bytes());
@@ -163,10 +139,7 @@ fn io_a_count_of_two_eras_is_no_date() {
     assert_eq!(found.start_utc, None);
     assert_eq!(found.channels[0].unit_source, UnitSource::Assumed);
     let doubts = found.warnings.join("\n");
-    assert!(
-        doubts.contains("us since 1601") && doubts.contains("--unit time=UNIT"),
-        "{doubts}"
-    );
+    assert!(doubts.contains("us since 1601") && doubts.contains("--unit time=UNIT"), "{doubts}");
 }
 
 #[test]
@@ -179,9 +152,7 @@ fn io_tables_are_read_whatever_stands_before_and_in_them() {
     };
     let filled = |none: &str| {
         let head = "time_s,heading_deg,rudder_deg\n";
-        text(head, |(t, h, d)| {
-            format!("{t:.3},{h:.3},{none}\n{:.3},{none},{d:.2}", t + 0.001)
-        })
+        text(head, |(t, h, d)| format!("{t:.3},{h:.3},{none}\n{:.3},{none},{d:.2}", t + 0.001))
     };
     let heading = |(t, h, _): Row| format!(",,0,{},{h:.3},heading_deg,boat", iso(t));
     let rudder = |(t, _, d): Row| format!(",,1,{},{d:.3},rudder_deg,boat", iso(t));
@@ -193,10 +164,7 @@ fn io_tables_are_read_whatever_stands_before_and_in_them() {
         )
     };
     for (name, log) in [
-        (
-            "per cent signs",
-            plain("%% exported\n% t [s], psi [deg], delta [deg]\n"),
-        ),
+        ("per cent signs", plain("%% exported\n% t [s], psi [deg], delta [deg]\n")),
         (
             "per cent signs before names and units",
             plain("% exported\n% time, heading, rudder\n% s, deg, deg\n"),
@@ -214,10 +182,7 @@ fn io_tables_are_read_whatever_stands_before_and_in_them() {
                 format!("{t:.1};{h:.3}°;{:.2}° {side}", d.abs())
             }),
         ),
-        (
-            "garbage",
-            plain(&format!("\0\u{7f}\u{1}boot\n\n***\n{names}")),
-        ),
+        ("garbage", plain(&format!("\0\u{7f}\u{1}boot\n\n***\n{names}"))),
         (
             "degrees, minutes, seconds",
             text("time_s,heading,rudder_deg\n", |(t, h, d)| {
@@ -234,10 +199,7 @@ fn io_tables_are_read_whatever_stands_before_and_in_them() {
         ),
         ("empty cells", filled("")),
         ("NaN for no value", filled("NaN")),
-        (
-            "InfluxDB",
-            text(names_of_influx, heading) + "\n" + &text(names_of_influx, rudder),
-        ),
+        ("InfluxDB", text(names_of_influx, heading) + "\n" + &text(names_of_influx, rudder)),
         ("Grafana", text("\"Series\";\"Time\";\"Value\"\n", grafana)),
         (
             "InfluxDB's lines",
@@ -257,29 +219,19 @@ fn io_tables_are_read_whatever_stands_before_and_in_them() {
         ),
         (
             "key=value",
-            text("", |(t, h, d)| {
-                format!("INFO t_s={t:.1}; heading_deg={h:.3}; rudder_deg={d:.2}")
-            }),
+            text("", |(t, h, d)| format!("INFO t_s={t:.1}; heading_deg={h:.3}; rudder_deg={d:.2}")),
         ),
         (
             "key: value",
-            text("", |(t, h, d)| {
-                format!("t_s: {t:.1}, heading_deg: {h:.3}\trudder_deg:{d:.2}")
-            }),
+            text("", |(t, h, d)| format!("t_s: {t:.1}, heading_deg: {h:.3}\trudder_deg:{d:.2}")),
         ),
         (
             "key=value behind a time",
             text("", |(t, h, d)| {
-                format!(
-                    "{} heading={h:.3}deg rudder={d:.2}deg",
-                    iso(t).replace('T', " ")
-                )
+                format!("{} heading={h:.3}deg rudder={d:.2}deg", iso(t).replace('T', " "))
             }),
         ),
-        (
-            "names again",
-            plain(names).replace("\n60.0,", &format!("\n{names}60.0,")),
-        ),
+        ("names again", plain(names).replace("\n60.0,", &format!("\n{names}60.0,"))),
         (
             "topics without names",
             text("", |(t, h, d)| {
@@ -309,10 +261,7 @@ fn io_tables_are_read_whatever_stands_before_and_in_them() {
         (
             "states of entities",
             text("entity_id,state,last_changed\n", |(t, h, d)| {
-                format!(
-                    "sensor.heading,{h:.3},{0}\nsensor.rudder,{d:.2},{0}",
-                    iso(t)
-                )
+                format!("sensor.heading,{h:.3},{0}\nsensor.rudder,{d:.2},{0}", iso(t))
             }),
         ),
         (
@@ -342,27 +291,22 @@ fn io_tables_are_read_whatever_stands_before_and_in_them() {
         ),
         (
             "a remark behind a unit",
-            text(
-                "time_s,heading_deg (gyro),rudder_deg (starboard positive)\n",
-                |(t, h, d)| format!("{t:.1},{h:.3},{d:.2}"),
-            ),
+            text("time_s,heading_deg (gyro),rudder_deg (starboard positive)\n", |(t, h, d)| {
+                format!("{t:.1},{h:.3},{d:.2}")
+            }),
         ),
         (
             "seconds of a day",
-            text(
-                "Year,DOY,SecondsOfDay,heading_deg,rudder_deg\n",
-                |(t, h, d)| format!("2024,122,{:.1},{h:.3},{d:.2}", 43_200.0 + t),
-            ),
+            text("Year,DOY,SecondsOfDay,heading_deg,rudder_deg\n", |(t, h, d)| {
+                format!("2024,122,{:.1},{h:.3},{d:.2}", 43_200.0 + t)
+            }),
         ),
         (
             "a sine and a cosine",
-            text(
-                "time_s,sin(heading),cos(heading),rudder_deg\n",
-                |(t, h, d)| {
-                    let (sine, cosine) = h.to_radians().sin_cos();
-                    format!("{t:.1},{sine:.5},{cosine:.5},{d:.2}")
-                },
-            ),
+            text("time_s,sin(heading),cos(heading),rudder_deg\n", |(t, h, d)| {
+                let (sine, cosine) = h.to_radians().sin_cos();
+                format!("{t:.1},{sine:.5},{cosine:.5},{d:.2}")
+            }),
         ),
         (
             "objects of JSON in lines",
@@ -422,11 +366,7 @@ fn io_tables_are_read_whatever_stands_before_and_in_them() {
         (
             "data of a topic",
             text("__time,/imu/heading_deg,/rudder/data\n", |(t, h, d)| {
-                format!(
-                    "{:.3},{h:.3},\n{:.3},,{d:.2}",
-                    START_S + t,
-                    START_S + t + 0.001
-                )
+                format!("{:.3},{h:.3},\n{:.3},,{d:.2}", START_S + t, START_S + t + 0.001)
             }),
         ),
         (
@@ -445,10 +385,9 @@ fn io_tables_are_read_whatever_stands_before_and_in_them() {
         ),
         (
             "Expedition",
-            text(
-                "!Boat,Utc,BSP,RudderFwd,HDG\n!boat,0,1,7,13\n!v12\n",
-                |(t, h, d)| format!("0,{:.8},7,{d:.2},13,{h:.2}", 45_413.5 + t / 86_400.0),
-            ),
+            text("!Boat,Utc,BSP,RudderFwd,HDG\n!boat,0,1,7,13\n!v12\n", |(t, h, d)| {
+                format!("0,{:.8},7,{d:.2},13,{h:.2}", 45_413.5 + t / 86_400.0)
+            }),
         ),
     ] {
         assert_is_the_run(name, log.as_bytes());
@@ -475,46 +414,30 @@ fn io_laboratories_and_databases_head_their_tables_with_more_than_names() {
         ),
         (
             "units in brackets, one of them none",
-            text(
-                "timestamp\tstatus\tyaw\trudder\n(us)\t(na)\t(deg)\t(deg)\n",
-                |(t, h, d)| format!("{:.0}\t255\t{h:.3}\t{d:.2}", 1e6 * t),
-            ),
-        ),
-        (
-            "a table in Markdown",
-            text(
-                "| time_s | heading_deg | rudder_deg |\n|---|---|---|\n",
-                |row| format!("|{}|", bars(row)),
-            ),
-        ),
-        (
-            "psql",
-            text(
-                " time_s | heading_deg | rudder_deg\n--------+-------------+-----------\n",
-                bars,
-            ),
-        ),
-        (
-            "a timetable of MATLAB",
-            text("Time,Heading_deg,Rudder_deg\n", |(t, h, d)| {
-                format!("{t:.1} sec,{h:.3},{d:.2}")
+            text("timestamp\tstatus\tyaw\trudder\n(us)\t(na)\t(deg)\t(deg)\n", |(t, h, d)| {
+                format!("{:.0}\t255\t{h:.3}\t{d:.2}", 1e6 * t)
             }),
         ),
         (
-            "topics of one field",
-            text("__time,/imu/yaw_deg,/rudder_deg/data\n", commas),
+            "a table in Markdown",
+            text("| time_s | heading_deg | rudder_deg |\n|---|---|---|\n", |row| {
+                format!("|{}|", bars(row))
+            }),
         ),
+        (
+            "psql",
+            text(" time_s | heading_deg | rudder_deg\n--------+-------------+-----------\n", bars),
+        ),
+        (
+            "a timetable of MATLAB",
+            text("Time,Heading_deg,Rudder_deg\n", |(t, h, d)| format!("{t:.1} sec,{h:.3},{d:.2}")),
+        ),
+        ("topics of one field", text("__time,/imu/yaw_deg,/rudder_deg/data\n", commas)),
         (
             "names over two lines",
-            text(
-                "\"Time\n(s)\",\"Heading\n(deg)\",\"Rudder\n(deg)\"\n",
-                commas,
-            ),
+            text("\"Time\n(s)\",\"Heading\n(deg)\",\"Rudder\n(deg)\"\n", commas),
         ),
-        (
-            "a unit below its quantity",
-            text("time,imu,servo\ns,heading_deg,rudder_deg\n", commas),
-        ),
+        ("a unit below its quantity", text("time,imu,servo\ns,heading_deg,rudder_deg\n", commas)),
         (
             "a time by its digits",
             text("hhmmss.sss,heading_deg,rudder_deg\n", |(t, h, d)| {
@@ -527,10 +450,7 @@ fn io_laboratories_and_databases_head_their_tables_with_more_than_names() {
                 format!("{} I boat: heading_deg={h:.3} rudder_deg={d:.2}", iso(t))
             }),
         ),
-        (
-            "seconds of GPS",
-            text("Time (GPS s),Heading (deg),Rudder Angle (deg)\n", commas),
-        ),
+        ("seconds of GPS", text("Time (GPS s),Heading (deg),Rudder Angle (deg)\n", commas)),
     ] {
         assert_is_the_run(name, log.as_bytes());
     }
@@ -540,9 +460,7 @@ fn io_laboratories_and_databases_head_their_tables_with_more_than_names() {
 #[test]
 fn io_names_that_come_again_have_their_group() {
     let head = "Format Version,1.23\n,,Rotation,Position,Servo\nFrame,Time (s),Y,Y,rudder (deg)\n";
-    let log = text(head, |(t, h, d)| {
-        format!("{:.0},{t:.1},{h:.3},1.0,{d:.2}", 10.0 * t)
-    });
+    let log = text(head, |(t, h, d)| format!("{:.0},{t:.1},{h:.3},1.0,{d:.2}", 10.0 * t));
     let folder = tempfile::tempdir().unwrap();
     let error = opened(log.as_bytes(), &folder).err().unwrap().to_string();
     assert!(error.contains("`Rotation Y`, `Position Y`"), "{error}");
@@ -582,10 +500,7 @@ fn io_copies_and_captures_are_the_logs_in_them() {
     assert_eq!(of_socket.0.len(), of_differences.0.len());
     for (a, b) in of_socket.0.iter().zip(&of_differences.0) {
         let late_s = (a.time_s - of_socket.0[0].time_s) - (b.time_s - of_differences.0[0].time_s);
-        assert!(
-            late_s.abs() < 1e-6 && a.heading_rad == b.heading_rad,
-            "{a:?} {b:?}"
-        );
+        assert!(late_s.abs() < 1e-6 && a.heading_rad == b.heading_rad, "{a:?} {b:?}");
     }
 }
 
@@ -640,21 +555,9 @@ fn io_a_clock_that_begins_again_goes_on() {
     let twelve = "12 h were added";
     for (name, written, warning) in [
         ("12 hours", of("time", &one), twelve),
-        (
-            "12 hours in digits",
-            of("time", &|t| one(t).replace(':', "")),
-            twelve,
-        ),
-        (
-            "12 hours behind a date",
-            of("time", &|t| format!("2024-05-01 {}", one(t))),
-            twelve,
-        ),
-        (
-            "12 hours beside a date",
-            of("date,time", &|t| format!("2024-05-01,{}", one(t))),
-            twelve,
-        ),
+        ("12 hours in digits", of("time", &|t| one(t).replace(':', "")), twelve),
+        ("12 hours behind a date", of("time", &|t| format!("2024-05-01 {}", one(t))), twelve),
+        ("12 hours beside a date", of("date,time", &|t| format!("2024-05-01,{}", one(t))), twelve),
         ("midnight", of("time", &midnight), "24 h were added"),
         (
             "midnight in columns",
@@ -679,9 +582,7 @@ fn io_a_clock_that_begins_again_goes_on() {
         ),
         (
             "a counter of 16 bits",
-            of("t_ms", &|t| {
-                format!("{:.0}", (5536.0 + 1e3 * t).rem_euclid(65_536.0))
-            }),
+            of("t_ms", &|t| format!("{:.0}", (5536.0 + 1e3 * t).rem_euclid(65_536.0))),
             "as a counter that is full",
         ),
     ] {
@@ -713,23 +614,11 @@ fn io_a_time_of_day_states_its_unit() {
     let of_day = |t: f64| iso(t)[11..23].to_owned();
     let angles = "heading_deg,rudder_deg\n";
     for (head, time, expected) in [
-        (
-            "time",
-            &of_day as &dyn Fn(f64) -> String,
-            UnitSource::Stated,
-        ),
-        (
-            "date,time",
-            &|t| "1/5/24,".to_owned() + &of_day(t),
-            UnitSource::Stated,
-        ),
+        ("time", &of_day as &dyn Fn(f64) -> String, UnitSource::Stated),
+        ("date,time", &|t| "1/5/24,".to_owned() + &of_day(t), UnitSource::Stated),
         ("time", &|t| format!("{t:.1}"), UnitSource::Assumed),
     ] {
-        assert_eq!(
-            source(&format!("{head},{angles}"), time),
-            expected,
-            "{head}"
-        );
+        assert_eq!(source(&format!("{head},{angles}"), time), expected, "{head}");
     }
 }
 
@@ -741,10 +630,7 @@ fn io_a_heading_that_wraps_at_no_known_turn_is_refused() {
     });
     let folder = tempfile::tempdir().unwrap();
     let refused = opened(log.as_bytes(), &folder).err();
-    assert!(
-        matches!(refused, Some(Fault::ImplausibleValues { .. })),
-        "{refused:?}"
-    );
+    assert!(matches!(refused, Some(Fault::ImplausibleValues { .. })), "{refused:?}");
 }
 
 /// A sentence with its checksum.
@@ -754,20 +640,13 @@ fn sentence(body: &str) -> String {
 }
 
 fn fix(time_s: f64) -> String {
-    let body = format!(
-        "GPRMC,{},A,5000.0000,N,00100.0000,W,6.0,120.0,010524,,,A",
-        hhmmss(time_s)
-    );
+    let body = format!("GPRMC,{},A,5000.0000,N,00100.0000,W,6.0,120.0,010524,,,A", hhmmss(time_s));
     sentence(&body)
 }
 
 /// Sentences of a heading and a rudder.
 fn sentences((_, heading, rudder): Row) -> [String; 2] {
-    [
-        format!("HEHDT,{heading:.1},T"),
-        format!("IIRSA,{rudder:.1},A,,V"),
-    ]
-    .map(|body| sentence(&body))
+    [format!("HEHDT,{heading:.1},T"), format!("IIRSA,{rudder:.1},A,,V")].map(|body| sentence(&body))
 }
 
 #[test]
@@ -775,11 +654,7 @@ fn io_sentences_are_read_with_times_before_behind_and_between_them() {
     let is_whole = |t: f64| (t - t.round()).abs() < 0.01;
     let between = |more: &dyn Fn(Row) -> String| {
         text("", |row| {
-            let fix = if is_whole(row.0) {
-                fix(row.0) + "\n"
-            } else {
-                String::new()
-            };
+            let fix = if is_whole(row.0) { fix(row.0) + "\n" } else { String::new() };
             fix + &sentences(row).join("\n") + &more(row)
         })
     };
@@ -789,16 +664,11 @@ fn io_sentences_are_read_with_times_before_behind_and_between_them() {
     });
     let in_digits = text("", |row| {
         let digits = iso(row.0).replace(['-', 'T', ':', '.', 'Z'], "");
-        sentences(row)
-            .map(|sentence| format!("{digits},1,{sentence}"))
-            .join("\n")
+        sentences(row).map(|sentence| format!("{digits},1,{sentence}")).join("\n")
     });
     let whole = text("", |row| {
         let line = |sentence: String| {
-            format!(
-                "\\s:ST,c:{}*00\\{sentence}",
-                START_S + (row.0 + 1e-9).floor()
-            )
+            format!("\\s:ST,c:{}*00\\{sentence}", START_S + (row.0 + 1e-9).floor())
         };
         sentences(row).map(line).join("\n")
     });
@@ -824,11 +694,8 @@ fn io_sentences_are_read_with_times_before_behind_and_between_them() {
         format!("{} {heading}\n{} {order}", iso(row.0), iso(row.0))
     });
     let attitude = text("", |row| {
-        let body = format!(
-            "PASHR,{},{:.2},T,0.50,-0.20,0.00,0.1,0.1,0.1,1,1",
-            hhmmss(row.0),
-            row.1
-        );
+        let body =
+            format!("PASHR,{},{:.2},T,0.50,-0.20,0.00,0.1,0.1,0.1,1,1", hhmmss(row.0), row.1);
         let [_, rudder] = sentences(row);
         sentence(&body) + "\n" + &rudder
     });
@@ -839,23 +706,11 @@ fn io_sentences_are_read_with_times_before_behind_and_between_them() {
     };
     for (name, log, warning) in [
         ("a voyage recorder", recorder, ""),
-        (
-            "times once a second",
-            between(&none),
-            "spread evenly between the times of RMC",
-        ),
+        ("times once a second", between(&none), "spread evenly between the times of RMC"),
         ("two compasses", between(&second), "2 instruments send HDT"),
-        (
-            "tag blocks of whole seconds",
-            whole,
-            "share the time before them",
-        ),
+        ("tag blocks of whole seconds", whole, "share the time before them"),
         ("times behind", behind, ""),
-        (
-            "a compass that stands still first",
-            stuck,
-            "HE.HDT.heading_deg` is taken",
-        ),
+        ("a compass that stands still first", stuck, "HE.HDT.heading_deg` is taken"),
         ("a rudder that an autopilot orders", ordered, ""),
         ("dates and times in digits", in_digits, ""),
         ("a rudder by its name", transducer, ""),
@@ -876,20 +731,8 @@ fn frames() -> Vec<Frame> {
         let [low, high] = (count(heading) as u16).to_le_bytes();
         let [less, more] = (count(rudder) as i16).to_le_bytes();
         [
-            (
-                time_s,
-                0x09f1_120f,
-                127_250,
-                15,
-                [0xff, low, high, 0xff, 0x7f, 0xff, 0x7f, 0xfd],
-            ),
-            (
-                time_s,
-                0x09f1_0d1a,
-                127_245,
-                26,
-                [0, 0xff, 0xff, 0x7f, less, more, 0xff, 0xff],
-            ),
+            (time_s, 0x09f1_120f, 127_250, 15, [0xff, low, high, 0xff, 0x7f, 0xff, 0x7f, 0xfd]),
+            (time_s, 0x09f1_0d1a, 127_245, 26, [0, 0xff, 0xff, 0x7f, less, more, 0xff, 0xff]),
         ]
     });
     frames.collect()
@@ -899,23 +742,17 @@ fn frames() -> Vec<Frame> {
 fn io_frames_of_other_adapters_and_of_the_analyzer_are_read() {
     let hex = |data: &[u8; 8], between: &str| data.map(|byte| format!("{byte:02X}")).join(between);
     let lines = |head: &str, line: &dyn Fn(Frame) -> String| {
-        frames()
-            .into_iter()
-            .fold(head.to_owned(), |mut log, frame| {
-                writeln!(log, "{}", line(frame)).unwrap();
-                log
-            })
+        frames().into_iter().fold(head.to_owned(), |mut log, frame| {
+            writeln!(log, "{}", line(frame)).unwrap();
+            log
+        })
     };
     let angle = |number: u32, data: &[u8; 8]| match number {
         127_250 => f64::from(u16::from_le_bytes([data[1], data[2]])) * 1e-4,
         _ => f64::from(i16::from_le_bytes([data[4], data[5]])) * 1e-4,
     };
     let field = |number: u32| {
-        if number == 127_250 {
-            "Heading"
-        } else {
-            "Position"
-        }
+        if number == 127_250 { "Heading" } else { "Position" }
     };
     for (name, log) in [
         (
@@ -928,21 +765,13 @@ fn io_frames_of_other_adapters_and_of_the_analyzer_are_read() {
         (
             "canboat without dates",
             lines("", &|(t, _, number, source, data)| {
-                format!(
-                    "{},2,{number},{source},255,8,{}",
-                    &iso(t)[11..23],
-                    hex(&data, ",")
-                )
+                format!("{},2,{number},{source},255,8,{}", &iso(t)[11..23], hex(&data, ","))
             }),
         ),
         (
             "candump -x",
             lines("", &|(t, id, _, _, data)| {
-                format!(
-                    " ({:.6})  can0  RX - -  {id:08X}   [8]  {}",
-                    START_S + t,
-                    hex(&data, " ")
-                )
+                format!(" ({:.6})  can0  RX - -  {id:08X}   [8]  {}", START_S + t, hex(&data, " "))
             }),
         ),
         (
@@ -956,26 +785,32 @@ fn io_frames_of_other_adapters_and_of_the_analyzer_are_read() {
         ),
         (
             "SavvyCAN",
-            lines(
-                "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8\n",
-                &|(t, id, _, _, data)| {
-                    format!("{:.0},{id:08X},true,Rx,0,8,{},", 1e6 * t, hex(&data, ","))
-                },
-            ),
+            lines("Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8\n", &|(
+                t,
+                id,
+                _,
+                _,
+                data,
+            )| {
+                format!("{:.0},{id:08X},true,Rx,0,8,{},", 1e6 * t, hex(&data, ","))
+            }),
         ),
         (
             "OpenCPN",
-            lines(
-                "received_at,protocol,msg_type,source,raw_data\n",
-                &|(t, _, number, source, data)| {
-                    let [low, mid, high, _] = number.to_le_bytes();
-                    let ms = 1e3 * (START_S + t);
-                    format!(
-                        "{ms:.0},N2000,{number},{source},\"93 13 02 {low:02X} {mid:02X} {high:02X} FF {source:02X} 00 00 00 00 08 {} 5A \"",
-                        hex(&data, " ")
-                    )
-                },
-            ),
+            lines("received_at,protocol,msg_type,source,raw_data\n", &|(
+                t,
+                _,
+                number,
+                source,
+                data,
+            )| {
+                let [low, mid, high, _] = number.to_le_bytes();
+                let ms = 1e3 * (START_S + t);
+                format!(
+                    "{ms:.0},N2000,{number},{source},\"93 13 02 {low:02X} {mid:02X} {high:02X} FF {source:02X} 00 00 00 00 08 {} 5A \"",
+                    hex(&data, " ")
+                )
+            }),
         ),
         (
             "ShipModul",
@@ -1013,28 +848,18 @@ fn io_frames_of_other_adapters_and_of_the_analyzer_are_read() {
 /// A message of an NGT-1 of this kind, with every escape twice.
 fn of_gateway(kind: u8, body: &[u8], escapes: &[u8]) -> Vec<u8> {
     let mut message = [&[kind, body.len() as u8], body].concat();
-    let sum = message
-        .iter()
-        .fold(0_u8, |sum, byte| sum.wrapping_add(*byte));
+    let sum = message.iter().fold(0_u8, |sum, byte| sum.wrapping_add(*byte));
     message.push(sum.wrapping_neg());
     let twice = |byte: &u8| vec![*byte; 1 + usize::from(escapes.contains(byte))];
     let escaped = message.iter().flat_map(twice);
-    [0x10, 0x02]
-        .into_iter()
-        .chain(escaped)
-        .chain([0x10, 0x03])
-        .collect()
+    [0x10, 0x02].into_iter().chain(escaped).chain([0x10, 0x03]).collect()
 }
 
 /// A recording of Actisense has times between the messages of the gateway, or the gateway's own.
 #[test]
 fn io_recordings_of_a_gateway_are_read_with_times_between_or_in_their_messages() {
     let received = |(t, _, number, source, data): Frame, has_time: bool| {
-        let ms = if has_time {
-            (1e3 * t).round() as u32
-        } else {
-            0
-        };
+        let ms = if has_time { (1e3 * t).round() as u32 } else { 0 };
         let [low, mid, high, _] = number.to_le_bytes();
         let head = [&[2, low, mid, high, 255, source][..], &ms.to_le_bytes()].concat();
         [&head[..], &[8], &data].concat()
@@ -1061,18 +886,9 @@ fn io_recordings_of_a_gateway_are_read_with_times_between_or_in_their_messages()
     });
     inside.drain(..7);
     for (name, log) in [
-        (
-            "times between",
-            recording(&|frame| of_gateway(0x93, &received(frame, false), &both)),
-        ),
-        (
-            "own times",
-            recording(&|frame| of_gateway(0x93, &received(frame, true), &both)),
-        ),
-        (
-            "sent",
-            recording(&|frame| of_gateway(0x94, &sent(frame), &both)),
-        ),
+        ("times between", recording(&|frame| of_gateway(0x93, &received(frame, false), &both))),
+        ("own times", recording(&|frame| of_gateway(0x93, &received(frame, true), &both))),
+        ("sent", recording(&|frame| of_gateway(0x94, &sent(frame), &both))),
         ("from the middle of a message on", inside),
     ] {
         assert_is_the_run(name, &log);
@@ -1083,11 +899,7 @@ fn io_recordings_of_a_gateway_are_read_with_times_between_or_in_their_messages()
 #[test]
 fn io_deltas_are_read_as_servers_write_them() {
     let delta = |t: f64, path: &str, degrees: f64, has_time: bool| {
-        let time = if has_time {
-            format!("\"timestamp\":\"{}\",", iso(t))
-        } else {
-            String::new()
-        };
+        let time = if has_time { format!("\"timestamp\":\"{}\",", iso(t)) } else { String::new() };
         format!(
             "{{\"updates\":[{{\"source\":{{\"label\":\"can0\",\"pgn\":127250,\"src\":\"3\"}},{time}\"values\":[{{\"path\":\"{path}\",\"value\":{:.5}}}]}}]}}",
             degrees.to_radians()
@@ -1118,22 +930,13 @@ fn io_deltas_are_read_as_servers_write_them() {
 fn io_what_has_no_time_says_how_to_record_one() {
     let folder = tempfile::tempdir().unwrap();
     for (log, expected) in [
-        (
-            "  can0  09F1120F   [8]  FF C0 1E FF 7F FF 7F FD\n",
-            "candump -l",
-        ),
-        (
-            "$HEHDT,123.4,T*1F\n$IIRSA,1.0,A,,V*78\n",
-            "a time before each sentence",
-        ),
+        ("  can0  09F1120F   [8]  FF C0 1E FF 7F FF 7F FD\n", "candump -l"),
+        ("$HEHDT,123.4,T*1F\n$IIRSA,1.0,A,,V*78\n", "a time before each sentence"),
         ("\u{89}HDF\r\n\u{1a}\n", "to_csv"),
     ] {
         let bytes: Vec<u8> = log.chars().map(|c| c as u8).collect();
         let error = opened(&bytes, &folder).err().unwrap().to_string();
-        assert!(
-            error.contains(expected) && !error.contains("NAME"),
-            "{error}"
-        );
+        assert!(error.contains(expected) && !error.contains("NAME"), "{error}");
     }
 }
 
@@ -1157,9 +960,7 @@ fn io_heave_and_engines_are_read_past_or_chosen() {
     std::fs::write(&path, &log).unwrap();
     let mut choice = ChannelChoice::default();
     let speed = "engine.31.0.speed_rpm";
-    choice
-        .columns
-        .insert(seatrial_logs::Quantity::Thrust, speed.into());
+    choice.columns.insert(seatrial_logs::Quantity::Thrust, speed.into());
     let mut reader = open(&path, &choice).unwrap();
     let last = reader.by_ref().last().unwrap().unwrap();
     // 1500 rpm as a share of 100.
@@ -1171,31 +972,16 @@ fn io_heave_and_engines_are_read_past_or_chosen() {
         .map(|line| format!("{line}\n"))
         .collect();
     std::fs::write(&path, heave).unwrap();
-    let error = open(&path, &ChannelChoice::default())
-        .err()
-        .unwrap()
-        .to_string();
-    assert!(
-        error.contains("127250") && error.contains("heave"),
-        "{error}"
-    );
+    let error = open(&path, &ChannelChoice::default()).err().unwrap().to_string();
+    assert!(error.contains("127250") && error.contains("heave"), "{error}");
 }
 
 #[test]
 fn io_a_text_that_is_no_table_is_asked_for_no_column() {
     for (text, expected) in [
-        (
-            "FMT, 128, 89, FMT, BBnNZ, Type,Length\nATT, 1, 2\n",
-            "nothing but descriptions",
-        ),
-        (
-            "{\"time\": 0.1, \"heading\": 2.0, \"rudder\": 3.0}\n",
-            "jq -r",
-        ),
-        (
-            "[{\"time\": 0.1, \"heading\": 2.0, \"rudder\": 3.0}]",
-            "jq -r",
-        ),
+        ("FMT, 128, 89, FMT, BBnNZ, Type,Length\nATT, 1, 2\n", "nothing but descriptions"),
+        ("{\"time\": 0.1, \"heading\": 2.0, \"rudder\": 3.0}\n", "jq -r"),
+        ("[{\"time\": 0.1, \"heading\": 2.0, \"rudder\": 3.0}]", "jq -r"),
         (
             "TITLE = \"run\"\nVARIABLES = \"t\" \"psi\" \"delta\"\nZONE I=2\n0 1 2\n",
             "a data file of Tecplot",
@@ -1204,10 +990,7 @@ fn io_a_text_that_is_no_table_is_asked_for_no_column() {
     ] {
         let folder = tempfile::tempdir().unwrap();
         let error = opened(text.as_bytes(), &folder).err().unwrap().to_string();
-        assert!(
-            error.contains(expected) && !error.contains("--time NAME"),
-            "{error}"
-        );
+        assert!(error.contains(expected) && !error.contains("--time NAME"), "{error}");
     }
 }
 
@@ -1221,26 +1004,10 @@ fn io_positions_are_read_as_receivers_and_charts_write_them() {
     };
     let (degrees, receiver, chart, south, autopilot) = (
         ["50.0,-20.0", "50.0,-20.0", "50.0008999,-20.0007000"],
-        [
-            "5000.0000,-2000.0000",
-            "5000.0000,-2000.0000",
-            "5000.05400,-2000.04200",
-        ],
-        [
-            "50°00.000'N,20°00.000'W",
-            "50°00.000'N,20°00.000'W",
-            "50°00.0540'N,20°00.0420'W",
-        ],
-        [
-            "50°00.000'S,20°00.000'W",
-            "50°00.000'S,20°00.000'W",
-            "49°59.9460'S,20°00.0420'W",
-        ],
-        [
-            "500000000,-200000000",
-            "500000000,-200000000",
-            "500008999,-200007000",
-        ],
+        ["5000.0000,-2000.0000", "5000.0000,-2000.0000", "5000.05400,-2000.04200"],
+        ["50°00.000'N,20°00.000'W", "50°00.000'N,20°00.000'W", "50°00.0540'N,20°00.0420'W"],
+        ["50°00.000'S,20°00.000'W", "50°00.000'S,20°00.000'W", "49°59.9460'S,20°00.0420'W"],
+        ["500000000,-200000000", "500000000,-200000000", "500008999,-200007000"],
     );
     for (names, places) in [
         ("lat,lon", degrees),
@@ -1251,11 +1018,7 @@ fn io_positions_are_read_as_receivers_and_charts_write_them() {
     ] {
         let folder = tempfile::tempdir().unwrap();
         let log = rows(names, places);
-        let last = opened(log.as_bytes(), &folder)
-            .unwrap()
-            .last()
-            .unwrap()
-            .unwrap();
+        let last = opened(log.as_bytes(), &folder).unwrap().last().unwrap().unwrap();
         let moved = last.north_m.zip(last.east_m);
         let is_there = |(north_m, east_m): (f64, f64)| {
             (north_m - 100.0).abs() < 0.1 && (east_m + 50.0).abs() < 0.1

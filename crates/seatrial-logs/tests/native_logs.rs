@@ -36,20 +36,8 @@ fn values(path: &Path, column: &str) -> Vec<f64> {
 #[test]
 fn val_columns_carry_the_numbers_of_the_libraries() {
     for (file, column, count, sum, weighted) in [
-        (
-            "ardupilot/ardusub_small.BIN",
-            "ATT.Yaw",
-            237,
-            50693.98000000012,
-            25453.141561181426,
-        ),
-        (
-            "ardupilot/ardusub_small.BIN",
-            "IMU.GyrZ",
-            594,
-            1.028530366736959,
-            0.5168973232638646,
-        ),
+        ("ardupilot/ardusub_small.BIN", "ATT.Yaw", 237, 50693.98000000012, 25453.141561181426),
+        ("ardupilot/ardusub_small.BIN", "IMU.GyrZ", 594, 1.028530366736959, 0.5168973232638646),
         (
             "ardupilot/rover_json_physics.tlog",
             "ATTITUDE.yaw",
@@ -71,13 +59,7 @@ fn val_columns_carry_the_numbers_of_the_libraries() {
             -1948.7574253082275,
             -979.9792356768419,
         ),
-        (
-            "px4/quad_v4pro_appended.ulg",
-            "actuator_outputs.1.output[0]",
-            96,
-            144000.0,
-            72750.0,
-        ),
+        ("px4/quad_v4pro_appended.ulg", "actuator_outputs.1.output[0]", 96, 144000.0, 72750.0),
         (
             "nmea2000/ac42-commissioning.raw",
             "vessel_heading.52.heading_rad",
@@ -99,13 +81,7 @@ fn val_columns_carry_the_numbers_of_the_libraries() {
             1165.8607430364937,
             544.3060990429877,
         ),
-        (
-            "slocum/amadeus-2014-204-05-000.dbd",
-            "m_fin",
-            898,
-            60.48156842030585,
-            29.625606833387778,
-        ),
+        ("slocum/amadeus-2014-204-05-000.dbd", "m_fin", 898, 60.48156842030585, 29.625606833387778),
     ] {
         let Some(path) = data(&format!("native/{file}")) else {
             return;
@@ -118,10 +94,7 @@ fn val_columns_carry_the_numbers_of_the_libraries() {
         assert!((found - sum).abs() <= tolerance, "{file} {column}: {found}");
         let ranks = (1..=count).map(|k| k as f64 / count as f64);
         let found: f64 = values.iter().zip(ranks).map(|(v, rank)| v * rank).sum();
-        assert!(
-            (found - weighted).abs() <= tolerance,
-            "{file} {column}: weighted {found}"
-        );
+        assert!((found - weighted).abs() <= tolerance, "{file} {column}: weighted {found}");
     }
 }
 
@@ -133,16 +106,7 @@ fn io_a_capture_with_collapsed_times_is_refused() {
     };
     let refused = open(&path, &ChannelChoice::default());
     let fault = refused.err().unwrap().fault;
-    assert!(
-        matches!(
-            fault,
-            Fault::TimeCollapsed {
-                messages: 23_795,
-                ..
-            }
-        ),
-        "{fault}"
-    );
+    assert!(matches!(fault, Fault::TimeCollapsed { messages: 23_795, .. }), "{fault}");
 }
 
 /// Without its list of sensors a glider's log says which file is missing.
@@ -196,10 +160,7 @@ fn io_the_steering_output_is_found() {
     let pilot = "RC_CHANNELS.steering_fraction";
     let controls = "actuator_controls_0.control[2]";
     for (file, expected) in [
-        (
-            "ardupilot/arduplane_pixhawk_64k.BIN",
-            "RCOU.steering_fraction",
-        ),
+        ("ardupilot/arduplane_pixhawk_64k.BIN", "RCOU.steering_fraction"),
         ("ardupilot/arducopter_pixhawk4_80k.BIN", "RATE.YOut"),
         ("ardupilot/ardusub_small.BIN", "RATE.YOut"),
         ("ardupilot/ardusub_small.tlog", pilot),
@@ -261,11 +222,7 @@ fn exact_the_rudder_of_a_sample_acts_from_its_time_until_the_next() {
         (91.623, 0.0),
     ] {
         // Times are doubles of some 100 s.
-        assert!(
-            (at(time_s) - expected).abs() < 1e-9,
-            "{time_s}: {}",
-            at(time_s)
-        );
+        assert!((at(time_s) - expected).abs() < 1e-9, "{time_s}: {}", at(time_s));
     }
 }
 
@@ -277,10 +234,7 @@ fn io_arrival_is_a_time_of_its_own() {
     };
     let intervals = |choice: &ChannelChoice| -> Vec<f64> {
         let samples = samples(&mut open(&path, choice).unwrap());
-        samples
-            .windows(2)
-            .map(|p| p[1].time_s - p[0].time_s)
-            .collect()
+        samples.windows(2).map(|p| p[1].time_s - p[0].time_s).collect()
     };
     let boot = intervals(&ChannelChoice::default());
     let mut by_arrival = ChannelChoice::default();
@@ -295,9 +249,7 @@ fn io_arrival_is_a_time_of_its_own() {
 /// Logs in all folders of the shared data, but for the lists of sensors.
 fn all_native() -> Vec<PathBuf> {
     let folders = ["ardupilot", "px4", "nmea2000", "slocum"];
-    let files = folders
-        .iter()
-        .filter_map(|folder| data(&format!("native/{folder}")));
+    let files = folders.iter().filter_map(|folder| data(&format!("native/{folder}")));
     let files = files.flat_map(|folder| std::fs::read_dir(folder).unwrap());
     let mut files: Vec<PathBuf> = files.map(|entry| entry.unwrap().path()).collect();
     files.retain(|path| path.is_file() && path.extension().is_none_or(|suffix| suffix != "csv"));
@@ -357,10 +309,7 @@ fn io_every_native_log_cut_anywhere_gives_what_is_before_the_cut() {
             matches!(&refused, Some(e) if matches!(e.fault, Fault::TimeCollapsed { .. }));
         let has_no_rudder =
             matches!(&refused, Some(e) if matches!(e.fault, Fault::NotLogged { .. }));
-        assert!(
-            refused.is_none() || is_a_copy || has_no_rudder,
-            "{name}: {refused:?}"
-        );
+        assert!(refused.is_none() || is_a_copy || has_no_rudder, "{name}: {refused:?}");
         let bytes = std::fs::read(&path).unwrap();
         let mut before = 0;
         for share in [0.3, 0.5, 0.7, 0.9, 0.999] {
@@ -384,11 +333,7 @@ fn io_every_native_log_cut_anywhere_gives_what_is_before_the_cut() {
         }
         // Up to the last cut all but a thousandth is there.
         if let Ok((whole, _)) = &whole {
-            assert!(
-                before + 20 >= whole.len() * 9 / 10,
-                "{name}: {before} of {}",
-                whole.len()
-            );
+            assert!(before + 20 >= whole.len() * 9 / 10, "{name}: {before} of {}", whole.len());
         }
     }
 }
@@ -396,11 +341,9 @@ fn io_every_native_log_cut_anywhere_gives_what_is_before_the_cut() {
 #[test]
 fn io_a_cut_file_gives_everything_before_the_cut_and_says_so() {
     let folder = tempfile::tempdir().unwrap();
-    for file in [
-        "ardupilot/ardusub_small.BIN",
-        "ardupilot/rover_json_physics.tlog",
-        "px4/quad_sample.ulg",
-    ] {
+    for file in
+        ["ardupilot/ardusub_small.BIN", "ardupilot/rover_json_physics.tlog", "px4/quad_sample.ulg"]
+    {
         let Some(path) = data(&format!("native/{file}")) else {
             return;
         };
@@ -416,9 +359,6 @@ fn io_a_cut_file_gives_everything_before_the_cut_and_says_so() {
         let certain = read.len() - 1;
         assert_eq!(read[..certain], whole[..certain], "{file}");
         let warnings = reader.warnings();
-        assert!(
-            warnings.iter().any(|w| w.contains("cut off")),
-            "{warnings:?}"
-        );
+        assert!(warnings.iter().any(|w| w.contains("cut off")), "{warnings:?}");
     }
 }

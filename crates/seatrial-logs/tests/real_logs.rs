@@ -51,13 +51,7 @@ fn io_recorded_and_simulated_logs_open_without_an_option() {
                 Quantity::Speed => Unit::MetrePerSecond,
                 _ => Unit::Metre,
             };
-            assert_eq!(
-                channel.unit,
-                expected,
-                "{}: {}",
-                path.display(),
-                channel.column
-            );
+            assert_eq!(channel.unit, expected, "{}: {}", path.display(), channel.column);
         }
     }
 }

@@ -26,10 +26,7 @@ fn of_text(text: &str, choice: &ChannelChoice) -> Result<(Vec<Sample<f64>>, LogR
 
 fn unit(reader: &LogReader, quantity: Quantity) -> Unit {
     let mut channels = reader.description().channels.iter();
-    channels
-        .find(|channel| channel.quantity == quantity)
-        .unwrap()
-        .unit
+    channels.find(|channel| channel.quantity == quantity).unwrap().unit
 }
 
 /// Do two records hold the same run, with times, headings and rudders within these, s and rad?
@@ -47,10 +44,7 @@ fn assert_same(
         let turned = (a.heading_rad - b.heading_rad).sin();
         assert!(turned.abs() < angle_rad, "{what} {k}: {a:?} {b:?}");
         // A rudder that is stamped 1 ms late moves 1 % of an interval of 0.1 s late.
-        assert!(
-            (a.rudder_rad - b.rudder_rad).abs() < 0.01,
-            "{what} {k}: {a:?} {b:?}"
-        );
+        assert!((a.rudder_rad - b.rudder_rad).abs() < 0.01, "{what} {k}: {a:?} {b:?}");
     }
 }
 
@@ -91,9 +85,7 @@ fn io_sentences_keep_their_own_times_or_are_spread_between_those_of_others() {
         let uneven = steps.filter(|step| (step - 0.1).abs() > 1e-3).count();
         assert!(uneven <= count / 100, "{name}: {uneven}");
         let doubts = &reader.description().warnings;
-        let says_two = doubts
-            .iter()
-            .any(|text| text.contains("2 instruments send HDG"));
+        let says_two = doubts.iter().any(|text| text.contains("2 instruments send HDG"));
         assert_eq!(says_two, name.starts_with("19"), "{doubts:?}");
     }
 }
@@ -101,10 +93,8 @@ fn io_sentences_keep_their_own_times_or_are_spread_between_those_of_others() {
 #[test]
 fn io_columns_of_different_rates_are_joined_by_time() {
     let Some(cases) = data("cases") else { return };
-    let (found, _) = samples(
-        &cases.join("12_outer_merge_empty_cells.csv"),
-        &ChannelChoice::default(),
-    );
+    let (found, _) =
+        samples(&cases.join("12_outer_merge_empty_cells.csv"), &ChannelChoice::default());
     assert!(found.len() >= 1599);
     let steps = found.windows(2).map(|pair| pair[1].time_s - pair[0].time_s);
     assert!(steps.into_iter().all(|step| (step - 0.1).abs() < 0.05));
@@ -117,19 +107,10 @@ fn io_what_a_column_says_of_its_clock_and_rate_is_understood() {
     let (found, reader) = samples(&cases.join(name), &ChannelChoice::default());
     assert_eq!(found.len(), 721);
     assert_eq!(unit(&reader, Quantity::YawRate), Unit::DegreePerMinute);
-    assert_eq!(
-        reader.description().start_utc.as_deref(),
-        Some("2015-09-21T13:13:21.8Z")
-    );
-    let refused = open(
-        &cases.join("02_heading_tenths.csv"),
-        &ChannelChoice::default(),
-    );
+    assert_eq!(reader.description().start_utc.as_deref(), Some("2015-09-21T13:13:21.8Z"));
+    let refused = open(&cases.join("02_heading_tenths.csv"), &ChannelChoice::default());
     let error = refused.err().unwrap().to_string();
-    assert!(
-        error.contains("--unit heading=UNIT") && error.contains("ddeg"),
-        "{error}"
-    );
+    assert!(error.contains("--unit heading=UNIT") && error.contains("ddeg"), "{error}");
 }
 
 #[test]
@@ -137,10 +118,7 @@ fn io_positions_are_read_wherever_they_are() {
     let Some(cases) = data("cases") else { return };
     let read = |name: &str| samples(&cases.join(name), &ChannelChoice::default()).0;
     let truth = read("04_truth_positions_shifted.csv");
-    for name in [
-        "04_turning_circle_latlon.csv",
-        "04b_turning_circle_minus999.csv",
-    ] {
+    for name in ["04_turning_circle_latlon.csv", "04b_turning_circle_minus999.csv"] {
         let found = read(name);
         assert_eq!(found.len(), truth.len());
         for (one, other) in found.iter().zip(&truth) {
@@ -184,10 +162,7 @@ fn io_a_heading_says_its_unit_where_it_wraps() {
         (4096.0, 0, Unit::Count12),
     ] {
         let text = log("time_s,heading,rudder_deg", |time_s, turns, rudder| {
-            format!(
-                "{time_s:.1},{:.decimals$},{rudder:.1}",
-                (turns * turn) % turn
-            )
+            format!("{time_s:.1},{:.decimals$},{rudder:.1}", (turns * turn) % turn)
         });
         let (_, reader) = of_text(&text, &ChannelChoice::default()).unwrap();
         assert_eq!(unit(&reader, Quantity::Heading), expected, "{turn}");
@@ -216,14 +191,8 @@ fn io_coordinates_and_degrees_a_minute_are_understood() {
     assert_eq!(unit(&reader, Quantity::YawRate), Unit::DegreePerMinute);
     let last = samples[399];
     // 39.9 s of a hundred-thousandth of a degree; the cosine of 50 deg is 0.6428.
-    assert!(
-        (last.north_m.unwrap() - 39.9 * 1.1112).abs() < 0.02,
-        "{last:?}"
-    );
-    assert!(
-        (last.east_m.unwrap() - 39.9 * 2.2224 * 0.6428).abs() < 0.02,
-        "{last:?}"
-    );
+    assert!((last.north_m.unwrap() - 39.9 * 1.1112).abs() < 0.02, "{last:?}");
+    assert!((last.east_m.unwrap() - 39.9 * 2.2224 * 0.6428).abs() < 0.02, "{last:?}");
 }
 
 /// How a recorder writes a time in s.
@@ -245,14 +214,8 @@ fn io_times_are_read_in_every_way_that_recorders_write_them() {
     let ways: [(&str, Written); 13] = [
         ("time_s", Box::new(|t| format!("{t:.1}"))),
         ("stamp", Box::new(move |t| format!("{:.1}", start_s + t))),
-        (
-            "stamp",
-            Box::new(move |t| format!("{:.0}", 1e3 * (start_s + t))),
-        ),
-        (
-            "stamp",
-            Box::new(move |t| format!("{:.0}", 1e6 * (start_s + t))),
-        ),
+        ("stamp", Box::new(move |t| format!("{:.0}", 1e3 * (start_s + t)))),
+        ("stamp", Box::new(move |t| format!("{:.0}", 1e6 * (start_s + t)))),
         (
             "stamp",
             Box::new(move |t| format!("{:.0}", 1e7 * (start_s + 11_644_473_600.0) + 1e7 * t)),
@@ -269,14 +232,8 @@ fn io_times_are_read_in_every_way_that_recorders_write_them() {
             "year,month,day,hour,minute,second",
             Box::new(move |t| of_clock(t, |h, m, s| format!("2026,3,4,{h},{m},{s:.1}"))),
         ),
-        (
-            "utc",
-            Box::new(move |t| of_clock(t, |h, m, s| format!("{h:02}{m:02}{s:04.1}"))),
-        ),
-        (
-            "utc",
-            Box::new(move |t| of_clock(t, |h, m, s| format!("20260304{h:02}{m:02}{s:04.1}"))),
-        ),
+        ("utc", Box::new(move |t| of_clock(t, |h, m, s| format!("{h:02}{m:02}{s:04.1}")))),
+        ("utc", Box::new(move |t| of_clock(t, |h, m, s| format!("20260304{h:02}{m:02}{s:04.1}")))),
         (
             "Time (UTC)",
             Box::new(move |t| of_clock(t, |h, m, s| format!("4-Mar-2026 {h:02}:{m:02}:{s:04.1}"))),
@@ -293,33 +250,25 @@ fn io_times_are_read_in_every_way_that_recorders_write_them() {
         ),
     ];
     for (number, (names, time)) in ways.iter().enumerate() {
-        let text = log(
-            &format!("{names},heading_deg,rudder_deg"),
-            |time_s, turns, rudder| format!("{},{:.3},{rudder:.2}", time(time_s), 360.0 * turns),
-        );
+        let text = log(&format!("{names},heading_deg,rudder_deg"), |time_s, turns, rudder| {
+            format!("{},{:.3},{rudder:.2}", time(time_s), 360.0 * turns)
+        });
         let found = of_text(&text, &ChannelChoice::default());
         let (samples, _) = found.unwrap_or_else(|fault| panic!("{number} {names}: {fault}"));
         assert_eq!(samples.len(), 400, "{number} {names}");
         let (first, last) = (samples[0], samples[399]);
         // A date and time in digits is a number of 14 digits, which is a double to 4 ms.
-        assert!(
-            (last.time_s - first.time_s - 39.9).abs() < 5e-3,
-            "{number} {names}: {last:?}"
-        );
+        assert!((last.time_s - first.time_s - 39.9).abs() < 5e-3, "{number} {names}: {last:?}");
     }
 }
 
 #[test]
 fn io_one_vehicle_of_two_an_attitude_and_a_rate_alone_are_read() {
-    let text = log(
-        "BOAT,time_s,heading_deg,rudder_deg",
-        |time_s, turns, rudder| {
-            let of = |boat: u8, turns: f64| {
-                format!("{boat},{time_s:.1},{:.2},{rudder:.1}", 360.0 * turns)
-            };
-            format!("{}\n{}", of(1, turns), of(2, 0.5 * turns))
-        },
-    );
+    let text = log("BOAT,time_s,heading_deg,rudder_deg", |time_s, turns, rudder| {
+        let of =
+            |boat: u8, turns: f64| format!("{boat},{time_s:.1},{:.2},{rudder:.1}", 360.0 * turns);
+        format!("{}\n{}", of(1, turns), of(2, 0.5 * turns))
+    });
     let mut choice = ChannelChoice::default();
     choice.rows_where = vec![("BOAT".into(), "2".into())];
     let (samples, _) = of_text(&text, &choice).unwrap();
@@ -329,11 +278,7 @@ fn io_one_vehicle_of_two_an_attitude_and_a_rate_alone_are_read() {
     let names = "time_s,orientation.x,orientation.y,orientation.z,orientation.w,rudder_deg";
     let text = log(names, |time_s, turns, rudder| {
         let yaw = std::f64::consts::TAU * (0.25 - turns);
-        format!(
-            "{time_s:.1},0,0,{:.6},{:.6},{rudder:.1}",
-            (0.5 * yaw).sin(),
-            (0.5 * yaw).cos()
-        )
+        format!("{time_s:.1},0,0,{:.6},{:.6},{rudder:.1}", (0.5 * yaw).sin(), (0.5 * yaw).cos())
     });
     let (samples, _) = of_text(&text, &ChannelChoice::default()).unwrap();
     let north = samples[0].heading_rad - 0.93 * std::f64::consts::TAU;
@@ -357,10 +302,7 @@ fn io_one_value_a_row_of_a_database_is_read() {
                 format!(",,0,2026-03-04T00:00:{t:04.1}Z,{value:.5},value,{name}")
             };
             let heading = of(std::f64::consts::TAU * turns, "navigation.headingTrue");
-            format!(
-                "{heading}\n{}",
-                of(rudder.to_radians(), "steering.rudderAngle")
-            )
+            format!("{heading}\n{}", of(rudder.to_radians(), "steering.rudderAngle"))
         },
     );
     let (samples, reader) = of_text(&rows, &ChannelChoice::default()).unwrap();
@@ -370,12 +312,7 @@ fn io_one_value_a_row_of_a_database_is_read() {
 }
 
 /// Bags of ROS 1, workbooks and MATLAB's arrays hold the run that their seeds were made of.
-#[cfg(all(
-    feature = "containers",
-    feature = "parquet",
-    feature = "mcap",
-    feature = "rosbag2"
-))]
+#[cfg(all(feature = "containers", feature = "parquet", feature = "mcap", feature = "rosbag2"))]
 #[test]
 fn io_bags_workbooks_and_arrays_are_read() {
     for format in ["rosbag1", "xlsx", "mat"] {
@@ -390,10 +327,7 @@ fn io_bags_workbooks_and_arrays_are_read() {
             assert_eq!(samples.len(), 6, "{what}");
             for (k, sample) in samples.iter().enumerate() {
                 let after_s = sample.time_s - samples[0].time_s;
-                assert!(
-                    (after_s - 0.1 * k as f64).abs() < 1e-6,
-                    "{what}: {sample:?}"
-                );
+                assert!((after_s - 0.1 * k as f64).abs() < 1e-6, "{what}: {sample:?}");
                 let turned = sample.heading_rad - (1.0 + 0.01 * k as f64);
                 assert!(turned.sin().abs() < 1e-6, "{what}: {sample:?}");
                 let rudder = sample.rudder_rad.to_degrees() - (5.0 - k as f64);
@@ -408,29 +342,22 @@ fn io_bags_workbooks_and_arrays_are_read() {
 #[cfg(feature = "containers")]
 #[test]
 fn io_text_in_other_encodings_is_read() {
-    let text = log(
-        "時刻 (s),船首方位 (deg),舵角 (deg)",
-        |t, turns, rudder| format!("{t:.1},{:.2},{rudder:.2}", 360.0 * turns),
-    );
+    let text = log("時刻 (s),船首方位 (deg),舵角 (deg)", |t, turns, rudder| {
+        format!("{t:.1},{:.2},{rudder:.2}", 360.0 * turns)
+    });
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.csv");
     std::fs::write(&path, &text).unwrap();
     let (plain, _) = samples(&path, &ChannelChoice::default());
     let (japanese, _, _) = encoding_rs::SHIFT_JIS.encode(&text);
-    let wide: Vec<u8> = "\u{feff}"
-        .encode_utf16()
-        .chain(text.encode_utf16())
-        .flat_map(u16::to_le_bytes)
-        .collect();
+    let wide: Vec<u8> =
+        "\u{feff}".encode_utf16().chain(text.encode_utf16()).flat_map(u16::to_le_bytes).collect();
     for (name, bytes) in [("Shift_JIS", &japanese[..]), ("UTF-16LE", &wide)] {
         std::fs::write(&path, bytes).unwrap();
         let (found, reader) = samples(&path, &ChannelChoice::default());
         assert_eq!(found, plain, "{name}");
         let warnings = reader.warnings();
-        assert!(
-            warnings.iter().any(|text| text.contains(name)),
-            "{warnings:?}"
-        );
+        assert!(warnings.iter().any(|text| text.contains(name)), "{warnings:?}");
     }
 }
 
@@ -449,10 +376,7 @@ fn io_deltas_of_signal_k_are_read() {
             let headings = sources
                 .iter()
                 .map(|source| delta(t, source, "navigation.headingMagnetic", heading));
-            std::iter::once(rudder)
-                .chain(headings)
-                .collect::<Vec<_>>()
-                .join("\n")
+            std::iter::once(rudder).chain(headings).collect::<Vec<_>>().join("\n")
         });
         rows.trim_start().to_owned()
     };
@@ -508,13 +432,7 @@ fn io_logs_of_dune_tell_compasses_and_orders_of_bytes_apart() {
         let time_s = 1.7e9 + 0.1 * f64::from(k);
         let angles = |psi: f64| [0.0, 0.0, 0.0, psi, 0.0].map(f64::to_be_bytes);
         let rates = [0.0, 0.0, 0.0, 0.05].map(f64::to_be_bytes);
-        log.extend(imc(
-            false,
-            302,
-            time_s,
-            3,
-            &[&[0], &(-0.2_f32).to_be_bytes()],
-        ));
+        log.extend(imc(false, 302, time_s, 3, &[&[0], &(-0.2_f32).to_be_bytes()]));
         log.extend(imc(false, 256, time_s, 12, &[rates.as_flattened()]));
         if k % 2 == 0 {
             log.extend(imc(false, 254, time_s, 7, &[angles(2.0).as_flattened()]));
@@ -528,14 +446,8 @@ fn io_logs_of_dune_tell_compasses_and_orders_of_bytes_apart() {
     let (read, _) = samples(&path, &choice);
     assert_eq!(read.len(), 10);
     assert!(read.iter().all(|sample| sample.heading_rad == 1.0));
-    assert!(
-        read.iter()
-            .all(|sample| sample.yaw_rate_rad_s == Some(0.05))
-    );
-    assert!(
-        read.iter()
-            .all(|sample| (sample.rudder_rad + 0.2).abs() < 1e-7)
-    );
+    assert!(read.iter().all(|sample| sample.yaw_rate_rad_s == Some(0.05)));
+    assert!(read.iter().all(|sample| (sample.rudder_rad + 0.2).abs() < 1e-7));
     choice.columns = [(Quantity::Heading, "EulerAngles.30.7.psi".into())].into();
     let (read, _) = samples(&path, &choice);
     assert_eq!(read.len(), 5);
@@ -555,18 +467,11 @@ fn io_positions_of_a_track_are_joined_by_time() {
         )
     };
     let points: String = (5..50).map(point).collect();
-    std::fs::write(
-        &track,
-        format!("<gpx><trk><trkseg>{points}</trkseg></trk></gpx>"),
-    )
-    .unwrap();
+    std::fs::write(&track, format!("<gpx><trk><trkseg>{points}</trkseg></trk></gpx>")).unwrap();
     let mut choice = ChannelChoice::default();
     choice.positions = Some(track.clone());
     let text = log("time,heading_deg,rudder_deg", |t, turns, rudder| {
-        format!(
-            "2026-03-04T00:00:{t:04.1}Z,{:.2},{rudder:.2}",
-            360.0 * turns
-        )
+        format!("2026-03-04T00:00:{t:04.1}Z,{:.2},{rudder:.2}", 360.0 * turns)
     });
     let (samples, _) = of_text(&text, &choice).unwrap();
     assert_eq!(samples[49].north_m, None);
@@ -577,12 +482,7 @@ fn io_positions_of_a_track_are_joined_by_time() {
     let (samples, reader) = of_text(&text, &choice).unwrap();
     assert!(samples.iter().all(|sample| sample.north_m.is_none()));
     let warnings = reader.warnings();
-    assert!(
-        warnings
-            .iter()
-            .any(|text| text.contains("no sample is within")),
-        "{warnings:?}"
-    );
+    assert!(warnings.iter().any(|text| text.contains("no sample is within")), "{warnings:?}");
     let text = log("time_s,heading_deg,rudder_deg", |t, turns, rudder| {
         format!("{t:.1},{:.2},{rudder:.2}", 360.0 * turns)
     });
@@ -626,9 +526,8 @@ fn prop_formats_are_named_where_people_look() {
     ] {
         let text = std::fs::read_to_string(root.join(page)).unwrap();
         let names = Format::NAMES.iter().map(|(_, name, _)| *name);
-        let missing: Vec<&str> = names
-            .filter(|name| *name != left_out && !text.contains(name))
-            .collect();
+        let missing: Vec<&str> =
+            names.filter(|name| *name != left_out && !text.contains(name)).collect();
         assert!(missing.is_empty(), "{page} does not name {missing:?}");
     }
 }

@@ -62,9 +62,7 @@ const START_NS: u64 = 1_780_883_460_000_000_000;
 
 fn bytes(hexadecimal: &str) -> Vec<u8> {
     let digits = hexadecimal.as_bytes().chunks(2);
-    digits
-        .map(|pair| u8::from_str_radix(std::str::from_utf8(pair).unwrap(), 16).unwrap())
-        .collect()
+    digits.map(|pair| u8::from_str_radix(std::str::from_utf8(pair).unwrap(), 16).unwrap()).collect()
 }
 
 /// Topic, type, definition and messages with their times of recording, ns.
@@ -72,28 +70,16 @@ type Topic<'a> = (&'a str, &'a str, &'a str, Vec<(u64, Vec<u8>)>);
 
 fn mcap_file(topics: &[Topic]) -> Vec<u8> {
     let mut file = Cursor::new(Vec::new());
-    let mut writer = mcap::WriteOptions::new()
-        .chunk_size(Some(4096))
-        .create(&mut file)
-        .unwrap();
+    let mut writer = mcap::WriteOptions::new().chunk_size(Some(4096)).create(&mut file).unwrap();
     let mut messages = Vec::new();
     for (topic, type_name, definition, of_topic) in topics {
-        let schema = writer
-            .add_schema(type_name, "ros2msg", definition.as_bytes())
-            .unwrap();
-        let channel = writer
-            .add_channel(schema, topic, "cdr", &BTreeMap::new())
-            .unwrap();
+        let schema = writer.add_schema(type_name, "ros2msg", definition.as_bytes()).unwrap();
+        let channel = writer.add_channel(schema, topic, "cdr", &BTreeMap::new()).unwrap();
         messages.extend(of_topic.iter().map(|(time, data)| (*time, channel, data)));
     }
     messages.sort_by_key(|(time, ..)| *time);
     for (log_time, channel_id, data) in messages {
-        let header = MessageHeader {
-            channel_id,
-            sequence: 0,
-            log_time,
-            publish_time: log_time,
-        };
+        let header = MessageHeader { channel_id, sequence: 0, log_time, publish_time: log_time };
         writer.write_to_known_channel(&header, data).unwrap();
     }
     writer.finish().unwrap();
@@ -117,11 +103,8 @@ fn bag_file(path: &Path, topics: &[Topic], has_definitions: bool) {
     }
     let mut messages = Vec::new();
     for (number, (topic, type_name, definition, of_topic)) in (0_i64..).zip(topics) {
-        bag.execute(
-            "INSERT INTO topics VALUES (?1, ?2, ?3, 'cdr')",
-            (number, topic, type_name),
-        )
-        .unwrap();
+        bag.execute("INSERT INTO topics VALUES (?1, ?2, ?3, 'cdr')", (number, topic, type_name))
+            .unwrap();
         if has_definitions {
             bag.execute(
                 "INSERT INTO message_definitions VALUES (?1, ?2, 'ros2msg', ?3, '')",
@@ -129,19 +112,12 @@ fn bag_file(path: &Path, topics: &[Topic], has_definitions: bool) {
             )
             .unwrap();
         }
-        messages.extend(
-            of_topic
-                .iter()
-                .map(|(time, data)| (*time as i64, number, data)),
-        );
+        messages.extend(of_topic.iter().map(|(time, data)| (*time as i64, number, data)));
     }
     messages.sort_by_key(|(time, ..)| *time);
     for message in messages {
-        bag.execute(
-            "INSERT INTO messages(timestamp, topic_id, data) VALUES (?1, ?2, ?3)",
-            message,
-        )
-        .unwrap();
+        bag.execute("INSERT INTO messages(timestamp, topic_id, data) VALUES (?1, ?2, ?3)", message)
+            .unwrap();
     }
 }
 
@@ -187,17 +163,13 @@ fn run() -> Vec<Topic<'static>> {
             "/rudder/angle",
             "std_msgs/msg/Float64",
             FLOAT64,
-            times(5_000_000)
-                .map(|(k, time)| (time, float64(rudder_rad(k))))
-                .collect(),
+            times(5_000_000).map(|(k, time)| (time, float64(rudder_rad(k)))).collect(),
         ),
         (
             "/joints",
             "sensor_msgs/msg/JointState",
             JOINTS,
-            times(0)
-                .map(|(_, time)| (time, bytes(JOINTS_OF_ROSBAGS)))
-                .collect(),
+            times(0).map(|(_, time)| (time, bytes(JOINTS_OF_ROSBAGS))).collect(),
         ),
     ]
 }
@@ -216,20 +188,9 @@ fn read(path: &Path, choice: &ChannelChoice) -> Result<(LogReader, Vec<Sample<f6
 }
 
 fn assert_is_the_run(reader: &LogReader, samples: &[Sample<f64>]) {
-    let names: Vec<&str> = reader
-        .description()
-        .channels
-        .iter()
-        .map(|channel| channel.column.as_str())
-        .collect();
-    assert_eq!(
-        names[..3],
-        [
-            "time_s",
-            "imu/data.orientation.heading_rad",
-            "rudder/angle.data"
-        ]
-    );
+    let names: Vec<&str> =
+        reader.description().channels.iter().map(|channel| channel.column.as_str()).collect();
+    assert_eq!(names[..3], ["time_s", "imu/data.orientation.heading_rad", "rudder/angle.data"]);
     assert!(reader.warnings().is_empty(), "{:?}", reader.warnings());
     assert_eq!(samples.len(), 100);
     for (k, sample) in (0..).zip(samples) {
@@ -240,11 +201,7 @@ fn assert_is_the_run(reader: &LogReader, samples: &[Sample<f64>]) {
         // 45 of the 50 ms until the next sample the rudder is where it was laid 5 ms before.
         let next = rudder_rad((k + 1).min(99));
         let expected = (45.0 * rudder_rad(k) + 5.0 * next) / 50.0;
-        assert!(
-            (sample.rudder_rad - expected).abs() < 1e-5,
-            "{k}: {}",
-            sample.rudder_rad
-        );
+        assert!((sample.rudder_rad - expected).abs() < 1e-5, "{k}: {}", sample.rudder_rad);
     }
 }
 
@@ -319,12 +276,7 @@ fn val_rosbags_writes_what_is_read() {
     let one = |data: &str| vec![(START_NS, bytes(data))];
     let topics = [
         ("/i", "sensor_msgs/msg/Imu", IMU, one(IMU_OF_ROSBAGS)),
-        (
-            "/j",
-            "sensor_msgs/msg/JointState",
-            JOINTS,
-            one(JOINTS_OF_ROSBAGS),
-        ),
+        ("/j", "sensor_msgs/msg/JointState", JOINTS, one(JOINTS_OF_ROSBAGS)),
     ];
     for (column, expected) in [
         ("i.header.stamp.sec", 1_780_883_460.0),
@@ -352,10 +304,7 @@ fn io_a_cut_mcap_gives_everything_before_the_cut_and_says_so() {
     let certain = samples.len() - 1;
     assert_eq!(samples[..certain], all[..certain]);
     let warnings = reader.warnings();
-    assert!(
-        warnings.iter().any(|w| w.contains("cut off")),
-        "{warnings:?}"
-    );
+    assert!(warnings.iter().any(|w| w.contains("cut off")), "{warnings:?}");
 }
 
 /// What is read without a word about damage is what was written, whatever bit was flipped.
@@ -382,19 +331,14 @@ fn io_a_flipped_bit_of_an_mcap_changes_no_sample_in_silence() {
             assert_eq!(samples, all, "bit {} of byte {at}", k % 8);
         }
     }
-    assert!(
-        told > 400 && rest > 200,
-        "{told} told, {rest} with the rest of the file"
-    );
+    assert!(told > 400 && rest > 200, "{told} told, {rest} with the rest of the file");
 }
 
 #[test]
 fn io_mcap_of_other_encodings_is_refused_by_name() {
     let mut file = Cursor::new(Vec::new());
     let mut writer = mcap::Writer::new(&mut file).unwrap();
-    let channel = writer
-        .add_channel(0, "/pose", "json", &BTreeMap::new())
-        .unwrap();
+    let channel = writer.add_channel(0, "/pose", "json", &BTreeMap::new()).unwrap();
     let header = MessageHeader {
         channel_id: channel,
         sequence: 0,
@@ -416,9 +360,7 @@ fn io_damaged_mcap_and_rosbag2_never_panic_and_end_soon() {
     bag_file(&bag, &run(), true);
     let mut state = 1_u64;
     let mut below = |limit: usize| {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         (state >> 33) as usize % limit
     };
     for whole in [mcap_file(&run()), std::fs::read(&bag).unwrap()] {
@@ -447,20 +389,11 @@ fn io_pulses_of_mavros_are_refused_until_one_or_two_are_named() {
     let pulses = |k: u64| {
         let mut message = vec![0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0];
         message.extend(3_u32.to_le_bytes());
-        message.extend(
-            [1600 + k as u16, 1500, 1400]
-                .iter()
-                .flat_map(|p| p.to_le_bytes()),
-        );
+        message.extend([1600 + k as u16, 1500, 1400].iter().flat_map(|p| p.to_le_bytes()));
         (START_NS + k * 50_000_000, message)
     };
     let mut topics = run();
-    topics[1] = (
-        "/mavros/rc/out",
-        "mavros_msgs/msg/RCOut",
-        PULSES,
-        (0..100).map(pulses).collect(),
-    );
+    topics[1] = ("/mavros/rc/out", "mavros_msgs/msg/RCOut", PULSES, (0..100).map(pulses).collect());
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log");
     std::fs::write(&path, mcap_file(&topics)).unwrap();

@@ -135,13 +135,7 @@ fn io_long_trials_come_back_from_every_format() {
     for (read, sample) in read_back(&rows, Format::Mcap).iter().zip(&samples) {
         // Half a nanosecond.
         assert!((read.time_s - sample.time_s).abs() <= 0.51e-9);
-        assert_eq!(
-            Sample {
-                time_s: sample.time_s,
-                ..*read
-            },
-            *sample
-        );
+        assert_eq!(Sample { time_s: sample.time_s, ..*read }, *sample);
     }
 }
 
@@ -171,11 +165,7 @@ fn io_what_was_flushed_survives() {
         let (samples, warnings) = read(&killed);
         assert_eq!(samples.len(), 1000, "{name}");
         // A CSV file has no end that could be missing.
-        assert_eq!(
-            warnings.contains("cut off"),
-            name == "log.mcap",
-            "{warnings}"
-        );
+        assert_eq!(warnings.contains("cut off"), name == "log.mcap", "{warnings}");
         writer.finish().unwrap();
         assert_eq!(read(&path), (samples, String::new()));
     }
@@ -196,10 +186,7 @@ fn io_estimates_are_columns() {
          estimate_step_norm"
     );
     assert_eq!(line(1), "0,0,0.2,2,,,,,,,,");
-    assert_eq!(
-        line(221),
-        "11,0.88,-0.2,2,2,-1,220,0.01,0.1,0.2,0.003,0.001"
-    );
+    assert_eq!(line(221), "11,0.88,-0.2,2,2,-1,220,0.01,0.1,0.2,0.003,0.001");
     assert_eq!(line(222), "11.05,0.884,-0.2,,2,-1,221,0.01,,,,0.001");
     for format in [Format::Csv, Format::Parquet, Format::Mcap] {
         let column =
@@ -218,10 +205,7 @@ fn io_estimates_are_columns() {
         as_depth.units = BTreeMap::from([(Quantity::Depth, Unit::Metre)]);
         let read = open(&path, &as_depth).unwrap().map(Result::unwrap);
         let depths: Vec<_> = read.map(|sample| sample.depth_m).collect();
-        let expected: Vec<_> = rows
-            .iter()
-            .map(|row| Some(row.estimate?.model.b2_per_s2))
-            .collect();
+        let expected: Vec<_> = rows.iter().map(|row| Some(row.estimate?.model.b2_per_s2)).collect();
         assert_eq!(depths, expected, "{format:?}");
     }
 }
@@ -244,10 +228,8 @@ for schema, channel, message, decoded in reader.iter_decoded_messages():
     let path = folder.path().join("log.mcap");
     let rows = trial(300);
     write_mcap(File::create(&path).unwrap(), &rows).unwrap();
-    let output = Command::new(python)
-        .args(["-c", PROGRAM, path.to_str().unwrap()])
-        .output()
-        .unwrap();
+    let output =
+        Command::new(python).args(["-c", PROGRAM, path.to_str().unwrap()]).output().unwrap();
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{errors}");
     let mut found = BTreeMap::new();
@@ -258,10 +240,7 @@ for schema, channel, message, decoded in reader.iter_decoded_messages():
         };
         assert_eq!(type_name, "std_msgs/msg/Float64");
         let message: (u64, f64) = (time_ns.parse().unwrap(), value.parse().unwrap());
-        found
-            .entry(topic.to_string())
-            .or_insert_with(Vec::new)
-            .push(message);
+        found.entry(topic.to_string()).or_insert_with(Vec::new).push(message);
     }
     let expected = |value: fn(&Row) -> Option<f64>| -> Vec<(u64, f64)> {
         rows.iter()
@@ -269,14 +248,8 @@ for schema, channel, message, decoded in reader.iter_decoded_messages():
             .filter_map(|(k, row)| Some((50_000_000 * k as u64, value(row)?)))
             .collect()
     };
-    assert_eq!(
-        found["/heading_rad"],
-        expected(|r| Some(r.sample.heading_rad))
-    );
-    assert_eq!(
-        found["/rudder_rad"],
-        expected(|r| Some(r.sample.rudder_rad))
-    );
+    assert_eq!(found["/heading_rad"], expected(|r| Some(r.sample.heading_rad)));
+    assert_eq!(found["/rudder_rad"], expected(|r| Some(r.sample.rudder_rad)));
     let b2 = expected(|r| Some(r.estimate?.model.b2_per_s2));
     assert_eq!(found["/estimate_b2_per_s2"], b2);
     // A depth every fifth row, followed by one that says there is none.
@@ -284,20 +257,13 @@ for schema, channel, message, decoded in reader.iter_decoded_messages():
     assert_eq!(depths.len(), 120);
     for (k, (time_ns, depth)) in depths.iter().enumerate() {
         assert_eq!(*time_ns, 50_000_000 * (5 * (k as u64 / 2) + k as u64 % 2));
-        assert!(if k % 2 == 0 {
-            *depth == 2.0
-        } else {
-            depth.is_nan()
-        });
+        assert!(if k % 2 == 0 { *depth == 2.0 } else { depth.is_nan() });
     }
 }
 
 #[test]
 fn io_a_time_before_1970_is_refused_by_mcap() {
-    let row = Row::from(Sample {
-        time_s: -1.0,
-        ..Sample::default()
-    });
+    let row = Row::from(Sample { time_s: -1.0, ..Sample::default() });
     let error = write_mcap(Vec::new(), &[row]).unwrap_err();
     assert!(error.to_string().contains("1970"), "{error}");
 }

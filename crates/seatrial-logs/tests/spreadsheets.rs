@@ -12,27 +12,16 @@ fn read(text: &str) -> Vec<Sample<f64>> {
     std::fs::write(&path, text).unwrap();
     let reader = open(&path, &ChannelChoice::default())
         .unwrap_or_else(|why| panic!("{why}\n{}", &text[..80]));
-    reader
-        .collect::<Result<_, _>>()
-        .unwrap_or_else(|why| panic!("{why}\n{}", &text[..80]))
+    reader.collect::<Result<_, _>>().unwrap_or_else(|why| panic!("{why}\n{}", &text[..80]))
 }
 
 /// A log with a head, and rows of time, heading in degrees, rudder in degrees and speed in knots.
 fn log(head: &str, row: impl Fn(f64, f64, f64, f64) -> String) -> String {
     let rows = (0..ROWS).map(|k| {
         let time_s = 0.1 * k as f64;
-        row(
-            time_s,
-            80.5 + 0.25 * k as f64,
-            [12.5, -12.5][k / 10 % 2],
-            4.0,
-        )
+        row(time_s, 80.5 + 0.25 * k as f64, [12.5, -12.5][k / 10 % 2], 4.0)
     });
-    std::iter::once(head.to_owned())
-        .chain(rows)
-        .collect::<Vec<_>>()
-        .join("\r\n")
-        + "\r\n"
+    std::iter::once(head.to_owned()).chain(rows).collect::<Vec<_>>().join("\r\n") + "\r\n"
 }
 
 fn point(time_s: f64, heading: f64, rudder: f64, speed: f64) -> String {
@@ -64,51 +53,36 @@ fn of_other_clocks() -> [String; 6] {
             };
             format!("{t:.1},{},{},{v:.2}", minutes(h), minutes(r))
         }),
-        log(
-            "Time,Heading [deg],Rudder [deg],Speed [kn]",
-            |t, h, r, v| format!("5/23/2026 12:00:{t:04.1} PM,{h:.2},{r:.1},{v:.2}"),
-        ),
-        log(
-            "Time,Heading [deg],Rudder [deg],Speed [kn]",
-            |t, h, r, v| format!("00:{t:04.1},{h:.2},{r:.1},{v:.2}"),
-        ),
-        log(
-            "日時,船首方位[度],舵角[度],船速[ノット]",
-            |t, h, r, v| format!("2026年5月3日 12:00:{t:04.1},{h:.2},{r:.1},{v:.2}"),
-        ),
-        log(
-            "日時,船首方位[度],舵角[度],船速[ノット]",
-            |t, h, r, v| {
-                let wide = format!("{h:.2}").chars().map(wide).collect::<String>();
-                format!("2026年05月03日 12時00分{t:04.1}秒,{wide},{r:.1},{v:.2}")
-            },
-        ),
-        log(
-            "Time [s],Heading [deg],Rudder [deg],Speed [kn]",
-            |t, h, r, v| {
-                let side = if r < 0.0 { "P" } else { "S" };
-                format!("{t:.1},{h:.2} T,{:.1} {side},{v:.2}", r.abs())
-            },
-        ),
+        log("Time,Heading [deg],Rudder [deg],Speed [kn]", |t, h, r, v| {
+            format!("5/23/2026 12:00:{t:04.1} PM,{h:.2},{r:.1},{v:.2}")
+        }),
+        log("Time,Heading [deg],Rudder [deg],Speed [kn]", |t, h, r, v| {
+            format!("00:{t:04.1},{h:.2},{r:.1},{v:.2}")
+        }),
+        log("日時,船首方位[度],舵角[度],船速[ノット]", |t, h, r, v| {
+            format!("2026年5月3日 12:00:{t:04.1},{h:.2},{r:.1},{v:.2}")
+        }),
+        log("日時,船首方位[度],舵角[度],船速[ノット]", |t, h, r, v| {
+            let wide = format!("{h:.2}").chars().map(wide).collect::<String>();
+            format!("2026年05月03日 12時00分{t:04.1}秒,{wide},{r:.1},{v:.2}")
+        }),
+        log("Time [s],Heading [deg],Rudder [deg],Speed [kn]", |t, h, r, v| {
+            let side = if r < 0.0 { "P" } else { "S" };
+            format!("{t:.1},{h:.2} T,{:.1} {side},{v:.2}", r.abs())
+        }),
     ]
 }
 
 #[test]
 fn io_every_spelling_gives_the_same_samples() {
     let of_day = |time_s: f64, heading: f64, rudder: f64, speed: f64| {
-        format!(
-            "03.05.2026;{};{heading:.2};{rudder:.1};{speed:.2}",
-            clock(time_s)
-        )
-        .replacen('.', "-", 2)
-        .replace('.', ",")
-        .replacen('-', ".", 2)
+        format!("03.05.2026;{};{heading:.2};{rudder:.1};{speed:.2}", clock(time_s))
+            .replacen('.', "-", 2)
+            .replace('.', ",")
+            .replacen('-', ".", 2)
     };
     let stamped = |time_s: f64, heading: f64, rudder: f64, speed: f64| {
-        format!(
-            "03/05/2026 {};{heading:.2};{rudder:.1};{speed:.2}",
-            clock(time_s)
-        )
+        format!("03/05/2026 {};{heading:.2};{rudder:.1};{speed:.2}", clock(time_s))
     };
     let logs = [
         log("Time [s],Heading [deg],Rudder [deg],Speed [kn]", point),
@@ -117,10 +91,7 @@ fn io_every_spelling_gives_the_same_samples() {
         log("Datum;Uhrzeit;Kurs;Ruderwinkel;Fahrt [kn]", of_day),
         log("Timestamp;HDG;RUD;STW [kn]", stamped),
         log("時刻[s],船首方位[度],舵角[度],船速[ノット]", point),
-        log(
-            "Time (s),Heading (°T),Rudder (° stbd +),Speed over ground (knots)",
-            point,
-        ),
+        log("Time (s),Heading (°T),Rudder (° stbd +),Speed over ground (knots)", point),
         log(
             "\u{feff}Messfahrt 12;;;\r\nBoot: Möwe;;;\r\n;;;\r\nZeit;Kurs;Ruder;Fahrt\r\ns;Grad;Grad;kn",
             comma,
@@ -130,10 +101,9 @@ fn io_every_spelling_gives_the_same_samples() {
             point,
         ),
         log("Temps [s];Cap [°];Barre [°];Vitesse [kn]", comma),
-        log(
-            "Time [s]|Heading [deg]|Rudder [deg]|Speed [kn]",
-            |t, h, r, v| point(t, h, r, v).replace(',', "|"),
-        ),
+        log("Time [s]|Heading [deg]|Rudder [deg]|Speed [kn]", |t, h, r, v| {
+            point(t, h, r, v).replace(',', "|")
+        }),
         log("Zeit [s];Kurs;Ruder;Fahrt [kn]", |t, h, r, v| {
             format!("{t:.1};{h:.2}°;{r:.1} °;{v:.2}").replace('.', ",")
         }),
@@ -141,20 +111,14 @@ fn io_every_spelling_gives_the_same_samples() {
             let thousandths = (1000.0 * t).round() as u64;
             let rest = comma(t, h, r, v);
             let rest = rest.split_once(';').unwrap().1;
-            format!(
-                "1.{:03}.{:03},0;{rest}",
-                200 + thousandths / 1000,
-                thousandths % 1000
-            )
+            format!("1.{:03}.{:03},0;{rest}", 200 + thousandths / 1000, thousandths % 1000)
         }),
-        log(
-            "Time (min),Heading (deg),Rudder (deg),Speed (kn)",
-            |t, h, r, v| format!("{:.14},{h:.2},{r:.1},{v:.2}", t / 60.0),
-        ),
-        log(
-            "Date,Heading (deg),Rudder (deg),Speed (kn)",
-            |t, h, r, v| format!("{:.13},{h:.2},{r:.1},{v:.2}", 45_424.5 + t / 86_400.0),
-        ),
+        log("Time (min),Heading (deg),Rudder (deg),Speed (kn)", |t, h, r, v| {
+            format!("{:.14},{h:.2},{r:.1},{v:.2}", t / 60.0)
+        }),
+        log("Date,Heading (deg),Rudder (deg),Speed (kn)", |t, h, r, v| {
+            format!("{:.13},{h:.2},{r:.1},{v:.2}", 45_424.5 + t / 86_400.0)
+        }),
         log(
             "Time [s],Heading [deg],Rudder command [deg],Rudder actual [deg],Speed [kn]",
             |t, h, r, v| format!("{t:.1},{h:.2},{:.1},{r:.1},{v:.2}", 0.5 * r),
@@ -173,16 +137,10 @@ fn io_every_spelling_gives_the_same_samples() {
                 true => 1e-6,
                 false => 1e-9,
             };
-            assert!(
-                (passed_s - expected.time_s).abs() < rounding_s,
-                "{text:.60}"
-            );
+            assert!((passed_s - expected.time_s).abs() < rounding_s, "{text:.60}");
             assert_eq!(sample.heading_rad, expected.heading_rad, "{text:.60}");
             assert_eq!(sample.rudder_rad, expected.rudder_rad, "{text:.60}");
-            assert_eq!(
-                sample.surge_speed_m_s, expected.surge_speed_m_s,
-                "{text:.60}"
-            );
+            assert_eq!(sample.surge_speed_m_s, expected.surge_speed_m_s, "{text:.60}");
         }
     }
 }
@@ -199,10 +157,9 @@ fn fault(bytes: &[u8]) -> String {
 
 #[test]
 fn io_a_column_that_is_no_numbers_is_not_left_out() {
-    let text = log(
-        "Time [s],Heading [deg],Rudder [deg],Speed [kn]",
-        |t, h, r, v| format!("{t:.1},{h:.0}d{h:.0}m,{r:.1},{v:.2}"),
-    );
+    let text = log("Time [s],Heading [deg],Rudder [deg],Speed [kn]", |t, h, r, v| {
+        format!("{t:.1},{h:.0}d{h:.0}m,{r:.1},{v:.2}")
+    });
     let said = fault(text.as_bytes());
     assert!(said.contains("100 of 100 rows are like this"), "{said}");
     assert!(!said.contains("--drop-invalid"), "{said}");
@@ -220,12 +177,11 @@ fn io_utf_16_without_its_mark_is_named() {
 #[test]
 fn io_words_for_nothing_are_no_values() {
     let nothing = ["-9999", "n/a", "-", "#N/A", ""];
-    let text = log(
-        "Time [s],Heading [deg],Rudder [deg],Speed [kn]",
-        |t, h, r, v| match (10.0 * t).round() as usize {
+    let text = log("Time [s],Heading [deg],Rudder [deg],Speed [kn]", |t, h, r, v| {
+        match (10.0 * t).round() as usize {
             k @ 10..15 => format!("{t:.1},{},{r:.1},{v:.2}", nothing[k - 10]),
             _ => point(t, h, r, v),
-        },
-    );
+        }
+    });
     assert_eq!(read(&text).len(), ROWS - 5);
 }

@@ -44,12 +44,7 @@ fn io_a_row_of_units_under_the_names() {
     for units in ["s,deg,deg,kn", "[s],[deg],[deg],[kn]"] {
         let mut text = format!("time,heading,rudder,speed\n{units}\n");
         for k in 0..100 {
-            text += &format!(
-                "{:.1},{:.1},{},4.0\n",
-                0.1 * f64::from(k),
-                0.2 * f64::from(k),
-                k % 7
-            );
+            text += &format!("{:.1},{:.1},{},4.0\n", 0.1 * f64::from(k), 0.2 * f64::from(k), k % 7);
         }
         let (reader, samples) = read(&text).unwrap();
         assert_eq!(reader.description().warnings, [""; 0]);
@@ -64,12 +59,7 @@ fn io_a_row_of_units_under_the_names() {
 fn io_a_speed_over_ground_without_a_unit_is_doubted() {
     let mut text = String::from("time_s,heading_deg,rudder_deg,sog\n");
     for k in 0..100 {
-        text += &format!(
-            "{:.1},{:.1},{},4.0\n",
-            0.1 * f64::from(k),
-            0.2 * f64::from(k),
-            k % 7
-        );
+        text += &format!("{:.1},{:.1},{},4.0\n", 0.1 * f64::from(k), 0.2 * f64::from(k), k % 7);
     }
     let (reader, _) = read(&text).unwrap();
     let warnings = &reader.description().warnings;
@@ -121,11 +111,7 @@ fn io_rivals_in_other_sentences_are_told() {
     }
     let (reader, _) = read(&text).unwrap();
     let warnings = reader.description().warnings.join("\n");
-    for said in [
-        "`HDT.heading_deg` is taken",
-        "HDM.heading_deg",
-        "RSA.port_deg",
-    ] {
+    for said in ["`HDT.heading_deg` is taken", "HDM.heading_deg", "RSA.port_deg"] {
         assert!(warnings.contains(said), "{warnings}");
     }
 }
@@ -181,21 +167,12 @@ fn io_nmea_0183_times_come_from_rmc_over_midnight() {
     let mut text = String::new();
     for k in 0..20_u32 {
         let second = (86_390 + k) % 86_400;
-        let clock = format!(
-            "{:02}{:02}{:02}.00",
-            second / 3600,
-            second / 60 % 60,
-            second % 60
-        );
+        let clock = format!("{:02}{:02}{:02}.00", second / 3600, second / 60 % 60, second % 60);
         let position = match k {
             0 => format!("GPRMC,{clock},A,,,,,4.0,90.0,310126,,"),
             _ => format!("GPGGA,{clock},,,,,1,8,,,,,,,"),
         };
-        for sentence in [
-            position,
-            format!("IIRSA,{k}.0,A,,V"),
-            format!("HEHDT,{k}.0,T"),
-        ] {
+        for sentence in [position, format!("IIRSA,{k}.0,A,,V"), format!("HEHDT,{k}.0,T")] {
             text += &format!("{}\n", with_checksum(&sentence));
         }
     }
@@ -214,10 +191,7 @@ fn io_nmea_0183_wrong_checksums_are_left_out_and_counted() {
     let (reader, samples) = read(&text).unwrap();
     assert_eq!(samples.len(), 99);
     let warnings = reader.warnings();
-    assert!(
-        warnings.iter().any(|w| w.contains("in 1 places")),
-        "{warnings:?}"
-    );
+    assert!(warnings.iter().any(|w| w.contains("in 1 places")), "{warnings:?}");
 }
 
 #[test]
@@ -225,16 +199,7 @@ fn io_nmea_0183_without_any_time_is_refused() {
     let Err(error) = read(&sentences(|_| String::new())) else {
         panic!("a log without times was read");
     };
-    assert!(
-        matches!(
-            &error.fault,
-            Fault::NotLogged {
-                quantity: Quantity::Time,
-                ..
-            }
-        ),
-        "{error}"
-    );
+    assert!(matches!(&error.fault, Fault::NotLogged { quantity: Quantity::Time, .. }), "{error}");
 }
 
 #[test]
@@ -243,10 +208,7 @@ fn io_moos_variables_are_found() {
         String::from("%%%%%%%%%%%%%\n%% LOG FILE: run\n%% LOGSTART 1780883460.1\n%%%%%%%%%%%%%\n");
     for k in 0..50 {
         let time_s = f64::from(k) * 0.25;
-        text += &format!(
-            "{time_s:.3}   NAV_HEADING   pNav   {}\n",
-            90.0 + f64::from(k)
-        );
+        text += &format!("{time_s:.3}   NAV_HEADING   pNav   {}\n", 90.0 + f64::from(k));
         text += &format!("{time_s:.3}   NAV_SPEED     pNav   1.25\n");
         text += &format!("{time_s:.3}   DESIRED_RUDDER  pHelm:PID  {}\n", k % 20 - 10);
         text += &format!("{time_s:.3}   MODE  pHelm  SURVEYING and more words\n");
@@ -254,14 +216,8 @@ fn io_moos_variables_are_found() {
     let (reader, samples) = read(&text).unwrap();
     let description = reader.description();
     assert_eq!(description.format, Format::Alog);
-    let rudder = description
-        .channels
-        .iter()
-        .find(|c| c.quantity == Quantity::Rudder);
-    assert_eq!(
-        rudder.map(|c| (c.column.as_str(), c.unit)),
-        Some(("DESIRED_RUDDER", Unit::Degree))
-    );
+    let rudder = description.channels.iter().find(|c| c.quantity == Quantity::Rudder);
+    assert_eq!(rudder.map(|c| (c.column.as_str(), c.unit)), Some(("DESIRED_RUDDER", Unit::Degree)));
     assert_eq!(samples.len(), 50);
     assert_eq!(samples[30].heading_rad, 120_f64.to_radians());
     assert_eq!(samples[30].surge_speed_m_s, Some(1.25));

@@ -69,11 +69,7 @@ fn all<'a>(value: &'a Value, key: &str) -> Vec<&'a Value> {
 
 #[test]
 fn io_foxglove_shows_every_topic_and_no_other() {
-    assert!(
-        recorded()
-            .iter()
-            .all(|(_, kind)| kind == "std_msgs/msg/Float64")
-    );
+    assert!(recorded().iter().all(|(_, kind)| kind == "std_msgs/msg/Float64"));
     let layout = layout();
     let paths = all(&layout["configById"], "value");
     let shown: BTreeSet<String> = paths
@@ -94,13 +90,7 @@ fn io_foxglove_shows_every_topic_and_no_other() {
 fn io_the_layout_has_the_parts_that_foxglove_reads() {
     let layout = layout();
     let keys: Vec<&String> = layout.as_object().unwrap().keys().collect();
-    let expected = [
-        "configById",
-        "globalVariables",
-        "layout",
-        "playbackConfig",
-        "userNodes",
-    ];
+    let expected = ["configById", "globalVariables", "layout", "playbackConfig", "userNodes"];
     assert_eq!(keys, expected);
     let mut placed = Vec::new();
     placed_below(&layout["layout"], &mut placed);
@@ -129,10 +119,7 @@ fn placed_below(node: &Value, placed: &mut Vec<String>) {
         placed.push(panel.to_owned());
         return;
     }
-    assert!(
-        ["row", "column"].contains(&node["direction"].as_str().unwrap()),
-        "{node}"
-    );
+    assert!(["row", "column"].contains(&node["direction"].as_str().unwrap()), "{node}");
     let percent = node["splitPercentage"].as_f64().unwrap();
     assert!(percent > 0.0 && percent < 100.0, "{node}");
     for side in ["first", "second"] {

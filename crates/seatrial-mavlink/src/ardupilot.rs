@@ -81,19 +81,13 @@ pub struct Pulse {
 
 impl Pulse {
     /// ArduPilot's defaults.
-    pub const DEFAULT: Self = Self {
-        lowest_us: 1100.0,
-        trim_us: 1500.0,
-        highest_us: 1900.0,
-        is_reversed: false,
-    };
+    pub const DEFAULT: Self =
+        Self { lowest_us: 1100.0, trim_us: 1500.0, highest_us: 1900.0, is_reversed: false };
 
     /// From `SERVO1_MIN`, `_TRIM`, `_MAX` and `_REVERSED`, where the prefix is `SERVO1`.
     pub fn of(parameters: &Parameters, prefix: &str) -> Self {
         let value = |what: &str, default: f64| {
-            parameters
-                .get(&format!("{prefix}_{what}"))
-                .unwrap_or(default)
+            parameters.get(&format!("{prefix}_{what}")).unwrap_or(default)
         };
         Self {
             lowest_us: value("MIN", Self::DEFAULT.lowest_us),
@@ -115,11 +109,7 @@ impl Pulse {
         };
         let is_on = pulse_us > 0.0 && full_us > 0.0;
         let sign = if self.is_reversed { -1.0 } else { 1.0 };
-        if is_on {
-            sign * (pulse_us - self.trim_us) / full_us
-        } else {
-            f64::NAN
-        }
+        if is_on { sign * (pulse_us - self.trim_us) / full_us } else { f64::NAN }
     }
 
     /// For people.
@@ -220,12 +210,8 @@ mod tests {
 
     #[test]
     fn exact_pulses_are_fractions_of_the_full_rudder_on_either_side() {
-        let pulse = Pulse {
-            lowest_us: 1000.0,
-            trim_us: 1400.0,
-            highest_us: 2000.0,
-            is_reversed: true,
-        };
+        let pulse =
+            Pulse { lowest_us: 1000.0, trim_us: 1400.0, highest_us: 2000.0, is_reversed: true };
         let fractions = [1000.0, 1200.0, 1400.0, 1700.0, 2000.0].map(|us| pulse.fraction(us));
         assert_eq!(fractions, [1.0, 0.5, -0.0, -0.5, -1.0]);
         assert!(pulse.fraction(0.0).is_nan());
@@ -253,9 +239,6 @@ mod tests {
         v_tail.insert("MIXING_OFFSET".into(), 10.0);
         assert_eq!(Steering::find(&v_tail, 8), None);
         parameters.insert("SERVO4_FUNCTION".into(), RUDDER);
-        assert!(matches!(
-            Steering::find(&parameters, 8),
-            Some(Steering::Output { number: 4, .. })
-        ));
+        assert!(matches!(Steering::find(&parameters, 8), Some(Steering::Output { number: 4, .. })));
     }
 }

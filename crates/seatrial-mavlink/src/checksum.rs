@@ -12,9 +12,7 @@ pub(crate) fn checksum(bytes: &[u8], crc_extra: u8) -> u16 {
         mixed
             .iter()
             .zip(REMAINDERS.iter().rev())
-            .fold(0, |crc, (byte, remainders)| {
-                crc ^ remainders[usize::from(*byte)]
-            })
+            .fold(0, |crc, (byte, remainders)| crc ^ remainders[usize::from(*byte)])
     });
     let crc = rest.iter().fold(crc, |crc, byte| next(crc, *byte));
     next(crc, crc_extra)

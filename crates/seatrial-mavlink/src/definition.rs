@@ -38,9 +38,7 @@ impl Definition {
     /// The number in a field of a payload.
     pub fn field(&self, payload: &[u8], name: &str) -> Option<f64> {
         let mut numbers = self.number_names().zip(self.numbers(payload));
-        numbers
-            .find(|(field, _)| *field == name)
-            .map(|(_, number)| number)
+        numbers.find(|(field, _)| *field == name).map(|(_, number)| number)
     }
 
     /// Every number of a payload, in the order of the wire.
@@ -49,20 +47,13 @@ impl Definition {
         self.fields.iter().flat_map(move |field| {
             let begin = at;
             at += field.width;
-            let Numbers {
-                count,
-                width,
-                number,
-            } = field.numbers;
+            let Numbers { count, width, number } = field.numbers;
             (0..count).map(move |k| number(payload.get(begin + k * width..).unwrap_or_default()))
         })
     }
 
     /// Names of the numbers, in the order of the wire.
     pub fn number_names(&self) -> impl Iterator<Item = &'static str> {
-        self.fields
-            .iter()
-            .flat_map(|field| &field.names[..field.numbers.count])
-            .copied()
+        self.fields.iter().flat_map(|field| &field.names[..field.numbers.count]).copied()
     }
 }

@@ -94,11 +94,7 @@ impl<const N: usize> std::fmt::Debug for Text<N> {
 
 impl<const N: usize> Field for Text<N> {
     const WIDTH: usize = N;
-    const NUMBERS: Numbers = Numbers {
-        count: 0,
-        width: N,
-        number: |_| f64::NAN,
-    };
+    const NUMBERS: Numbers = Numbers { count: 0, width: N, number: |_| f64::NAN };
     fn read(bytes: &[u8]) -> Self {
         Self(bytes.first_chunk().copied().unwrap_or([0; N]))
     }

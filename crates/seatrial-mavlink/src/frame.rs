@@ -104,10 +104,8 @@ impl Decoder {
                 Next::Frame { head, length } => {
                     let whole = &seen[..length];
                     let accepted = signing.as_deref_mut().map_or(Ok(()), |signing| {
-                        let signature = whole
-                            .len()
-                            .checked_sub(SIGNATURE)
-                            .filter(|_| head.is_signed);
+                        let signature =
+                            whole.len().checked_sub(SIGNATURE).filter(|_| head.is_signed);
                         let signed = signature.ok_or(Refused::Unsigned)?;
                         signing.check(head.sender, &whole[..signed], &whole[signed..], now_s)
                     });
@@ -153,10 +151,7 @@ impl Head {
         Some(Self {
             header,
             payload: head[1].into(),
-            sender: Sender {
-                system: head[sender],
-                component: head[sender + 1],
-            },
+            sender: Sender { system: head[sender], component: head[sender + 1] },
             sequence: head[sender - 1],
             id,
             is_signed: is_version_2 && head[2] & IS_SIGNED != 0,
@@ -181,10 +176,7 @@ impl Head {
 }
 
 fn next(seen: &[u8]) -> Next {
-    let garbage = |length| Next::Skip {
-        length,
-        is_garbage: true,
-    };
+    let garbage = |length| Next::Skip { length, is_garbage: true };
     let head = match seen.first() {
         None => return Next::Cut,
         Some(&(VERSION_1 | VERSION_2)) => Head::of(seen),
@@ -203,10 +195,7 @@ fn next(seen: &[u8]) -> Next {
     let Some(seed) = seed(head.id) else {
         // Without its seed the checksum says nothing; another frame must follow.
         return match seen.get(length) {
-            Some(&(VERSION_1 | VERSION_2)) => Next::Skip {
-                length,
-                is_garbage: false,
-            },
+            Some(&(VERSION_1 | VERSION_2)) => Next::Skip { length, is_garbage: false },
             _ => garbage(1),
         };
     };
@@ -229,10 +218,7 @@ pub struct Encoder {
 impl Encoder {
     /// For frames of this sender.
     pub fn new(sender: Sender) -> Self {
-        Self {
-            sender,
-            sequence: 0,
-        }
+        Self { sender, sequence: 0 }
     }
 
     /// The next frame, signed where there is a key.

@@ -70,14 +70,9 @@ impl Key {
 
     /// The key in a file, 32 bytes or 64 hexadecimal digits.
     pub fn load(path: &Path) -> Result<Self, KeyError> {
-        let bytes = std::fs::read(path).map_err(|source| KeyError::Read {
-            path: path.into(),
-            source,
-        })?;
-        let no_key = || KeyError::NoKey {
-            path: path.into(),
-            length: bytes.len(),
-        };
+        let bytes =
+            std::fs::read(path).map_err(|source| KeyError::Read { path: path.into(), source })?;
+        let no_key = || KeyError::NoKey { path: path.into(), length: bytes.len() };
         if let Ok(key) = bytes.as_slice().try_into() {
             return Ok(Self(key));
         }
@@ -125,13 +120,7 @@ pub struct Signing {
 impl Signing {
     /// With this key, on a link whose time 0 is `start_unix_s`, s since 1970.
     pub fn new(key: Key, link_id: u8, start_unix_s: f64) -> Self {
-        Self {
-            key,
-            link_id,
-            start_s: start_unix_s - EPOCH_S,
-            latest: 0,
-            streams: BTreeMap::new(),
-        }
+        Self { key, link_id, start_s: start_unix_s - EPOCH_S, latest: 0, streams: BTreeMap::new() }
     }
 
     fn clock(&self, now_s: f64) -> u64 {

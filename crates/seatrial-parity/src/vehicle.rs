@@ -25,10 +25,7 @@ impl<T: Real> Vehicle<T> {
     /// On its way, heading nearly south, so that the compass wraps.
     pub fn new() -> Self {
         Self {
-            state: YawState {
-                heading_rad: T::of(3.1),
-                yaw_rate_rad_s: T::ZERO,
-            },
+            state: YawState { heading_rad: T::of(3.1), yaw_rate_rad_s: T::ZERO },
             time_s: 1000.0,
             steering: Steering::Rudder(T::ZERO),
             thrust: T::of(0.7),
@@ -90,10 +87,7 @@ impl<T: Real> Vehicle<T> {
 
     /// Uniform noise by the linear congruential generator of Numerical Recipes.
     fn compass_noise_rad(&mut self) -> T {
-        self.noise = self
-            .noise
-            .wrapping_mul(1_664_525)
-            .wrapping_add(1_013_904_223);
+        self.noise = self.noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         let signed = f64::from(self.noise) / f64::from(1_u32 << 31) - 1.0;
         T::of(COMPASS_NOISE_RAD * signed)
     }

@@ -5,9 +5,7 @@ use seatrial_parity::{Bits, Table, write};
 fn table<T: Bits>(table: Table) -> Vec<Vec<String>> {
     let mut text = String::new();
     write::<T>(table, &mut text).unwrap();
-    text.lines()
-        .map(|line| line.split(',').map(str::to_owned).collect())
-        .collect()
+    text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
 }
 
 fn column(rows: &[Vec<String>], name: &str) -> usize {

@@ -24,14 +24,7 @@ pub struct Columns<'a, 'py> {
 impl<'a, 'py> Columns<'a, 'py> {
     /// Without the columns that may be missing.
     pub fn of(time: &'a Column<'py>, heading: &'a Column<'py>, rudder: &'a Column<'py>) -> Self {
-        Self {
-            time,
-            heading,
-            rudder,
-            speed: None,
-            yaw_rate: None,
-            thrust: None,
-        }
+        Self { time, heading, rudder, speed: None, yaw_rate: None, thrust: None }
     }
 
     /// The samples, read from the arrays without copying these first. NaN in an optional column is a missing value.
@@ -47,21 +40,16 @@ impl<'a, 'py> Columns<'a, 'py> {
         };
         needed("heading", self.heading)?;
         needed("rudder", self.rudder)?;
-        for (name, column) in [
-            ("speed", self.speed),
-            ("yaw_rate", self.yaw_rate),
-            ("thrust", self.thrust),
-        ] {
+        for (name, column) in
+            [("speed", self.speed), ("yaw_rate", self.yaw_rate), ("thrust", self.thrust)]
+        {
             column.map_or(Ok(()), |column| needed(name, column))?;
         }
         let (heading, rudder) = (self.heading.as_array(), self.rudder.as_array());
         let [speed, yaw_rate, thrust] =
             [self.speed, self.yaw_rate, self.thrust].map(|column| column.map(|c| c.as_array()));
         let known = |column: &Option<numpy::ndarray::ArrayView1<f64>>, k: usize| {
-            column
-                .as_ref()
-                .map(|c| c[k])
-                .filter(|value| value.is_finite())
+            column.as_ref().map(|c| c[k]).filter(|value| value.is_finite())
         };
         Ok((0..length)
             .map(|k| Sample {
@@ -97,10 +85,7 @@ pub fn dictionary<'py>(py: Python<'py>, samples: &[Sample<f64>]) -> PyResult<Bou
     let arrays = PyDict::new(py);
     for (name, value) in columns {
         if samples.iter().any(|sample| value(sample).is_some()) {
-            let column: Vec<f64> = samples
-                .iter()
-                .map(|s| value(s).unwrap_or(f64::NAN))
-                .collect();
+            let column: Vec<f64> = samples.iter().map(|s| value(s).unwrap_or(f64::NAN)).collect();
             arrays.set_item(name, column.into_pyarray(py))?;
         }
     }

@@ -19,11 +19,7 @@ pub fn turn(
     starboard: bool,
     surge_speed_m_s: Option<f64>,
 ) -> PyResult<Limits> {
-    let hand = if starboard {
-        Side::Starboard
-    } else {
-        Side::Port
-    };
+    let hand = if starboard { Side::Starboard } else { Side::Port };
     let turn = Turn::new(&YawModel::from_theta(theta), rudder_limit_rad, hand)
         .map_err(|none| error(py, "RejectedError", none))?;
     Ok((
@@ -54,11 +50,7 @@ type Point = (Option<f64>, Option<f64>, [f64; 3]);
 impl Schedule {
     #[new]
     fn new(py: Python<'_>, points: Vec<Point>, by_speed: bool) -> PyResult<Self> {
-        let key = if by_speed {
-            ScheduleKey::Speed
-        } else {
-            ScheduleKey::Thrust
-        };
+        let key = if by_speed { ScheduleKey::Speed } else { ScheduleKey::Thrust };
         let points: Vec<SchedulePoint<f64>> = points
             .into_iter()
             .map(|(thrust, surge_speed_m_s, theta)| SchedulePoint {
@@ -67,22 +59,13 @@ impl Schedule {
                 model: YawModel::from_theta(theta),
             })
             .collect();
-        SpeedSchedule::new(key, &points)
-            .map(Self)
-            .map_err(|invalid| usage(py, invalid))
+        SpeedSchedule::new(key, &points).map(Self).map_err(|invalid| usage(py, invalid))
     }
 
     /// Thrust, speed and model there, and whether that lies beyond the points.
     fn lookup(&self, py: Python<'_>, at: f64, extrapolate: bool) -> PyResult<(Point, bool)> {
-        let beyond = if extrapolate {
-            Beyond::Extrapolate
-        } else {
-            Beyond::Refuse
-        };
-        let found = self
-            .0
-            .lookup(at, beyond)
-            .map_err(|refused| usage(py, refused))?;
+        let beyond = if extrapolate { Beyond::Extrapolate } else { Beyond::Refuse };
+        let found = self.0.lookup(at, beyond).map_err(|refused| usage(py, refused))?;
         let is_extrapolated = matches!(found, ScheduleValue::Extrapolated(_));
         let point = found.value();
         let found = (point.thrust, point.surge_speed_m_s, point.model.theta());

@@ -29,10 +29,9 @@ impl Estimator {
     ) -> PyResult<Self> {
         let base = match (as_paper, lambda_rad_s) {
             (true, None) => EstimatorSettings::paper(),
-            (true, Some(lambda_rad_s)) => EstimatorSettings {
-                lambda_rad_s,
-                ..EstimatorSettings::paper()
-            },
+            (true, Some(lambda_rad_s)) => {
+                EstimatorSettings { lambda_rad_s, ..EstimatorSettings::paper() }
+            }
             (false, None) => EstimatorSettings::default(),
             (false, Some(lambda_rad_s)) => EstimatorSettings::for_lambda(lambda_rad_s),
         };

@@ -30,10 +30,7 @@ fn options(py: Python<'_>, (estimate, run_column, reading): How) -> PyResult<Opt
         "refined" => Estimate::Refined,
         "online" => Estimate::Online,
         other => {
-            return Err(usage(
-                py,
-                format!("estimate={other:?}: expected 'refined' or 'online'"),
-            ));
+            return Err(usage(py, format!("estimate={other:?}: expected 'refined' or 'online'")));
         }
     };
     let settings = reading.settings(py)?;
@@ -52,9 +49,7 @@ fn options(py: Python<'_>, (estimate, run_column, reading): How) -> PyResult<Opt
 
 fn sources(py: Python<'_>, inputs: &[String], out: &Path) -> PyResult<Vec<Source>> {
     let found = py.detach(|| find(inputs, out));
-    found
-        .map(|found| found.sources)
-        .map_err(|none| error(py, "InputError", none))
+    found.map(|found| found.sources).map_err(|none| error(py, "InputError", none))
 }
 
 fn failure(py: Python<'_>, found: &JournalError) -> PyErr {
@@ -123,12 +118,7 @@ pub fn fleet_work(py: Python<'_>, logs: Vec<Log>, how: How) -> PyResult<String> 
     let lines = py.detach(|| {
         let mut lines = String::new();
         for (path, bytes, modified_ns, etag) in logs {
-            let source = Source {
-                path,
-                bytes,
-                modified_ns,
-                etag,
-            };
+            let source = Source { path, bytes, modified_ns, etag };
             for entry in work_on(&source, &options) {
                 lines += &serde_json::to_string(&entry)?;
                 lines.push('\n');
@@ -160,10 +150,7 @@ impl FleetJournal {
         let options = options(py, how)?;
         let journal =
             Journal::open(&out, &sources, &options, resume).map_err(|found| failure(py, &found))?;
-        Ok(Self {
-            journal: Some(journal),
-            sources,
-        })
+        Ok(Self { journal: Some(journal), sources })
     }
 
     /// The logs that are not done.

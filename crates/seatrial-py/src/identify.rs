@@ -63,10 +63,7 @@ pub fn method_named(py: Python<'_>, name: &str) -> PyResult<Method> {
 
 /// Identifies a record; JSON.
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "the Python part has names for them"
-)]
+#[expect(clippy::too_many_arguments, reason = "the Python part has names for them")]
 pub fn identify(
     py: Python<'_>,
     time: Column<'_>,
@@ -107,10 +104,7 @@ pub fn identify(
         }
     }
     let found = py.detach(|| {
-        let held_out = validation.map(|window| ValidationData {
-            record: &record,
-            window,
-        });
+        let held_out = validation.map(|window| ValidationData { record: &record, window });
         seatrial::identify::identify(&record, training, held_out, &settings)
     });
     match found {
@@ -127,15 +121,9 @@ fn no_model(py: Python<'_>, found: IdentifyError) -> PyErr {
         IdentifyError::Setting(invalid) => usage(py, invalid),
         IdentifyError::Refused(reason) => {
             let reason = advice::reason(&reason, Reader::Python);
-            let refused = error(
-                py,
-                "RejectedError",
-                format!("{} {}", reason.text, reason.action).trim_end(),
-            );
-            match refused
-                .value(py)
-                .setattr("reason", reason.kind().to_string())
-            {
+            let refused =
+                error(py, "RejectedError", format!("{} {}", reason.text, reason.action).trim_end());
+            match refused.value(py).setattr("reason", reason.kind().to_string()) {
                 Ok(()) => refused,
                 Err(failed) => failed,
             }
@@ -169,9 +157,7 @@ pub fn least_squares(
         }
     };
     let found = py.detach(|| {
-        whole
-            .within(window(training))
-            .and_then(|part| part.least_squares(lambda_rad_s))
+        whole.within(window(training)).and_then(|part| part.least_squares(lambda_rad_s))
     });
     match found {
         Ok(found) => json(py, &found),
@@ -183,10 +169,7 @@ pub fn least_squares(
 
 /// Identifies a log of any format that the command reads; the document of `seatrial identify --json`, and what to warn of.
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "the Python part has names for them"
-)]
+#[expect(clippy::too_many_arguments, reason = "the Python part has names for them")]
 pub fn identify_log(
     py: Python<'_>,
     path: PathBuf,
@@ -205,10 +188,7 @@ pub fn identify_log(
         "yaw" => Axis::Yaw,
         "pitch" => Axis::Pitch,
         other => {
-            return Err(usage(
-                py,
-                format!("axis={other:?}: expected 'yaw' or 'pitch'"),
-            ));
+            return Err(usage(py, format!("axis={other:?}: expected 'yaw' or 'pitch'")));
         }
     };
     let mut options = Options::default();

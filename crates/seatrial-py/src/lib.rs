@@ -19,10 +19,8 @@ use seatrial_app::advice::addressed;
 
 /// An exception of the Python part, by its name; it carries the exit code of the command.
 fn error(py: Python<'_>, class: &str, message: impl ToString) -> PyErr {
-    let raised = py
-        .import("seatrial._errors")
-        .and_then(|errors| errors.getattr(class))
-        .and_then(|class| {
+    let raised =
+        py.import("seatrial._errors").and_then(|errors| errors.getattr(class)).and_then(|class| {
             class.call1((addressed(&shortened(&message.to_string()), Reader::Python),))
         });
     match raised {

@@ -65,9 +65,7 @@ pub fn validate(
     };
     let mut warned = Warned::default();
     if let ModelInput::Models(models) = &given {
-        warned
-            .0
-            .extend(models.cautions.iter().chain(&models.rejected).cloned());
+        warned.0.extend(models.cautions.iter().chain(&models.rejected).cloned());
     }
     let found = py.detach(|| validate_log(&path, &given, window(span), &settings, &mut warned));
     let mut found = found.map_err(|error| failed(py, &error))?;
@@ -77,10 +75,7 @@ pub fn validate(
 
 /// Has the vehicle changed, between two sets of models or over mission logs?
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "the Python part has names for them"
-)]
+#[expect(clippy::too_many_arguments, reason = "the Python part has names for them")]
 pub fn health(
     py: Python<'_>,
     reference: String,
@@ -93,11 +88,7 @@ pub fn health(
     offset_counts: Option<bool>,
 ) -> PyResult<Document> {
     let settings = reading.settings(py)?;
-    let criteria = Criteria {
-        false_alarms,
-        tolerated,
-        offset_counts,
-    };
+    let criteria = Criteria { false_alarms, tolerated, offset_counts };
     let mut warned = Warned::default();
     let found = match &now {
         Some(now) => py.detach(|| {
@@ -111,11 +102,7 @@ pub fn health(
                 let (log, window) = open_named(name, &settings, &mut warned)?;
                 watched.read(name, &log, window)?;
             }
-            document(&WatchDocument::of(
-                &source,
-                watched.logs(),
-                &watched.report(),
-            ))
+            document(&WatchDocument::of(&source, watched.logs(), &watched.report()))
         }),
     };
     let found = found.map_err(|error| failed(py, &error))?;

@@ -64,8 +64,7 @@ fn warnings(models: &Models) -> Vec<String> {
     let beyond = models.beyond_range();
     let against = models.cautions.iter().chain(&models.rejected);
     let all = against.chain(&beyond).chain(&models.passed_over);
-    all.map(|reason| format!("{}: {reason}", models.origin))
-        .collect()
+    all.map(|reason| format!("{}: {reason}", models.origin)).collect()
 }
 
 /// What is asked of the heading loop, a mapping of the Python part.
@@ -130,15 +129,10 @@ pub fn turning_limits(
     measured_u_turn: Option<(f64, f64)>,
 ) -> PyResult<Document> {
     let models = source.models(py)?;
-    let measured = measured_u_turn.map(|(surge_speed_m_s, radius_m)| MeasuredUTurn {
-        surge_speed_m_s,
-        radius_m,
-    });
+    let measured = measured_u_turn
+        .map(|(surge_speed_m_s, radius_m)| MeasuredUTurn { surge_speed_m_s, radius_m });
     if measured.is_some_and(|u| !(u.surge_speed_m_s > 0.0 && u.radius_m > 0.0)) {
-        return Err(usage(
-            py,
-            "measured_u_turn: expected a speed and a radius above 0",
-        ));
+        return Err(usage(py, "measured_u_turn: expected a speed and a radius above 0"));
     }
     let found = TurningLimits::of(&models, heading_change_rad, up_to_speed_m_s, measured);
     let mut found = found.map_err(|error| failed(py, &error))?;
@@ -228,9 +222,7 @@ pub fn export_vehicle(
         rate_limit_rad_s: said.rate_limit_rad_s,
         surge_time_constant_s: said.surge_time_constant_s,
     };
-    let vehicle = stated
-        .vehicle(&models)
-        .map_err(|error| failed(py, &error))?;
+    let vehicle = stated.vehicle(&models).map_err(|error| failed(py, &error))?;
     if !accept {
         vehicle_export::check_usable(&vehicle, form, at_thrust, models.rejected.first())
             .map_err(|error| failed(py, &error))?;

@@ -50,8 +50,7 @@ pub fn plan(
     believed: Believed,
 ) -> PyResult<(Document, String, bool)> {
     let target = |text: Option<&String>| {
-        text.map(|text| parse_target(text).map_err(|why| usage(py, why)))
-            .transpose()
+        text.map(|text| parse_target(text).map_err(|why| usage(py, why))).transpose()
     };
     for (name, value) in [
         ("time_constant_s", asked.time_constant_s),
@@ -83,10 +82,7 @@ pub fn plan(
     };
     let expected = ExpectedVehicle {
         vehicle: believed.vehicle,
-        models: believed
-            .models
-            .map(|source| source.models(py))
-            .transpose()?,
+        models: believed.models.map(|source| source.models(py)).transpose()?,
         stated: PriorOverrides {
             noise_rad: believed.noise_rad,
             disturbance: believed.disturbance,

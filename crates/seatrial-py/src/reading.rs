@@ -31,15 +31,11 @@ impl Reading {
     /// The settings that they stand for.
     pub fn settings(&self, py: Python<'_>) -> PyResult<ReadSettings> {
         let quantity = |name: &String| name.parse::<Quantity>().map_err(|why| usage(py, why));
-        for (name, value) in [
-            ("full_rudder_rad", self.full_rudder_rad),
-            ("rudder_trim_us", self.rudder_trim_us),
-        ] {
+        for (name, value) in
+            [("full_rudder_rad", self.full_rudder_rad), ("rudder_trim_us", self.rudder_trim_us)]
+        {
             if let Some(value) = value.filter(|value| !value.is_finite() || *value <= 0.0) {
-                return Err(usage(
-                    py,
-                    format!("{name}={value}: expected a number above 0"),
-                ));
+                return Err(usage(py, format!("{name}={value}: expected a number above 0")));
             }
         }
         let mut channels = ChannelChoice::default();
@@ -102,10 +98,7 @@ pub type Span = (Option<f64>, Option<f64>);
 
 /// The window that a span stands for.
 pub fn window((from_s, to_s): Span) -> Window {
-    Window {
-        from_s: from_s.unwrap_or(f64::NEG_INFINITY),
-        to_s: to_s.unwrap_or(f64::INFINITY),
-    }
+    Window { from_s: from_s.unwrap_or(f64::NEG_INFINITY), to_s: to_s.unwrap_or(f64::INFINITY) }
 }
 
 /// The windows that arguments stand for.

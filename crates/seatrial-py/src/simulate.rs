@@ -50,20 +50,14 @@ pub fn trial<'py>(
             advice::verdict(&mut found.verdict, Reader::Python);
         }
     }
-    let samples: Vec<Sample<f64>> = campaign
-        .runs
-        .iter()
-        .flat_map(|run| run.record.samples.iter().copied())
-        .collect();
+    let samples: Vec<Sample<f64>> =
+        campaign.runs.iter().flat_map(|run| run.record.samples.iter().copied()).collect();
     Ok((json(py, &campaign)?, dictionary(py, &samples)?))
 }
 
 /// Accuracy of estimators on many simulated runs of a first-order vehicle; JSON.
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "the Python part has names for them"
-)]
+#[expect(clippy::too_many_arguments, reason = "the Python part has names for them")]
 pub fn study(
     py: Python<'_>,
     runs: u64,
@@ -79,10 +73,7 @@ pub fn study(
         let known = Estimator::ALL.into_iter().find(|e| e.name() == name);
         known.ok_or_else(|| {
             let names = Estimator::ALL.map(Estimator::name).join(", ");
-            usage(
-                py,
-                format!("estimators: {name:?}: expected some of {names}"),
-            )
+            usage(py, format!("estimators: {name:?}: expected some of {names}"))
         })
     };
     let estimators = estimators.iter().map(named).collect::<PyResult<Vec<_>>>()?;

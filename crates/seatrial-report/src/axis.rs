@@ -85,9 +85,7 @@ pub(super) fn thinned(points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
     };
     for point in points {
         let finite = point[0].is_finite() && point[1].is_finite();
-        let same_column = column
-            .first()
-            .is_none_or(|c| c[0].floor() == point[0].floor());
+        let same_column = column.first().is_none_or(|c| c[0].floor() == point[0].floor());
         if !finite || !same_column {
             flush(&mut column, &mut thin);
         }
@@ -114,10 +112,7 @@ pub(super) fn label_rows(
     for (centre, text) in labels {
         let width = text.chars().count() as f64 * CHARACTER;
         let left = (centre - width / 2.0).clamp(2.0, (chart_width - width - 2.0).max(2.0));
-        let row = row_ends
-            .iter()
-            .position(|end| end + 6.0 <= left)
-            .unwrap_or(row_ends.len());
+        let row = row_ends.iter().position(|end| end + 6.0 <= left).unwrap_or(row_ends.len());
         row_ends.resize(row_ends.len().max(row + 1), 0.0);
         row_ends[row] = left + width;
         positions.push((left, row, text));
@@ -160,9 +155,8 @@ mod tests {
     /// A spike of one sample among ten thousand is what a reader looks for.
     #[test]
     fn prop_thinning_keeps_spikes_breaks_and_ends() {
-        let mut points: Vec<[f64; 2]> = (0..10_000)
-            .map(|k| [f64::from(k) * 0.036, f64::from(k % 7)])
-            .collect();
+        let mut points: Vec<[f64; 2]> =
+            (0..10_000).map(|k| [f64::from(k) * 0.036, f64::from(k % 7)]).collect();
         points[4321][1] = 50.0;
         points[7000][1] = f64::NAN;
         let thin = thinned(points.iter().copied());

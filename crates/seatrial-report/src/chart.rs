@@ -94,10 +94,7 @@ impl Panel {
     }
 
     pub fn logarithmic(label: impl Into<String>, height: f64, layers: Vec<Layer>) -> Self {
-        Self {
-            scale: Scale::Logarithmic,
-            ..Self::linear(label, height, layers)
-        }
+        Self { scale: Scale::Logarithmic, ..Self::linear(label, height, layers) }
     }
 
     pub fn with_range(self, range: Option<[f64; 2]>) -> Self {
@@ -112,17 +109,12 @@ impl Panel {
     fn axis(&self, x_range: [f64; 2]) -> [f64; 2] {
         let values = self.layers.iter().flat_map(|layer| layer.values(x_range));
         let found = extent(values.map(|y| self.even(y)).filter(|y| y.is_finite()));
-        let [low, high] = self
-            .range
-            .map_or(found, |range| range.map(|y| self.even(y)));
+        let [low, high] = self.range.map_or(found, |range| range.map(|y| self.even(y)));
         if !(low <= high && (high - low).is_finite()) {
             return [0.0, 1.0];
         }
         let least = match self.scale {
-            Scale::Linear => self
-                .least_span
-                .max(1e-3 * high.abs().max(low.abs()))
-                .max(1e-6),
+            Scale::Linear => self.least_span.max(1e-3 * high.abs().max(low.abs())).max(1e-6),
             Scale::Logarithmic => 0.5,
         };
         let padding = (0.06 * (high - low)).max(0.5 * (least - (high - low)));
@@ -185,12 +177,7 @@ impl Chart {
             text_at(&mut body, [x(value), bottom + 14.0], "tick x middle", &text);
         }
         let middle = LEFT + PLOT_WIDTH / 2.0;
-        text_at(
-            &mut body,
-            [middle, bottom + 30.0],
-            "axis-label middle",
-            self.x_label,
-        );
+        text_at(&mut body, [middle, bottom + 30.0], "axis-label middle", self.x_label);
         format!(
             "<svg class=\"chart\" viewBox=\"0 0 {WIDTH} {:.0}\" role=\"img\" aria-label=\"{}\">{body}</svg>",
             bottom + FOOTER,
@@ -201,11 +188,7 @@ impl Chart {
     /// The ends of the horizontal axis, also where the data gave none.
     fn ends(&self) -> [f64; 2] {
         let [from, to] = self.x_range;
-        if from < to && (to - from).is_finite() {
-            [from, to]
-        } else {
-            [0.0, 1.0]
-        }
+        if from < to && (to - from).is_finite() { [from, to] } else { [0.0, 1.0] }
     }
 
     /// Shades the spans, over this height in tenths of a unit; `x` places a value.
@@ -247,10 +230,8 @@ impl Chart {
         );
         self.draw_spans(height10, x, body);
         let ticks = panel.ticks([low, high]);
-        let tick_heights: Vec<f64> = ticks
-            .iter()
-            .map(|(value, _)| (high - value) / (high - low) * height)
-            .collect();
+        let tick_heights: Vec<f64> =
+            ticks.iter().map(|(value, _)| (high - value) / (high - low) * height).collect();
         let _ = write!(body, "<path class=\"grid\" d=\"");
         for tick in &tick_heights {
             let _ = write!(body, "M0 {:.0}h{width10}", tick * 10.0);
@@ -260,11 +241,7 @@ impl Chart {
         }
         let _ = write!(body, "\"/>");
         for mark in self.marks.iter().filter(|m| from <= m.at && m.at <= to) {
-            let _ = write!(
-                body,
-                "<path class=\"mark\" d=\"M{:.0} 0v{height10}\"/>",
-                x(mark.at)
-            );
+            let _ = write!(body, "<path class=\"mark\" d=\"M{:.0} 0v{height10}\"/>", x(mark.at));
         }
         for layer in &panel.layers {
             draw_layer(layer, body, x, y, width10);
@@ -319,11 +296,8 @@ fn draw_header(panel: &Panel, top: f64, body: &mut String) -> usize {
 }
 
 fn text_at(body: &mut String, [x, y]: [f64; 2], class: &str, text: &str) {
-    let _ = write!(
-        body,
-        "<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>",
-        escaped(text)
-    );
+    let _ =
+        write!(body, "<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escaped(text));
 }
 
 #[cfg(test)]

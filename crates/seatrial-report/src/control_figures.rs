@@ -19,9 +19,8 @@ type SpeedDesign<'a> = (&'a Speed<'a>, HeadingGain<f64>, f64);
 
 /// Gain, feed-forward and margins over thrust (Fig. 18).
 pub(super) fn gains(speeds: &[Speed]) -> Option<Figure> {
-    let designed = speeds
-        .iter()
-        .filter_map(|speed| Some((speed, speed.gain?, 100.0 * speed.run.thrust)));
+    let designed =
+        speeds.iter().filter_map(|speed| Some((speed, speed.gain?, 100.0 * speed.run.thrust)));
     let designed: Vec<SpeedDesign> = designed.collect();
     let [low, high] = extent(designed.iter().map(|(.., thrust)| *thrust));
     if low.partial_cmp(&high) != Some(Ordering::Less) {
@@ -32,9 +31,7 @@ pub(super) fn gains(speeds: &[Speed]) -> Option<Figure> {
         .map(|(_, gain, thrust)| [*thrust, gain.feed_forward_rudder_rad.to_degrees()]);
     let margin = |of: fn(&Margins<f64>) -> Option<f64>| -> Vec<[f64; 2]> {
         let known = designed.iter();
-        known
-            .filter_map(|(speed, _, thrust)| Some([*thrust, of(&speed.margins?)?]))
-            .collect()
+        known.filter_map(|(speed, _, thrust)| Some([*thrust, of(&speed.margins?)?])).collect()
     };
     let phase = margin(|m| m.phase_margin_rad.map(f64::to_degrees));
     let delay = margin(|m| m.delay_margin_s);
@@ -68,9 +65,8 @@ fn proportional_gains(designed: &[SpeedDesign], ends: [f64; 2]) -> Panel {
         of.map_or(f64::NAN, |(_, gain, _)| gain.proportional_gain)
     };
     let dots = designed.iter();
-    let dots: Vec<[f64; 2]> = dots
-        .map(|(_, gain, thrust)| [*thrust, gain.proportional_gain])
-        .collect();
+    let dots: Vec<[f64; 2]> =
+        dots.map(|(_, gain, thrust)| [*thrust, gain.proportional_gain]).collect();
     let bars = designed.iter().filter_map(|(speed, _, thrust)| {
         let [low, high] = gain_interval(speed)?;
         Some([*thrust, low, high])
@@ -87,10 +83,7 @@ fn proportional_gains(designed: &[SpeedDesign], ends: [f64; 2]) -> Panel {
 
 /// A dot at each thrust with a line through them.
 fn joined_dots(label: &str, points: Vec<[f64; 2]>) -> Panel {
-    let layers = vec![
-        Layer::line("b", "", points.clone()),
-        Layer::dots("a", "", points),
-    ];
+    let layers = vec![Layer::line("b", "", points.clone()), Layer::dots("a", "", points)];
     Panel::linear(label, 60.0, layers)
 }
 
@@ -161,16 +154,8 @@ pub(super) fn step_panel(
     let name = |text: &'static str| if named { text } else { "" };
     let layers = vec![
         Layer::line("zero", name("wanted"), degrees(constant, |s| s.command_rad)),
-        Layer::line(
-            "c",
-            name("constant gain"),
-            degrees(constant, |s| s.heading_rad),
-        ),
-        Layer::line(
-            "b",
-            name("scheduled"),
-            degrees(scheduled, |s| s.heading_rad),
-        ),
+        Layer::line("c", name("constant gain"), degrees(constant, |s| s.heading_rad)),
+        Layer::line("b", name("scheduled"), degrees(scheduled, |s| s.heading_rad)),
     ];
     Panel::linear(format!("{thrust}: heading, °"), 62.0, layers)
 }

@@ -36,12 +36,7 @@ pub(super) fn unwrapped(samples: &[Sample<f64>]) -> Vec<Sample<f64>> {
     let mean = finite().sum::<f64>() / finite().count().max(1) as f64;
     let turns = TAU * (mean / TAU).floor();
     let smooth = samples.iter().zip(&headings);
-    smooth
-        .map(|(sample, heading)| Sample {
-            heading_rad: heading - turns,
-            ..*sample
-        })
-        .collect()
+    smooth.map(|(sample, heading)| Sample { heading_rad: heading - turns, ..*sample }).collect()
 }
 
 /// A value of every sample over the time since the origin; not a number where it was not measured.
@@ -50,9 +45,8 @@ pub(super) fn series(
     origin_s: f64,
     value: impl Fn(&Sample<f64>) -> Option<f64>,
 ) -> Vec<[f64; 2]> {
-    let points = samples
-        .iter()
-        .map(|sample| [sample.time_s - origin_s, value(sample).unwrap_or(f64::NAN)]);
+    let points =
+        samples.iter().map(|sample| [sample.time_s - origin_s, value(sample).unwrap_or(f64::NAN)]);
     points.collect()
 }
 
@@ -89,10 +83,8 @@ mod tests {
     #[test]
     fn exact_headings_across_the_wrap_are_one_line() {
         let degrees = [179.0, -179.0, f64::NAN, 178.0, 181.0 - 360.0];
-        let samples = degrees.map(|heading: f64| Sample {
-            heading_rad: heading.to_radians(),
-            ..Sample::default()
-        });
+        let samples = degrees
+            .map(|heading: f64| Sample { heading_rad: heading.to_radians(), ..Sample::default() });
         let unwrapped = unwrapped(&samples);
         let found = unwrapped.iter().map(|s| s.heading_rad.to_degrees().round());
         let found: Vec<f64> = found.filter(|heading| heading.is_finite()).collect();

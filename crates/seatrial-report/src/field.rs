@@ -46,11 +46,7 @@ fn headline(field: &Field) -> Headline {
     let held = claims.iter().filter(|claim| claim.holds).count();
     let failed = claims.iter().filter(|claim| !claim.holds);
     Headline {
-        tone: if held == claims.len() {
-            Tone::Good
-        } else {
-            Tone::Partly
-        },
+        tone: if held == claims.len() { Tone::Good } else { Tone::Partly },
         verdict: format!("{held} of {} claims of the paper hold here", claims.len()),
         findings: failed
             .map(|claim| format!("{}: {} does not hold", claim.place, spoken(claim.claim)))
@@ -163,18 +159,10 @@ fn u_turn_tracks(field: &Field) -> Option<Figure> {
             [n * cosine + e * sine, e * cosine - n * sine]
         };
         // To the left is up.
-        turn.track_m
-            .iter()
-            .map(|p| along(*p))
-            .map(|[x, y]| [x, -y])
-            .collect()
+        turn.track_m.iter().map(|p| along(*p)).map(|[x, y]| [x, -y]).collect()
     };
     let tracks: Vec<Vec<[f64; 2]>> = field.u_turns.iter().map(turned).collect();
-    let room = Room {
-        over_tracks: 1.15,
-        highest: 260.0,
-        least_height: 0.0,
-    };
+    let room = Room { over_tracks: 1.15, highest: 260.0, least_height: 0.0 };
     let view = PlanView::new(tracks.iter().flatten(), &room)?;
     let layers = tracks.iter().zip(&field.u_turns).zip(INKS.iter().cycle());
     let layers =
@@ -258,20 +246,14 @@ fn radii(field: &Field) -> Option<Figure> {
 /// A quantity of each U-turn over the speed straight ahead.
 fn over_speed(field: &Field, quantity: fn(&UTurn) -> f64) -> Vec<[f64; 2]> {
     let turns = field.u_turns.iter();
-    turns
-        .map(|t| [t.measured.straight_speed_m_s, quantity(t)])
-        .collect()
+    turns.map(|t| [t.measured.straight_speed_m_s, quantity(t)]).collect()
 }
 
 fn u_turn_radii(field: &Field) -> Panel {
     let points = |quantity| over_speed(field, quantity);
     let layers = vec![
         Layer::line("c", "(50)", points(|t| t.predicted.u_turn_mean_radius_m)),
-        Layer::line(
-            "b",
-            "(50), speed in turn",
-            points(|t| t.predicted.at_speed_in_turn_m),
-        ),
+        Layer::line("b", "(50), speed in turn", points(|t| t.predicted.at_speed_in_turn_m)),
         Layer::dots("a", "circle", points(|t| t.measured.u_turn_radius_m)),
     ];
     Panel::linear("U-turn radius, m", 110.0, layers).spanning_at_least(4.0)
@@ -280,36 +262,18 @@ fn u_turn_radii(field: &Field) -> Panel {
 fn steady_radii(field: &Field) -> Panel {
     let points = |quantity| over_speed(field, quantity);
     let layers = vec![
-        Layer::line(
-            "c",
-            "V/rate",
-            points(|t| t.predicted.steady_turning_radius_m),
-        ),
-        Layer::line(
-            "b",
-            "from one U-turn",
-            points(|t| t.predicted.from_one_u_turn_m),
-        ),
-        Layer::dots(
-            "a",
-            "circle",
-            points(|t| t.measured.steady_turning_radius_m),
-        ),
+        Layer::line("c", "V/rate", points(|t| t.predicted.steady_turning_radius_m)),
+        Layer::line("b", "from one U-turn", points(|t| t.predicted.from_one_u_turn_m)),
+        Layer::dots("a", "circle", points(|t| t.measured.steady_turning_radius_m)),
     ];
     Panel::linear("Steady radius, m", 110.0, layers).spanning_at_least(4.0)
 }
 
 /// The steps at every thrust (Fig. 17).
 fn heading_steps(field: &Field) -> Option<Figure> {
-    let of = |control: Control| {
-        field
-            .heading_steps
-            .iter()
-            .filter(move |steps| steps.control == control)
-    };
-    let pairs = of(Control::Constant)
-        .zip(of(Control::Scheduled))
-        .enumerate();
+    let of =
+        |control: Control| field.heading_steps.iter().filter(move |steps| steps.control == control);
+    let pairs = of(Control::Constant).zip(of(Control::Scheduled)).enumerate();
     let panels: Vec<Panel> = pairs
         .map(|(k, (constant, scheduled))| {
             let thrust = scheduled.point.thrust;
@@ -397,11 +361,9 @@ fn repeats(field: &Field) -> Option<Figure> {
             panel("Damping a₂₂, 1/s", repeated.a22_per_s.mean, |r| {
                 (r.model.a22_per_s, r.interval_95.a22_per_s)
             }),
-            panel(
-                "Rudder authority b₂, 1/s²",
-                repeated.b2_per_s2.mean,
-                |r| (r.model.b2_per_s2, r.interval_95.b2_per_s2),
-            ),
+            panel("Rudder authority b₂, 1/s²", repeated.b2_per_s2.mean, |r| {
+                (r.model.b2_per_s2, r.interval_95.b2_per_s2)
+            }),
         ],
         ..Chart::default()
     };

@@ -52,9 +52,7 @@ fn as_scored(
 /// The simulation whose R^2 is stated, over the measured heading of a record's window of validation data, as the report draws it.
 pub fn overlay(record: &Record, window: Window, found: &Identification) -> Vec<Overlaid> {
     let samples = usable(record.window(window));
-    let states = as_scored(found, &samples, |part| {
-        simulated(found, part, is_offset_again(found))
-    });
+    let states = as_scored(found, &samples, |part| simulated(found, part, is_offset_again(found)));
     let pairs = samples.iter().zip(states);
     pairs
         .map(|(sample, state)| Overlaid {
@@ -71,12 +69,7 @@ fn around(measured: &[[f64; 2]], simulated: &[[f64; 2]]) -> Option<[f64; 2]> {
     let [low, high] = heights(measured);
     let [lowest, highest] = heights(simulated);
     let span = high - low;
-    span.is_finite().then(|| {
-        [
-            lowest.clamp(low - span, low),
-            highest.clamp(high, high + span),
-        ]
-    })
+    span.is_finite().then(|| [lowest.clamp(low - span, low), highest.clamp(high, high + span)])
 }
 
 /// A stage with what the model makes of it.
@@ -100,25 +93,15 @@ impl Comparison {
             Stage::Settle | Stage::Train => source.record,
         };
         let window = source.window(stage)?;
-        let samples = usable(record.window(Window {
-            to_s: window.to_s + 1e-6,
-            ..window
-        }));
+        let samples = usable(record.window(Window { to_s: window.to_s + 1e-6, ..window }));
         if samples.len() < 2 {
             return None;
         }
         let measured = series(&samples, window.from_s, |s| degrees(Some(s.heading_rad)));
         let offset_again = stage == Stage::Validate && is_offset_again(found);
         let states = as_scored(found, &samples, |part| simulated(found, part, offset_again));
-        let mut comparison = Self {
-            stage,
-            window,
-            samples,
-            states,
-            offset_again,
-            measured,
-            simulated: Vec::new(),
-        };
+        let mut comparison =
+            Self { stage, window, samples, states, offset_again, measured, simulated: Vec::new() };
         comparison.simulated = comparison.modelled(&comparison.states, |s| s.heading_rad);
         Some(comparison)
     }
@@ -130,9 +113,7 @@ impl Comparison {
         value: fn(&YawState<f64>) -> f64,
     ) -> Vec<[f64; 2]> {
         let pairs = self.measured.iter().zip(states);
-        pairs
-            .map(|([t, _], state)| [*t, value(state).to_degrees()])
-            .collect()
+        pairs.map(|([t, _], state)| [*t, value(state).to_degrees()]).collect()
     }
 
     /// Measured and simulated heading; with that of the live model where it is another.
@@ -160,10 +141,8 @@ impl Comparison {
     fn difference(&self) -> Panel {
         let pairs = self.measured.iter().zip(&self.simulated);
         let difference = pairs.map(|(m, s)| [m[0], m[1] - s[1]]);
-        let layers = vec![
-            Layer::level("zero", "", 0.0),
-            Layer::line("a", "", difference.collect()),
-        ];
+        let layers =
+            vec![Layer::level("zero", "", 0.0), Layer::line("a", "", difference.collect())];
         Panel::linear("Measured less model, validation, °", 50.0, layers)
     }
 
@@ -173,11 +152,7 @@ impl Comparison {
         present(&rate).then(|| {
             let layers = vec![
                 Layer::line("a", name, rate),
-                Layer::line(
-                    "b",
-                    "model",
-                    self.modelled(&self.states, |s| s.yaw_rate_rad_s),
-                ),
+                Layer::line("b", "model", self.modelled(&self.states, |s| s.yaw_rate_rad_s)),
             ];
             Panel::linear("Yaw rate, validation, °/s", 66.0, layers)
         })
@@ -186,17 +161,12 @@ impl Comparison {
 
 /// What validation says about the model, one sentence.
 fn validation_sentence(identification: &Identification, angle: &str) -> String {
-    let r2 = identification
-        .validation
-        .and_then(|v| v.judged_r2_heading());
+    let r2 = identification.validation.and_then(|v| v.judged_r2_heading());
     match (identification.validation, r2) {
         (Some(_), Some(r2)) => {
             let is_within = identification.is_validated_within();
             let [model, data] = match is_within {
-                true => [
-                    "A model of the rest of the record",
-                    " of the validation data",
-                ],
+                true => ["A model of the rest of the record", " of the validation data"],
                 false => ["On validation data the model", ""],
             };
             let share = match r2 > 0.0 {
@@ -243,10 +213,7 @@ pub(super) fn figure(source: &Source) -> Option<Figure> {
     }
     let validated = validation_sentence(identification, angle);
     let chart = Chart {
-        alt: format!(
-            "{}: measured and simulated {angle} over time. {validated}",
-            source.name
-        ),
+        alt: format!("{}: measured and simulated {angle} over time. {validated}", source.name),
         x_label: "Time since the stage began, s",
         x_range: [0.0, longest],
         panels,
@@ -258,13 +225,10 @@ pub(super) fn figure(source: &Source) -> Option<Figure> {
             "The model steered by the measured {} against what the vehicle did{}. {validated} The lines should lie on each other; \
              a drift late in the run is what the model cannot know: disturbance and noise.",
             source.axis.surface(),
-            identification
-                .validation
-                .and_then(|validation| validation.horizon_s)
-                .map_or(String::new(), |horizon_s| format!(
-                    ", started again every {} s",
-                    decimals(horizon_s, 0)
-                ))
+            identification.validation.and_then(|validation| validation.horizon_s).map_or(
+                String::new(),
+                |horizon_s| format!(", started again every {} s", decimals(horizon_s, 0))
+            )
         ),
     ))
 }

@@ -67,17 +67,9 @@ pub(super) fn outcome_text(outcome: ModelOutcome) -> String {
 
 /// The cause of an outcome, and how many more there are.
 fn cause(verdict: &Verdict) -> Vec<String> {
-    let mut cause: Vec<String> = verdict
-        .cause()
-        .map(|r| sentence(&r.text))
-        .into_iter()
-        .collect();
+    let mut cause: Vec<String> = verdict.cause().map(|r| sentence(&r.text)).into_iter().collect();
     cause.extend(verdict.more_remarks().map(|remarks| {
-        let verb = if verdict.other_causes() == 1 {
-            "is"
-        } else {
-            "are"
-        };
+        let verb = if verdict.other_causes() == 1 { "is" } else { "are" };
         format!("{remarks} {verb} given with the figures.")
     }));
     cause
@@ -109,10 +101,7 @@ pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed], command: &str) 
     let verdict = match campaign.outcome {
         Some(Outcome::Finished) => format!("{word} {count}."),
         Some(Outcome::Aborted(reason)) => {
-            format!(
-                "{word} The trial was stopped: {}. {count}.",
-                abort_cause(reason)
-            )
+            format!("{word} The trial was stopped: {}. {count}.", abort_cause(reason))
         }
         None => format!("{word} The trial was not finished. {count} so far."),
     };
@@ -120,10 +109,7 @@ pub(super) fn of_campaign(campaign: &Campaign, speeds: &[Speed], command: &str) 
     let mut findings = match judged.outcome() {
         ModelOutcome::Use => Vec::new(),
         // What is no run's own stands with no figure.
-        _ => judged
-            .causes()
-            .map(|reason| sentence(&reason.text))
-            .collect(),
+        _ => judged.causes().map(|reason| sentence(&reason.text)).collect(),
     };
     if campaign.axis.is_yaw()
         && judged.accepted
@@ -238,9 +224,7 @@ fn failed_speeds(campaign: &Campaign, speeds: &[Speed], tried: &[f64]) -> Option
 /// One sentence on stability, one on authority.
 fn how_it_steers(slow: &Speed, fast: &Speed) -> Vec<String> {
     let mut sentences = Vec::new();
-    let stable = [slow, fast]
-        .iter()
-        .all(|speed| speed.point.model.a22_per_s < 0.0);
+    let stable = [slow, fast].iter().all(|speed| speed.point.model.a22_per_s < 0.0);
     let settle = |speed: &Speed| significant(4.0 / -speed.point.model.a22_per_s, 2);
     sentences.push(if stable {
         format!(

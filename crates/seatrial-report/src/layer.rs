@@ -43,11 +43,7 @@ impl Layer {
     }
 
     pub fn new(ink: &'static str, name: &str, shape: Shape) -> Self {
-        Self {
-            ink,
-            name: name.to_owned(),
-            shape,
-        }
+        Self { ink, name: name.to_owned(), shape }
     }
 
     /// Is there nothing to draw?
@@ -106,11 +102,8 @@ pub(super) fn draw_layer(
         Shape::Level(at) => {
             let at = y(*at);
             if at.is_finite() {
-                let _ = write!(
-                    body,
-                    "<path class=\"line {ink}\" d=\"M0 {}h{width10}\"/>",
-                    tenths(at)
-                );
+                let _ =
+                    write!(body, "<path class=\"line {ink}\" d=\"M0 {}h{width10}\"/>", tenths(at));
             }
         }
     }

@@ -96,17 +96,11 @@ pub fn render(campaign: &Campaign, about: &About, command: &str) -> String {
         about: circumstances(campaign, about),
         headline: headline::of_campaign(campaign, &speeds, command),
         summary: (!campaign.runs.is_empty()).then(|| {
-            let speeds = if whole.accepted {
-                speeds.as_slice()
-            } else {
-                &[]
-            };
+            let speeds = if whole.accepted { speeds.as_slice() } else { &[] };
             tables::summary(campaign, &whole, speeds)
         }),
         is_folded: campaign.runs.len() > 1,
-        runs: (campaign.runs.iter())
-            .map(|run| run_section(run, campaign.axis, &whole))
-            .collect(),
+        runs: (campaign.runs.iter()).map(|run| run_section(run, campaign.axis, &whole)).collect(),
         together: speed_figures::together(steered).into_iter().collect(),
         methods: method_tables,
         over_speed: [
@@ -152,9 +146,7 @@ fn circumstances(campaign: &Campaign, about: &About) -> Vec<Fact> {
         ("Operator", about.operator.map(str::to_owned)),
     ];
     let known = known.into_iter();
-    known
-        .filter_map(|(name, value)| Some((name, value?)))
-        .collect()
+    known.filter_map(|(name, value)| Some((name, value?))).collect()
 }
 
 /// A time of the logbook, `2026-11-24T00:39:11.123Z`, to the minute.
@@ -173,10 +165,7 @@ struct Figure {
 
 impl Figure {
     fn new(chart: &Chart, caption: String) -> Self {
-        Self {
-            svg: chart.svg(),
-            caption,
-        }
+        Self { svg: chart.svg(), caption }
     }
 }
 
@@ -193,19 +182,11 @@ struct RunSection {
 
 fn run_section(run: &Run, axis: Axis, whole: &Verdict) -> RunSection {
     let outcome = run.verdict_within(whole).outcome();
-    let speed = run.surge_speed_m_s.map_or(String::new(), |speed| {
-        format!(", {} m/s", decimals(speed, 2))
-    });
-    let attempt = if run.attempt > 1 {
-        format!(", attempt {}", run.attempt)
-    } else {
-        String::new()
-    };
-    let title = format!(
-        "Run {}: {} thrust{speed}{attempt}",
-        run.number,
-        percent(run.thrust)
-    );
+    let speed =
+        run.surge_speed_m_s.map_or(String::new(), |speed| format!(", {} m/s", decimals(speed, 2)));
+    let attempt =
+        if run.attempt > 1 { format!(", attempt {}", run.attempt) } else { String::new() };
+    let title = format!("Run {}: {} thrust{speed}{attempt}", run.number, percent(run.thrust));
     let source = Source {
         axis,
         record: &run.record,
@@ -224,10 +205,7 @@ fn run_section(run: &Run, axis: Axis, whole: &Verdict) -> RunSection {
         anchor: format!("run-{}", run.number),
         verdict: Some((outcome.into(), outcome.name())),
         reasons: reasons_of_run(run, whole),
-        facts: run
-            .identification
-            .as_ref()
-            .map_or(Vec::new(), recorded::method),
+        facts: run.identification.as_ref().map_or(Vec::new(), recorded::method),
         figures,
         title,
     }
@@ -316,9 +294,7 @@ impl Page {
     }
 
     fn controller_title(&self) -> &str {
-        self.controller
-            .as_ref()
-            .map_or("Controller", |table| table.title)
+        self.controller.as_ref().map_or("Controller", |table| table.title)
     }
 
     /// The parts that stand on the page below the headline: where a click leads, and what it is called.
@@ -343,11 +319,7 @@ impl Page {
         ];
         let after = [
             part(!self.methods.is_empty(), "methods", "Methods side by side"),
-            part(
-                self.every_run.is_some(),
-                "every-run",
-                named(&self.every_run),
-            ),
+            part(self.every_run.is_some(), "every-run", named(&self.every_run)),
             part(has_plan, "plan", "Plan"),
             part(true, "assumptions", "What the numbers assume"),
             part(true, "recorded", "What was recorded"),

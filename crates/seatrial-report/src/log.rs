@@ -38,15 +38,12 @@ pub struct Log<'a> {
 pub fn render(log: &Log) -> String {
     let identification = log.identification;
     let mut stages = Vec::new();
-    stages.extend(identification.map(|i| StageSpan {
-        stage: Stage::Train,
-        window: i.training,
-    }));
+    stages.extend(identification.map(|i| StageSpan { stage: Stage::Train, window: i.training }));
     let validation = identification.and_then(|i| i.validation);
-    stages.extend(validation.map(|validation| StageSpan {
-        stage: Stage::Validate,
-        window: validation.window,
-    }));
+    stages.extend(
+        validation
+            .map(|validation| StageSpan { stage: Stage::Validate, window: validation.window }),
+    );
     let source = Source {
         axis: log.axis,
         record: log.record,
@@ -57,15 +54,9 @@ pub fn render(log: &Log) -> String {
         origin_s: 0.0,
         is_trial: false,
     };
-    let mut recorded = vec![(
-        "Software",
-        format!("seatrial {}", env!("CARGO_PKG_VERSION")),
-    )];
+    let mut recorded = vec![("Software", format!("seatrial {}", env!("CARGO_PKG_VERSION")))];
     recorded.extend(log.provenance.iter().cloned());
-    let records: Vec<&Record> = [Some(log.record), log.validation]
-        .into_iter()
-        .flatten()
-        .collect();
+    let records: Vec<&Record> = [Some(log.record), log.validation].into_iter().flatten().collect();
     recorded.push(("SHA-256 of the samples", recorded::fingerprint(&records)));
     let has_models = log.models.iter().any(|m| m.identification.is_some());
     let page = Page {
@@ -98,10 +89,7 @@ fn speeds_text(models: &[LogModel]) -> String {
         return String::new();
     }
     let usable = models.iter().filter(|m| m.is_accepted()).count();
-    let thrusts: Vec<String> = models
-        .iter()
-        .filter_map(|m| m.thrust.map(percent))
-        .collect();
+    let thrusts: Vec<String> = models.iter().filter_map(|m| m.thrust.map(percent)).collect();
     match thrusts.is_empty() {
         true => format!("{usable} of {} speeds have a usable model", models.len()),
         false => format!(

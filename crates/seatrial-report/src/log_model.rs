@@ -89,11 +89,7 @@ pub fn promises(models: &[LogModel]) -> Vec<String> {
         .collect();
     let gains: Vec<SpeedGain> = named
         .iter()
-        .map(|(name, gain, identification)| SpeedGain {
-            name,
-            gain: *gain,
-            identification,
-        })
+        .map(|(name, gain, identification)| SpeedGain { name, gain: *gain, identification })
         .collect();
     let fallen = falls(&gains, DAMPING_RATIO);
     let none = no_gain(models);
@@ -102,9 +98,8 @@ pub fn promises(models: &[LogModel]) -> Vec<String> {
 
 /// At which speeds an accepted model has no gain, because the vehicle may be course unstable.
 fn no_gain(models: &[LogModel]) -> Option<String> {
-    let unstable = models
-        .iter()
-        .filter(|model| matches!(model.design(), Some(Err(NoGain::CourseUnstable))));
+    let unstable =
+        models.iter().filter(|model| matches!(model.design(), Some(Err(NoGain::CourseUnstable))));
     let names: Vec<String> = unstable.map(LogModel::name).collect();
     (!names.is_empty()).then(|| {
         format!(

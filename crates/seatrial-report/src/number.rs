@@ -27,10 +27,7 @@ pub(super) fn decimals(value: f64, count: usize) -> String {
 
 /// R^2 to two places.
 pub(super) fn r2(value: Option<f64>) -> String {
-    value.map_or_else(
-        || MISSING.to_owned(),
-        |value| r2_text(Some(value)).replacen('-', "−", 1),
-    )
+    value.map_or_else(|| MISSING.to_owned(), |value| r2_text(Some(value)).replacen('-', "−", 1))
 }
 
 /// A number that may be missing.
@@ -81,10 +78,7 @@ pub(super) fn sentence(text: &str) -> String {
 
 /// The causes of several reasons in one.
 pub(super) fn joined(reasons: &[Reason]) -> String {
-    let causes: Vec<String> = reasons
-        .iter()
-        .map(|reason| sentence(&reason.text))
-        .collect();
+    let causes: Vec<String> = reasons.iter().map(|reason| sentence(&reason.text)).collect();
     causes.join(" ")
 }
 

@@ -45,10 +45,7 @@ pub(super) fn method(identification: &Identification) -> Vec<Fact> {
                 ),
             ));
         }
-        None => facts.push((
-            "Final estimate",
-            "the live one; there are no intervals".to_owned(),
-        )),
+        None => facts.push(("Final estimate", "the live one; there are no intervals".to_owned())),
     }
     facts
 }
@@ -72,11 +69,7 @@ pub(super) fn fingerprint(records: &[&Record]) -> String {
             digest.update(value.unwrap_or(f64::NAN).to_le_bytes());
         }
     }
-    digest
-        .finalize()
-        .iter()
-        .map(|b| format!("{b:02x}"))
-        .collect()
+    digest.finalize().iter().map(|b| format!("{b:02x}")).collect()
 }
 
 /// What was recorded of a campaign.
@@ -89,17 +82,12 @@ pub(super) fn of_campaign(campaign: &Campaign) -> Vec<Fact> {
         thrusts.into_iter().map(percent).collect()
     };
     vec![
-        (
-            "Software",
-            format!("seatrial {}", campaign.software_version),
-        ),
+        ("Software", format!("seatrial {}", campaign.software_version)),
         ("Vehicle", campaign.vehicle.clone()),
         ("Configuration", campaign.configuration.clone()),
         (
             "Seed of the simulation",
-            campaign
-                .seed
-                .map_or_else(|| MISSING.to_owned(), |seed| seed.to_string()),
+            campaign.seed.map_or_else(|| MISSING.to_owned(), |seed| seed.to_string()),
         ),
         (
             "Rudder limit",
@@ -111,34 +99,23 @@ pub(super) fn of_campaign(campaign: &Campaign) -> Vec<Fact> {
         ),
         ("Thrusts as run", thrusts.join(", ")),
         ("Stages as run", stages_as_run(campaign)),
-        (
-            "Samples",
-            format!("{samples} in {} runs", campaign.runs.len()),
-        ),
+        ("Samples", format!("{samples} in {} runs", campaign.runs.len())),
         ("SHA-256 of all samples", fingerprint(&records)),
     ]
 }
 
 /// Mean duration of each stage.
 fn stages_as_run(campaign: &Campaign) -> String {
-    let stages = [
-        (Stage::Settle, "settle"),
-        (Stage::Train, "train"),
-        (Stage::Validate, "validate"),
-    ];
+    let stages =
+        [(Stage::Settle, "settle"), (Stage::Train, "train"), (Stage::Validate, "validate")];
     let texts = stages.into_iter().filter_map(|(stage, name)| {
         let windows = campaign.runs.iter().filter_map(|run| run.stage(stage));
         let durations: Vec<f64> = windows.map(|w: Window| w.to_s - w.from_s).collect();
         let mean = durations.iter().sum::<f64>() / durations.len() as f64;
-        mean.is_finite()
-            .then(|| format!("{name} {} s", decimals(mean, 1)))
+        mean.is_finite().then(|| format!("{name} {} s", decimals(mean, 1)))
     });
     let texts: Vec<String> = texts.collect();
-    if texts.is_empty() {
-        MISSING.to_owned()
-    } else {
-        format!("{} (mean)", texts.join(", "))
-    }
+    if texts.is_empty() { MISSING.to_owned() } else { format!("{} (mean)", texts.join(", ")) }
 }
 
 /// What a trial was told to do, one line for each setting that a person chooses.
@@ -183,11 +160,7 @@ fn limits(limits: &Envelope<f64>) -> [Fact; 5] {
         ),
         (
             "Roll, pitch at most",
-            format!(
-                "{}, {}",
-                degrees(limits.roll_max_rad),
-                degrees(limits.pitch_max_rad)
-            ),
+            format!("{}, {}", degrees(limits.roll_max_rad), degrees(limits.pitch_max_rad)),
         ),
         (
             "Turning at most",

@@ -17,10 +17,7 @@ use seatrial::log::Manoeuvre;
 /// Heading, rudder, rate and what else was measured, with the stages shaded (Figs. 5 and 7).
 pub(super) fn manoeuvre(source: &Source) -> Option<Figure> {
     let shown = shown(source)?;
-    let samples = source.record.window(Window {
-        to_s: shown.to_s + 1e-6,
-        ..shown
-    });
+    let samples = source.record.window(Window { to_s: shown.to_s + 1e-6, ..shown });
     if samples.len() < 2 || shown.to_s <= shown.from_s {
         return None;
     }
@@ -32,11 +29,7 @@ pub(super) fn manoeuvre(source: &Source) -> Option<Figure> {
             source.axis.surface(),
             shown.to_s - shown.from_s
         ),
-        x_label: if source.is_trial {
-            "Time since the run began, s"
-        } else {
-            "Time in the log, s"
-        },
+        x_label: if source.is_trial { "Time since the run began, s" } else { "Time in the log, s" },
         x_range: [shown.from_s - source.origin_s, shown.to_s - source.origin_s],
         spans: stage_spans(source),
         marks: Vec::new(),
@@ -67,10 +60,8 @@ fn shown(source: &Source) -> Option<Window> {
         .into_iter()
         .filter(|stage| *stage != Stage::Validate || source.one_record())
         .filter_map(|stage| source.window(stage));
-    let used = windows.reduce(|a, b| Window {
-        from_s: a.from_s.min(b.from_s),
-        to_s: a.to_s.max(b.to_s),
-    });
+    let used =
+        windows.reduce(|a, b| Window { from_s: a.from_s.min(b.from_s), to_s: a.to_s.max(b.to_s) });
     let all = &source.record.samples;
     let mut times = all.iter().map(|s| s.time_s).filter(|t| t.is_finite());
     let (first, last) = (times.next()?, times.next_back()?);
@@ -78,15 +69,9 @@ fn shown(source: &Source) -> Option<Window> {
         // A log may be hours longer than what was used of it.
         Some(used) => {
             let margin = 0.25 * (used.to_s - used.from_s);
-            Window {
-                from_s: first.max(used.from_s - margin),
-                to_s: last.min(used.to_s + margin),
-            }
+            Window { from_s: first.max(used.from_s - margin), to_s: last.min(used.to_s + margin) }
         }
-        None => Window {
-            from_s: first,
-            to_s: last,
-        },
+        None => Window { from_s: first, to_s: last },
     })
 }
 
@@ -94,15 +79,9 @@ fn shown(source: &Source) -> Option<Window> {
 fn measurements(samples: &[Sample<f64>], source: &Source) -> Vec<Panel> {
     let origin_s = source.origin_s;
     let line = |value: fn(&Sample<f64>) -> Option<f64>| series(samples, origin_s, value);
-    let heading = series(&unwrapped(samples), origin_s, |s| {
-        degrees(Some(s.heading_rad))
-    });
+    let heading = series(&unwrapped(samples), origin_s, |s| degrees(Some(s.heading_rad)));
     let mut panels = vec![
-        Panel::linear(
-            format!("{}, °", source.angle()),
-            92.0,
-            vec![Layer::line("a", "", heading)],
-        ),
+        Panel::linear(format!("{}, °", source.angle()), 92.0, vec![Layer::line("a", "", heading)]),
         rudder_panel(samples, source),
     ];
     let (rate, name) = yaw_rate(samples, origin_s);
@@ -117,16 +96,12 @@ fn measurements(samples: &[Sample<f64>], source: &Source) -> Vec<Panel> {
         Axis::Pitch => Vec::new(),
     };
     if present(&roll) || present(&pitch) {
-        let layers = vec![
-            Layer::line("a", "roll", roll),
-            Layer::line("b", "pitch", pitch),
-        ];
+        let layers = vec![Layer::line("a", "roll", roll), Layer::line("b", "pitch", pitch)];
         panels.push(Panel::linear("Roll and pitch, °", 50.0, layers).spanning_at_least(10.0));
     }
-    for (label, least_span, points) in [
-        ("Speed, m/s", 0.4, line(|s| s.surge_speed_m_s)),
-        ("Depth, m", 1.0, line(|s| s.depth_m)),
-    ] {
+    for (label, least_span, points) in
+        [("Speed, m/s", 0.4, line(|s| s.surge_speed_m_s)), ("Depth, m", 1.0, line(|s| s.depth_m))]
+    {
         if present(&points) {
             let layers = vec![Layer::line("a", "", points)];
             panels.push(Panel::linear(label, 44.0, layers).spanning_at_least(least_span));
@@ -189,22 +164,17 @@ pub(super) fn estimates(source: &Source) -> Option<Figure> {
             from: manoeuvre.starts_s - from,
             to: armed_s - from,
             shade: "span-train",
-            label: if source.is_trial {
-                "doublet"
-            } else {
-                "excitation"
-            }
-            .to_owned(),
+            label: if source.is_trial { "doublet" } else { "excitation" }.to_owned(),
         });
-        marks.push(Mark {
-            at: armed_s - from,
-            label: "armed".to_owned(),
-        });
+        marks.push(Mark { at: armed_s - from, label: "armed".to_owned() });
     }
-    marks.extend(identification.online.convergence.detected_s.map(|at| Mark {
-        at,
-        label: format!("converged {} s", decimals(at, 1)),
-    }));
+    marks.extend(
+        identification
+            .online
+            .convergence
+            .detected_s
+            .map(|at| Mark { at, label: format!("converged {} s", decimals(at, 1)) }),
+    );
     let converged = convergence_sentence(identification);
     let chart = Chart {
         alt: format!(
@@ -289,9 +259,7 @@ fn convergence_sentence(identification: &Identification) -> String {
 /// The known positions of the samples, north and east.
 fn positions(samples: &[Sample<f64>]) -> Vec<[f64; 2]> {
     let known = samples.iter().filter_map(|s| Some([s.north_m?, s.east_m?]));
-    known
-        .filter(|p| p[0].is_finite() && p[1].is_finite())
-        .collect()
+    known.filter(|p| p[0].is_finite() && p[1].is_finite()).collect()
 }
 
 /// The track seen from above, turned so that the course of the run points right (Fig. 7b).
@@ -302,22 +270,12 @@ pub(super) fn track(source: &Source) -> Option<Figure> {
     let distance = libm::hypot(north, east);
     let turned = |[n, e]: [f64; 2]| {
         let (n, e) = (n - start[0], e - start[1]);
-        [
-            (n * north + e * east) / distance,
-            (n * east - e * north) / distance,
-        ]
+        [(n * north + e * east) / distance, (n * east - e * north) / distance]
     };
     let path: Vec<[f64; 2]> = all.iter().copied().map(turned).collect();
-    let room = Room {
-        over_tracks: 1.3,
-        highest: 240.0,
-        least_height: 70.0,
-    };
+    let room = Room { over_tracks: 1.3, highest: 240.0, least_height: 70.0 };
     let view = PlanView::new(path.iter(), &room).filter(|_| distance > 0.0)?;
-    let mut layers = vec![
-        Layer::line("d", "", path),
-        Layer::dots("d", "start", vec![[0.0, 0.0]]),
-    ];
+    let mut layers = vec![Layer::line("d", "", path), Layer::dots("d", "start", vec![[0.0, 0.0]])];
     for (stage, ink) in [(Stage::Train, "b"), (Stage::Validate, "a")] {
         if let Some(window) = source.window(stage).filter(|_| source.one_record()) {
             let path = positions(source.record.window(window));

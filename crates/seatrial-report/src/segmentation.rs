@@ -37,15 +37,8 @@ pub fn render(found: &LogManoeuvres) -> String {
     let page = Page {
         title: format!("Manoeuvres in {}", found.name),
         headline: Headline {
-            tone: if found.proposals.is_empty() {
-                Tone::Partly
-            } else {
-                Tone::Good
-            },
-            verdict: format!(
-                "{count} manoeuvres, {} speeds to learn from.",
-                found.proposals.len()
-            ),
+            tone: if found.proposals.is_empty() { Tone::Partly } else { Tone::Good },
+            verdict: format!("{count} manoeuvres, {} speeds to learn from.", found.proposals.len()),
             findings: found.proposals.iter().map(|p| p.because.clone()).collect(),
             command: String::new(),
             next: Vec::new(),
@@ -59,12 +52,7 @@ pub fn render(found: &LogManoeuvres) -> String {
             facts: Vec::new(),
             figures: figure(found, None)
                 .into_iter()
-                .chain(
-                    found
-                        .proposals
-                        .iter()
-                        .filter_map(|p| figure(found, Some(p))),
-                )
+                .chain(found.proposals.iter().filter_map(|p| figure(found, Some(p))))
                 .collect(),
         }],
         recorded: found.provenance.to_vec(),
@@ -102,12 +90,10 @@ fn table(found: &LogManoeuvres) -> Table {
 fn figure(found: &LogManoeuvres, proposal: Option<&Proposal>) -> Option<Figure> {
     let all = &found.record.samples;
     let (first_s, last_s) = (all.first()?.time_s, all.last()?.time_s);
-    let [from_s, to_s] = proposal
-        .and_then(used_s)
-        .map_or([first_s, last_s], |[from_s, to_s]| {
-            let margin_s = 0.25 * (to_s - from_s);
-            [first_s.max(from_s - margin_s), last_s.min(to_s + margin_s)]
-        });
+    let [from_s, to_s] = proposal.and_then(used_s).map_or([first_s, last_s], |[from_s, to_s]| {
+        let margin_s = 0.25 * (to_s - from_s);
+        [first_s.max(from_s - margin_s), last_s.min(to_s + margin_s)]
+    });
     if to_s <= from_s {
         return None;
     }
@@ -151,11 +137,7 @@ fn measurements(samples: &[Sample<f64>], rudder_unit: (f64, &str)) -> Vec<Panel>
     let rudder = series(samples, 0.0, |s| Some(scale * s.rudder_rad));
     let mut panels = vec![
         Panel::linear("Heading, °", 92.0, vec![Layer::line("a", "", heading)]),
-        Panel::linear(
-            format!("Rudder, {unit}"),
-            66.0,
-            vec![Layer::line("b", "", rudder)],
-        ),
+        Panel::linear(format!("Rudder, {unit}"), 66.0, vec![Layer::line("b", "", rudder)]),
     ];
     let speed = series(samples, 0.0, |s| s.surge_speed_m_s);
     let thrust = series(samples, 0.0, |s| s.thrust.map(|t| 100.0 * t));
@@ -190,10 +172,5 @@ fn shaded(segment: &Segment) -> Span {
         kind if kind.uses_both_sides() => ("span-train", kind.name().to_owned()),
         kind => ("span-validate", kind.name().to_owned()),
     };
-    Span {
-        from: segment.window.from_s,
-        to: segment.window.to_s,
-        shade,
-        label,
-    }
+    Span { from: segment.window.from_s, to: segment.window.to_s, shade, label }
 }

@@ -12,14 +12,10 @@ pub fn render(manoeuvres: &ShipManoeuvres) -> String {
     let broken = manoeuvres.criteria.iter().filter(|c| !c.holds).count();
     let (tone, verdict) = match (manoeuvres.criteria.len(), broken) {
         (0, _) => (Tone::Good, "Manoeuvring figures".to_owned()),
-        (all, 0) => (
-            Tone::Good,
-            format!("All {all} criteria of MSC.137(76) that are judged hold"),
-        ),
-        (all, broken) => (
-            Tone::Bad,
-            format!("{broken} of {all} criteria of MSC.137(76) do not hold"),
-        ),
+        (all, 0) => (Tone::Good, format!("All {all} criteria of MSC.137(76) that are judged hold")),
+        (all, broken) => {
+            (Tone::Bad, format!("{broken} of {all} criteria of MSC.137(76) do not hold"))
+        }
     };
     Page {
         title: format!("Manoeuvring form of {}", manoeuvres.vehicle),
@@ -47,25 +43,12 @@ fn facts(manoeuvres: &ShipManoeuvres) -> Vec<Fact> {
     let metres = |length_m: f64| format!("{} m", significant(length_m, 4));
     let known = [
         ("Vehicle", Some(manoeuvres.vehicle.clone())),
-        (
-            "Thrust",
-            manoeuvres
-                .thrust
-                .map(|thrust| format!("{:.0} %", 100.0 * thrust)),
-        ),
-        (
-            "Speed at the start",
-            Some(format!(
-                "{} m/s",
-                significant(manoeuvres.surge_speed_m_s, 3)
-            )),
-        ),
+        ("Thrust", manoeuvres.thrust.map(|thrust| format!("{:.0} %", 100.0 * thrust))),
+        ("Speed at the start", Some(format!("{} m/s", significant(manoeuvres.surge_speed_m_s, 3)))),
         ("Length", manoeuvres.length_m.map(metres)),
     ];
     let known = known.into_iter();
-    known
-        .filter_map(|(name, value)| Some((name, value?)))
-        .collect()
+    known.filter_map(|(name, value)| Some((name, value?))).collect()
 }
 
 fn indices(manoeuvres: &ShipManoeuvres) -> Table {
@@ -98,14 +81,7 @@ fn criteria(manoeuvres: &ShipManoeuvres) -> Table {
             significant(criterion.value, 3).into(),
             significant(criterion.limit, 3).into(),
             Cell::words(criterion.unit.to_owned()),
-            Cell::words(
-                if criterion.holds {
-                    "holds"
-                } else {
-                    "does not hold"
-                }
-                .to_owned(),
-            ),
+            Cell::words(if criterion.holds { "holds" } else { "does not hold" }.to_owned()),
         ]
     });
     Table {

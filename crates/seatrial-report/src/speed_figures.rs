@@ -72,11 +72,7 @@ pub(super) fn evenly(from: f64, to: f64, count: u32) -> impl Iterator<Item = f64
 
 /// b2 against V^2 with both fits (Fig. 9).
 pub(super) fn authority(speeds: &[Speed]) -> Option<Figure> {
-    let known = || {
-        speeds
-            .iter()
-            .filter_map(|speed| Some((speed, speed.point.surge_speed_m_s?)))
-    };
+    let known = || speeds.iter().filter_map(|speed| Some((speed, speed.point.surge_speed_m_s?)));
     let points = points(speeds);
     let through_zero = AuthorityFit::new(&points, AuthorityForm::ThroughZero).ok()?;
     let with_constant = AuthorityFit::new(&points, AuthorityForm::WithConstant).ok()?;
@@ -84,9 +80,7 @@ pub(super) fn authority(speeds: &[Speed]) -> Option<Figure> {
     let widest = 1.1 * fastest * fastest;
     let line = |fit: &AuthorityFit<f64>| {
         let squares = evenly(0.0, widest, 60);
-        squares
-            .map(|v2| [v2, *fit.b2_per_s2(v2.sqrt()).value()])
-            .collect()
+        squares.map(|v2| [v2, *fit.b2_per_s2(v2.sqrt()).value()]).collect()
     };
     let bars = known().filter_map(|(speed, v)| {
         let [low, high] = speed.identification.refined.as_ref()?.interval_95.b2_per_s2;
@@ -133,12 +127,7 @@ pub(super) fn authority(speeds: &[Speed]) -> Option<Figure> {
 
 /// The identified part of a horizontal axis, shaded.
 pub(super) fn identified(from: f64, to: f64) -> Span {
-    Span {
-        from,
-        to,
-        shade: "span-train",
-        label: "identified".to_owned(),
-    }
+    Span { from, to, shade: "span-train", label: "identified".to_owned() }
 }
 
 /// The estimates of every accepted speed on one axis (Figs. 8 and 12).
@@ -199,17 +188,11 @@ fn traces<'a>(speeds: &'a [Speed]) -> Vec<Trace<'a>> {
 
 /// One parameter at every speed; the axis shows the last estimates. The first panel names the speeds.
 fn parameters(traces: &[Trace], label: &str, index: usize) -> Panel {
-    let last = traces
-        .iter()
-        .filter_map(|trace| Some(trace.points.last()?.theta[index]));
+    let last = traces.iter().filter_map(|trace| Some(trace.points.last()?.theta[index]));
     let [low, high] = extent(last.chain([0.0]));
     let margin = 0.35 * (high - low);
     let lines = traces.iter().map(|trace| {
-        let name = if index == 0 {
-            percent(trace.thrust)
-        } else {
-            String::new()
-        };
+        let name = if index == 0 { percent(trace.thrust) } else { String::new() };
         let points = trace.points.iter();
         let points = points.map(|p| [p.time_s - trace.from_s, p.theta[index]]);
         Layer::line(trace.ink, &name, points.collect())

@@ -46,10 +46,7 @@ fn estimators(cells: &[Cell]) -> impl Iterator<Item = &Accuracy> {
 fn sea(cell: &Cell) -> String {
     let noise = format!("{}°", cell.compass_noise_deg);
     if cell.disturbance_rad_s2 > 0.0 {
-        format!(
-            "{noise}, {} rad/s² for {} s",
-            cell.disturbance_rad_s2, cell.disturbance_time_s
-        )
+        format!("{noise}, {} rad/s² for {} s", cell.disturbance_rad_s2, cell.disturbance_time_s)
     } else {
         format!("{noise}, no disturbance")
     }
@@ -120,14 +117,12 @@ fn figure(cells: &[Cell], estimator: usize) -> Option<Figure> {
         layers.push(Layer::level("zero", "", goal));
         Panel::linear(label, 120.0, layers)
     };
-    let panels: Vec<Panel> = [
-        ("Efficiency", 1.0, layers(|q| q.efficiency)),
-        ("Coverage", 0.95, layers(|q| q.coverage)),
-    ]
-    .into_iter()
-    .filter(|(_, _, layers)| !layers.is_empty())
-    .map(|(label, goal, layers)| panel(label, goal, layers))
-    .collect();
+    let panels: Vec<Panel> =
+        [("Efficiency", 1.0, layers(|q| q.efficiency)), ("Coverage", 0.95, layers(|q| q.coverage))]
+            .into_iter()
+            .filter(|(_, _, layers)| !layers.is_empty())
+            .map(|(label, goal, layers)| panel(label, goal, layers))
+            .collect();
     let chart = Chart {
         alt: format!("Efficiency and coverage of {name} in each sea."),
         x_label: "Sea, as numbered in the table",

@@ -44,19 +44,13 @@ pub(super) struct Cell {
 
 impl From<String> for Cell {
     fn from(text: String) -> Self {
-        Self {
-            text,
-            ..Self::default()
-        }
+        Self { text, ..Self::default() }
     }
 }
 
 impl Cell {
     pub fn words(text: String) -> Self {
-        Self {
-            class: "words",
-            ..Self::from(text)
-        }
+        Self { class: "words", ..Self::from(text) }
     }
 
     /// A value with its interval on a second line, both with the decimals that the interval's
@@ -70,18 +64,12 @@ impl Cell {
             false => MISSING.to_owned(),
         };
         let [low, high] = interval.map(shown);
-        Self {
-            detail: format!("{low} … {high}"),
-            ..Self::from(shown(value))
-        }
+        Self { detail: format!("{low} … {high}"), ..Self::from(shown(value)) }
     }
 
     fn verdict(outcome: Outcome) -> Self {
         let tone = Tone::from(outcome);
-        Self {
-            class: tone.class(),
-            ..Self::from(format!("{} {}", tone.sign(), outcome.name()))
-        }
+        Self { class: tone.class(), ..Self::from(format!("{} {}", tone.sign(), outcome.name())) }
     }
 }
 
@@ -144,18 +132,17 @@ fn pitch_cells(identification: Option<&Identification>, outcome: Outcome) -> Vec
     let intervals = found.refined.as_ref().map(|refined| refined.interval_95);
     let interval = |of: fn(&Intervals) -> [f64; 2]| intervals.as_ref().map(of);
     let trim = |delta0_rad: f64| -delta0_rad.to_degrees();
-    let trim_interval = intervals
-        .and_then(|i| i.delta0_rad)
-        .map(|[low, high]| [trim(high), trim(low)]);
+    let trim_interval =
+        intervals.and_then(|i| i.delta0_rad).map(|[low, high]| [trim(high), trim(low)]);
     let validation = found.validation.and_then(|v| v.r2_heading_offset_refit);
     vec![
         Cell::with_interval(model.a22_per_s, interval(|i| i.a22_per_s)),
         Cell::with_interval(m.refined_per_s2, Some(m.interval_95_per_s2)),
         Cell::with_interval(model.b2_per_s2, interval(|i| i.b2_per_s2)),
         Cell::with_interval(model.c0_rad_per_s2, interval(|i| i.c0_rad_per_s2)),
-        model.delta0_rad().map_or_else(missing, |delta0| {
-            Cell::with_interval(trim(delta0), trim_interval)
-        }),
+        model
+            .delta0_rad()
+            .map_or_else(missing, |delta0| Cell::with_interval(trim(delta0), trim_interval)),
         r2(validation).into(),
     ]
 }
@@ -175,20 +162,13 @@ fn model_cells(
     };
     let nomoto_cell = |of: fn(Nomoto<f64>) -> f64| {
         let interval = identification.refined.as_ref().and_then(|refined| {
-            interval_95(&refined.model, &refined.covariance, |model| {
-                model.nomoto().map(of)
-            })
+            interval_95(&refined.model, &refined.covariance, |model| model.nomoto().map(of))
         });
         let nomoto = identification.nomoto;
         nomoto.map_or_else(missing, |nomoto| Cell::with_interval(of(nomoto), interval))
     };
-    let judged = identification
-        .validation
-        .and_then(|v| v.judged_r2_heading());
-    let mut cells = vec![
-        nomoto_cell(|nomoto| nomoto.t_s),
-        nomoto_cell(|nomoto| nomoto.k_per_s),
-    ];
+    let judged = identification.validation.and_then(|v| v.judged_r2_heading());
+    let mut cells = vec![nomoto_cell(|nomoto| nomoto.t_s), nomoto_cell(|nomoto| nomoto.k_per_s)];
     cells.extend(parameters(identification, unit));
     cells.push(r2(judged).into());
     cells
@@ -220,10 +200,7 @@ pub(super) fn summary(campaign: &Campaign, whole: &Verdict, speeds: &[Speed]) ->
     let rows = runs.into_iter().map(|run| {
         let outcome = run.verdict_within(whole).outcome();
         let mut row = vec![
-            Cell {
-                link: run_anchor(run),
-                ..percent(run.thrust).into()
-            },
+            Cell { link: run_anchor(run), ..percent(run.thrust).into() },
             decimals_or_missing(run.surge_speed_m_s, 2).into(),
             Cell::verdict(outcome),
         ];
@@ -407,10 +384,7 @@ pub(super) fn runs(campaign: &Campaign, whole: &Verdict) -> Table {
         let duration = run.record.samples.first().zip(run.record.samples.last());
         let duration = duration.map(|(first, last)| last.time_s - first.time_s);
         vec![
-            Cell {
-                link: run_anchor(run),
-                ..run.number.to_string().into()
-            },
+            Cell { link: run_anchor(run), ..run.number.to_string().into() },
             percent(run.thrust).into(),
             run.attempt.to_string().into(),
             decimals_or_missing(run.surge_speed_m_s, 2).into(),

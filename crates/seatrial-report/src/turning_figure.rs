@@ -30,10 +30,7 @@ pub(super) fn turning(speeds: &[Speed], rudder_limit_rad: f64) -> Option<Figure>
         x_range: [from, to],
         spans: vec![identified(slowest, fastest)],
         marks: minimum
-            .map(|minimum| Mark {
-                at: minimum.surge_speed_m_s,
-                label: "least radius".to_owned(),
-            })
+            .map(|minimum| Mark { at: minimum.surge_speed_m_s, label: "least radius".to_owned() })
             .into_iter()
             .collect(),
         panels: turning.panels(),
@@ -55,11 +52,7 @@ fn minimum_sentence(minimum: &RadiusMinimum<f64>) -> String {
         " The fit with a constant has its least U-turn radius away from rest at {} m/s: {} m{}.",
         decimals(minimum.surge_speed_m_s, 2),
         decimals(minimum.u_turn_mean_radius_m, 1),
-        if minimum.extrapolated {
-            ", outside the identified speeds, so an assumption"
-        } else {
-            ""
-        }
+        if minimum.extrapolated { ", outside the identified speeds, so an assumption" } else { "" }
     )
 }
 
@@ -109,9 +102,7 @@ impl Turning {
 
     fn panels(&self) -> Vec<Panel> {
         vec![
-            self.panel("U-turn mean radius, m", true, |v, turn| {
-                turn.u_turn_mean_radius_m(v)
-            }),
+            self.panel("U-turn mean radius, m", true, |v, turn| turn.u_turn_mean_radius_m(v)),
             self.panel("Steady turning radius, m", false, |v, turn| {
                 turn.steady_turning_radius_m(v)
             }),
@@ -132,11 +123,7 @@ impl Turning {
         let [low, high] = extent(shown.map(|p| p[1]).filter(|y| y.is_finite()));
         let name = |text: &'static str| if named { text } else { "" };
         let layers = vec![
-            Layer::line(
-                "c",
-                name("b₂ through zero"),
-                self.curve(&self.through_zero, quantity),
-            ),
+            Layer::line("c", name("b₂ through zero"), self.curve(&self.through_zero, quantity)),
             Layer::line("b", name("with constant"), main),
             Layer::dots("a", name("starboard"), starboard),
             Layer::dots("hollow", name("port"), port),

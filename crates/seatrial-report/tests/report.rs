@@ -32,10 +32,7 @@ fn rejected() -> Campaign {
 }
 
 fn empty() -> Campaign {
-    Campaign {
-        outcome: None,
-        ..made_up_trial::campaign(&[])
-    }
+    Campaign { outcome: None, ..made_up_trial::campaign(&[]) }
 }
 
 /// Every kind of page that there is.
@@ -69,12 +66,7 @@ fn pages() -> Vec<(&'static str, String)> {
         ReasonCode::Constant.of(Subject::Rudder),
         "the rudder stays within 0.01 deg",
     ));
-    let refused = Log {
-        identification: None,
-        verdict: &verdict,
-        models: &[],
-        ..log
-    };
+    let refused = Log { identification: None, verdict: &verdict, models: &[], ..log };
     vec![
         ("refused", report::render_log(&refused)),
         (
@@ -86,10 +78,7 @@ fn pages() -> Vec<(&'static str, String)> {
             ),
         ),
         ("partly", report::render(&partly, &About::default(), "")),
-        (
-            "rejected",
-            report::render(&rejected(), &About::default(), ""),
-        ),
+        ("rejected", report::render(&rejected(), &About::default(), "")),
         ("aborted", report::render(&aborted(), &About::default(), "")),
         ("empty", report::render(&empty(), &About::default(), "")),
         ("one_speed", report::render(&one, &About::default(), "")),
@@ -101,15 +90,7 @@ fn pages() -> Vec<(&'static str, String)> {
 fn prop_page_asks_for_nothing_outside() {
     for (name, page) in pages() {
         let page = kept(name, page);
-        for outside in [
-            "http:",
-            "https:",
-            "src=",
-            "url(",
-            "@import",
-            "<link rel=\"style",
-            "//",
-        ] {
+        for outside in ["http:", "https:", "src=", "url(", "@import", "<link rel=\"style", "//"] {
             assert!(!page.contains(outside), "{name} holds {outside}");
         }
         assert!(page.contains("default-src 'none'"), "{name} has no policy");
@@ -127,21 +108,11 @@ fn prop_tags_balance_and_attributes_are_closed() {
         let mut rest = page.as_str();
         while let Some(start) = rest.find('<') {
             rest = &rest[start + 1..];
-            let end = rest
-                .find('>')
-                .unwrap_or_else(|| panic!("{name}: tag without end"));
+            let end = rest.find('>').unwrap_or_else(|| panic!("{name}: tag without end"));
             let tag = &rest[..end];
             rest = &rest[end + 1..];
-            assert_eq!(
-                tag.matches('"').count() % 2,
-                0,
-                "{name}: open quote in {tag}"
-            );
-            let element = tag
-                .trim_start_matches('/')
-                .split([' ', '/', '\n'])
-                .next()
-                .unwrap();
+            assert_eq!(tag.matches('"').count() % 2, 0, "{name}: open quote in {tag}");
+            let element = tag.trim_start_matches('/').split([' ', '/', '\n']).next().unwrap();
             if tag.starts_with('/') {
                 assert_eq!(open.pop(), Some(element), "{name}: </{element}>");
             } else if !tag.ends_with('/')
@@ -174,11 +145,7 @@ fn prop_same_campaign_same_bytes() {
 fn prop_every_chart_has_words() {
     for (name, page) in pages() {
         let charts = page.matches("<svg class=\"chart\"").count();
-        assert_eq!(
-            charts,
-            page.matches("role=\"img\" aria-label=\"").count(),
-            "{name}"
-        );
+        assert_eq!(charts, page.matches("role=\"img\" aria-label=\"").count(), "{name}");
         assert_eq!(charts, page.matches("<figcaption>").count(), "{name}");
         assert!(!page.contains("aria-label=\"\""), "{name}");
         assert!(!page.contains("<figcaption></figcaption>"), "{name}");
@@ -187,11 +154,8 @@ fn prop_every_chart_has_words() {
 
 #[test]
 fn exact_finished_trial_has_every_part() {
-    let page = report::render(
-        &made_up_trial::campaign(&[0.6, 0.7, 0.8, 0.9, 1.0]),
-        &About::default(),
-        "",
-    );
+    let page =
+        report::render(&made_up_trial::campaign(&[0.6, 0.7, 0.8, 0.9, 1.0]), &About::default(), "");
     for part in [
         "Usable models at all 5 speeds.",
         "What to do now",
@@ -313,12 +277,7 @@ fn exact_a_fraction_of_full_rudder_is_no_angle() {
             validation: None,
             identification: run.identification.as_ref(),
             verdict: &run.verdict,
-            models: &[LogModel::new(
-                [None, None],
-                run.identification.as_ref(),
-                &run.verdict,
-                None,
-            )],
+            models: &[LogModel::new([None, None], run.identification.as_ref(), &run.verdict, None)],
             command: "",
             about: &[],
             provenance: &[],
@@ -390,14 +349,7 @@ fn exact_a_rejected_model_has_no_numbers_in_the_summary() {
 /// Values that no vehicle sends must not break the page.
 #[test]
 fn prop_wild_samples_are_drawn_or_left_out() {
-    for wild in [
-        f64::NAN,
-        f64::INFINITY,
-        f64::NEG_INFINITY,
-        1e300,
-        -1e300,
-        0.0,
-    ] {
+    for wild in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300, 0.0] {
         let mut campaign = made_up_trial::campaign(&[0.6, 0.7]);
         for run in &mut campaign.runs {
             for sample in run.record.samples.iter_mut().step_by(7) {
@@ -461,11 +413,7 @@ fn exact_a_campaign_has_an_outcome_of_its_own() {
         // What goes on from a trial that was aborted, or from a model that is not to be used, is the page itself.
         let has_command = page.contains("<pre class=\"command\">seatrial gains</pre>");
         let is_aborted = cause == ReasonCode::Aborted;
-        assert_eq!(
-            has_command,
-            !is_aborted && outcome != Usable::DoNotUse,
-            "{name}"
-        );
+        assert_eq!(has_command, !is_aborted && outcome != Usable::DoNotUse, "{name}");
     }
 }
 
@@ -486,17 +434,12 @@ fn exact_r2_below_zero_never_stands_beside_use() {
 /// A zig-zag of 35 s a period from a course of 350 deg: a hull with T = 4 s, K = 0.25 1/s, and noise of 0.5 deg in its heading.
 fn zigzag() -> Record {
     let model = seatrial_core::YawModel::from_theta([-0.25, 0.0625, 0.001]);
-    let mut state = seatrial_core::model::YawState {
-        heading_rad: 6.1,
-        yaw_rate_rad_s: 0.0,
-    };
+    let mut state = seatrial_core::model::YawState { heading_rad: 6.1, yaw_rate_rad_s: 0.0 };
     let mut seed = 1_u64;
     let samples = (0..420).map(|k| {
         let time_s = 0.5 * f64::from(k);
         let side = if (k / 35) % 2 == 0 { 0.5 } else { -0.5 };
-        seed = seed
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let noise_deg = (seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0;
         let sample = seatrial_core::Sample {
             time_s,
@@ -512,10 +455,8 @@ fn zigzag() -> Record {
 }
 
 fn identified(record: &Record, validate_from_s: f64) -> seatrial::Identification {
-    let data = seatrial::identify::ValidationData {
-        record,
-        window: window(validate_from_s, 210.0),
-    };
+    let data =
+        seatrial::identify::ValidationData { record, window: window(validate_from_s, 210.0) };
     let settings = seatrial::identify::IdentifySettings::default();
     let training = window(0.0, validate_from_s);
     seatrial::identify::identify(record, training, Some(data), &settings).unwrap()

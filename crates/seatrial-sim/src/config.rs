@@ -129,10 +129,7 @@ pub struct HeadingHold {
 
 impl Default for HeadingHold {
     fn default() -> Self {
-        Self {
-            gain: 0.3,
-            rudder_limit_rad: 0.2,
-        }
+        Self { gain: 0.3, rudder_limit_rad: 0.2 }
     }
 }
 
@@ -181,14 +178,9 @@ mod starfish {
 impl VehicleConfig {
     /// The STARFISH AUV: the schedule of Table II.
     pub fn starfish() -> Self {
-        let point =
-            |[thrust, surge_speed_m_s, a22_per_s, b2_per_s2, c0_rad_per_s2]: [f64; 5]| SpeedPoint {
-                thrust,
-                surge_speed_m_s,
-                a22_per_s,
-                b2_per_s2,
-                c0_rad_per_s2,
-            };
+        let point = |[thrust, surge_speed_m_s, a22_per_s, b2_per_s2, c0_rad_per_s2]: [f64; 5]| {
+            SpeedPoint { thrust, surge_speed_m_s, a22_per_s, b2_per_s2, c0_rad_per_s2 }
+        };
         Self {
             name: "starfish".to_owned(),
             rudder_limit_rad: starfish::rudder_limit_rad(),
@@ -242,10 +234,7 @@ impl VehicleConfig {
     /// This vehicle in still water with exact sensors.
     pub fn noise_free(self) -> Self {
         Self {
-            disturbance: Disturbance {
-                standard_deviation_rad_s2: 0.0,
-                ..self.disturbance
-            },
+            disturbance: Disturbance { standard_deviation_rad_s2: 0.0, ..self.disturbance },
             sensors: Sensors::EXACT,
             ..self
         }
@@ -253,10 +242,7 @@ impl VehicleConfig {
 
     /// How its speed follows its thrust.
     pub fn surge(&self) -> Surge {
-        Surge {
-            time_constant_s: self.surge_time_constant_s,
-            drag: self.surge_drag,
-        }
+        Surge { time_constant_s: self.surge_time_constant_s, drag: self.surge_drag }
     }
 
     /// The moving vehicle, straight ahead at the speed of a thrust.
@@ -335,10 +321,7 @@ impl HelmConfig {
     /// This helm with exact sensors and no disturbance.
     pub fn noise_free(self) -> Self {
         Self {
-            disturbance: Disturbance {
-                standard_deviation_rad_s2: 0.0,
-                ..self.disturbance
-            },
+            disturbance: Disturbance { standard_deviation_rad_s2: 0.0, ..self.disturbance },
             sensors: Sensors::EXACT,
             ..self
         }
@@ -368,10 +351,7 @@ mod tests {
     #[test]
     fn io_starfish_survives_its_own_file() {
         let text = toml::to_string(&VehicleConfig::starfish()).unwrap();
-        assert_eq!(
-            VehicleConfig::from_toml(&text).unwrap(),
-            VehicleConfig::starfish()
-        );
+        assert_eq!(VehicleConfig::from_toml(&text).unwrap(), VehicleConfig::starfish());
     }
 
     #[test]
@@ -401,10 +381,7 @@ mod tests {
             (still, "speeds"),
         ] {
             let message = config.check().unwrap_err().to_string();
-            assert!(
-                message.starts_with(&format!("{field} must be")),
-                "{message}"
-            );
+            assert!(message.starts_with(&format!("{field} must be")), "{message}");
         }
         let text = format!("rudder = 1\n{}", toml::to_string(&starfish).unwrap());
         let message = VehicleConfig::from_toml(&text).unwrap_err().to_string();

@@ -102,8 +102,7 @@ impl Boat {
     fn advance(&mut self, commands: &Commands, disturbance_rad_s2: f64, interval_s: f64) {
         let before_m_s = self.plant.surge_speed_m_s;
         let (rudder_rad, thrust) = (commands.rudder_rad, commands.thrust);
-        self.plant
-            .advance(rudder_rad, thrust, disturbance_rad_s2, interval_s);
+        self.plant.advance(rudder_rad, thrust, disturbance_rad_s2, interval_s);
         self.surge_acceleration_m_s2 = (self.plant.surge_speed_m_s - before_m_s) / interval_s;
         self.time_s += interval_s;
     }
@@ -160,11 +159,7 @@ mod tests {
         let mut boat = Driven::new(&config, 1).unwrap();
         assert_eq!(boat.kinematics().velocity_m_s, [0.0; 3]);
         let interval_s = 0.0025;
-        let commands = Commands {
-            rudder_rad: 0.1,
-            elevator_rad: None,
-            thrust: truth.thrust,
-        };
+        let commands = Commands { rudder_rad: 0.1, elevator_rad: None, thrust: truth.thrust };
         let mut before = boat.kinematics();
         for _ in 0..24_000 {
             boat.advance(&commands, interval_s);

@@ -150,9 +150,7 @@ impl SimulatedConfig {
 
     /// The vehicle that the table `vehicle` names, with the other fields in the place of its own.
     fn of_base(mut table: Table) -> Result<Self, ConfigError> {
-        let vehicle = table
-            .remove("vehicle")
-            .unwrap_or(Value::Table(Table::new()));
+        let vehicle = table.remove("vehicle").unwrap_or(Value::Table(Table::new()));
         let changed: VehicleVariant = vehicle.try_into()?;
         let base = match changed.base {
             Base::Remus100 => remus100::config(),
@@ -189,17 +187,12 @@ impl SixDofConfig {
     /// This vehicle with the fields of a file in place of its own. Refuses a field that it does not have or that is out of
     /// range.
     pub fn with(&self, mut fields: Table) -> Result<Self, ConfigError> {
-        let helm: Table = OF_THE_HELM
-            .into_iter()
-            .filter_map(|name| fields.remove_entry(name))
-            .collect();
+        let helm: Table =
+            OF_THE_HELM.into_iter().filter_map(|name| fields.remove_entry(name)).collect();
         let mut table = own(self)?;
         overlay(&mut table, fields);
         if !helm.is_empty() {
-            overlay(
-                &mut table,
-                Table::from_iter([("helm".to_owned(), Value::Table(helm))]),
-            );
+            overlay(&mut table, Table::from_iter([("helm".to_owned(), Value::Table(helm))]));
         }
         let config: Self = table.try_into()?;
         config.check()?;
@@ -209,11 +202,7 @@ impl SixDofConfig {
 
 /// The fields of a configuration.
 fn own(config: &impl serde::Serialize) -> Result<Table, ConfigError> {
-    required(
-        "vehicle",
-        "one that a file can hold",
-        Table::try_from(config).ok(),
-    )
+    required("vehicle", "one that a file can hold", Table::try_from(config).ok())
 }
 
 /// Puts fields in the place of those of the same name, table by table.
@@ -268,20 +257,15 @@ impl Payload {
             is_positive.then_some(()),
         )?;
         let is_somewhere = self.position_m.iter().all(|x| a_number(*x));
-        required(
-            "vehicle.payload.position_m",
-            "three numbers",
-            is_somewhere.then_some(()),
-        )?;
+        required("vehicle.payload.position_m", "three numbers", is_somewhere.then_some(()))?;
         let centre = |a_kg: f64, a_m: [f64; 3], b_kg: f64| -> [f64; 3] {
             std::array::from_fn(|i| (a_kg * a_m[i] + b_kg * self.position_m[i]) / (a_kg + b_kg))
         };
         let centre_of_gravity_m = centre(body.mass_kg, body.centre_of_gravity_m, self.mass_kg);
         let mut inertia_kg_m2 = body.inertia_kg_m2;
-        for (kg, at_m) in [
-            (body.mass_kg, body.centre_of_gravity_m),
-            (self.mass_kg, self.position_m),
-        ] {
+        for (kg, at_m) in
+            [(body.mass_kg, body.centre_of_gravity_m), (self.mass_kg, self.position_m)]
+        {
             let arm: [f64; 3] = std::array::from_fn(|i| at_m[i] - centre_of_gravity_m[i]);
             let square: f64 = arm.iter().map(|x| x * x).sum();
             for (inertia, along) in inertia_kg_m2.iter_mut().zip(arm) {
@@ -311,10 +295,9 @@ mod tests {
 
     #[test]
     fn exact_a_base_alone_is_the_vehicle_itself() {
-        for (name, config) in [
-            ("remus100", remus100::config()),
-            ("starfish-6dof", starfish::config()),
-        ] {
+        for (name, config) in
+            [("remus100", remus100::config()), ("starfish-6dof", starfish::config())]
+        {
             assert_eq!(six_dof(&format!("[vehicle]\nbase = {name:?}")), config);
         }
         let first_order = toml::to_string(&VehicleConfig::starfish()).unwrap();
@@ -380,10 +363,7 @@ mod tests {
         assert_eq!(config.hull.cross_flow_drag, 1.1);
         assert_eq!(config.hull.added_mass, base.hull.added_mass);
         assert_eq!(config.helm.sensors.compass.lag_s, 0.3);
-        assert_eq!(
-            config.helm.sensors.compass.noise_rad,
-            base.helm.sensors.compass.noise_rad
-        );
+        assert_eq!(config.helm.sensors.compass.noise_rad, base.helm.sensors.compass.noise_rad);
         assert_eq!(config.sea.density_kg_m3, 1025.0);
         assert_eq!(config.sea.waves.unwrap().peak_enhancement, 1.0);
         assert_eq!(config.sea.bottom.unwrap().depth_m, 9.0);
@@ -395,27 +375,18 @@ mod tests {
         for (text, expected) in [
             ("[vehicle]\nbase = 'titanic'", "titanic"),
             (&format!("{base}sail = 1"), "unknown field `sail`"),
-            (
-                &format!("{base}rudder_area_factor = -1"),
-                "vehicle.rudder_area_factor must be",
-            ),
+            (&format!("{base}rudder_area_factor = -1"), "vehicle.rudder_area_factor must be"),
             (&format!("{base}trim_n = inf"), "vehicle.trim_n must be"),
             (
                 &format!("{base}[vehicle.payload]\nmass_kg = -99\nposition_m = [0, 0, 0]"),
                 "vehicle.payload must be",
             ),
-            (
-                &format!("{base}[hull]\nkeel_m = 1"),
-                "unknown field `keel_m`",
-            ),
+            (&format!("{base}[hull]\nkeel_m = 1"), "unknown field `keel_m`"),
             (
                 &format!("{base}[sea.waves]\nsignificant_height_m = -1\npeak_period_s = 3"),
                 "sea.waves.significant_height_m must be",
             ),
-            (
-                &format!("{base}[sea.bottom]\ndepth_m = nan"),
-                "sea.bottom must be",
-            ),
+            (&format!("{base}[sea.bottom]\ndepth_m = nan"), "sea.bottom must be"),
             (
                 &format!("{base}[sensors.gyro]\nnoise_rad_s = -1"),
                 "sensors.gyro.noise_rad_s must be",
@@ -425,9 +396,7 @@ mod tests {
             let message = SimulatedConfig::from_toml(text).unwrap_err().to_string();
             assert!(message.contains(expected), "{message}");
         }
-        let message = SimulatedConfig::load(Path::new("no-such.toml"))
-            .unwrap_err()
-            .to_string();
+        let message = SimulatedConfig::load(Path::new("no-such.toml")).unwrap_err().to_string();
         assert!(message.starts_with("no-such.toml:"), "{message}");
     }
 }

@@ -43,11 +43,7 @@ impl Helm {
         let [timing, missing, mut disturbance, instruments @ ..] = Chance::sources::<11>(seed);
         Self {
             disturbance_rad_s2: config.disturbance.standard_deviation_rad_s2 * disturbance.normal(),
-            chance: Unsteadiness {
-                timing,
-                missing,
-                disturbance,
-            },
+            chance: Unsteadiness { timing, missing, disturbance },
             instruments: Instruments::new(config.sensors, instruments),
             ticks: 0,
             time_s: 0.0,
@@ -145,9 +141,7 @@ impl Helm {
 
     /// What the compass says, which may be no number.
     fn compass(&mut self) -> f64 {
-        let read_rad = self
-            .instruments
-            .compass(self.time_s, self.upset.compass_error_rad);
+        let read_rad = self.instruments.compass(self.time_s, self.upset.compass_error_rad);
         match (self.upset.compass_lost, self.upset.compass_frozen) {
             (true, _) => f64::NAN,
             (false, true) => self.compass_rad,
@@ -159,10 +153,7 @@ impl Helm {
     fn carry_out(&mut self) {
         if let Some(action) = self.asked.take().filter(|_| !self.upset.is_taken_over) {
             self.steering = action.steering;
-            self.thrust = action
-                .thrust
-                .unwrap_or(self.config.initial_thrust)
-                .clamp(0.0, 1.0);
+            self.thrust = action.thrust.unwrap_or(self.config.initial_thrust).clamp(0.0, 1.0);
         }
     }
 

@@ -88,27 +88,9 @@ impl Clock {
 
 impl Instruments {
     pub fn new(sensors: Sensors, chance: [Chance; 8]) -> Self {
-        let [
-            compass,
-            gyro,
-            speed,
-            depth,
-            attitude,
-            gyro_bias,
-            dropout,
-            altitude,
-        ] = chance;
+        let [compass, gyro, speed, depth, attitude, gyro_bias, dropout, altitude] = chance;
         Self {
-            chance: Sources {
-                compass,
-                gyro,
-                speed,
-                depth,
-                attitude,
-                gyro_bias,
-                dropout,
-                altitude,
-            },
+            chance: Sources { compass, gyro, speed, depth, attitude, gyro_bias, dropout, altitude },
             past: VecDeque::new(),
             clocks: Clocks::default(),
             gyro_bias_rad_s: sensors.gyro.bias_rad_s,
@@ -121,21 +103,10 @@ impl Instruments {
 
     /// Keeps up with the body.
     pub fn follow(&mut self, time_s: f64, motion: &Motion) {
-        let lag_rad = self
-            .past
-            .back()
-            .map_or(0.0, |before| self.lag(before, time_s, motion));
-        self.past.push_back(Moment {
-            time_s,
-            motion: *motion,
-            lag_rad,
-        });
+        let lag_rad = self.past.back().map_or(0.0, |before| self.lag(before, time_s, motion));
+        self.past.push_back(Moment { time_s, motion: *motion, lag_rad });
         let oldest_s = time_s - self.longest_age_s();
-        while self
-            .past
-            .get(1)
-            .is_some_and(|second| second.time_s <= oldest_s)
-        {
+        while self.past.get(1).is_some_and(|second| second.time_s <= oldest_s) {
             self.past.pop_front();
         }
     }
@@ -199,9 +170,7 @@ impl Instruments {
     pub fn compass(&mut self, now_s: f64, error_rad: f64) -> f64 {
         let compass = self.sensors.compass;
         let instant_s =
-            self.clocks
-                .compass
-                .new_reading(now_s, compass.interval_s, compass.latency_s);
+            self.clocks.compass.new_reading(now_s, compass.interval_s, compass.latency_s);
         if let Some(moment) = instant_s.and_then(|instant_s| self.at(instant_s)) {
             let noise_rad = compass.noise_rad * self.chance.compass.normal();
             let heading_rad = moment.motion.heading_rad - moment.lag_rad;
@@ -214,17 +183,11 @@ impl Instruments {
     pub fn read(&mut self, now_s: f64) -> Readings {
         self.read_gyro(now_s);
         self.read_dvl(now_s);
-        let Sensors {
-            pressure, attitude, ..
-        } = self.sensors;
+        let Sensors { pressure, attitude, .. } = self.sensors;
         let clocks = &mut self.clocks;
-        let of_depth = clocks
-            .pressure
-            .new_reading(now_s, pressure.interval_s, pressure.latency_s);
+        let of_depth = clocks.pressure.new_reading(now_s, pressure.interval_s, pressure.latency_s);
         let of_attitude =
-            clocks
-                .attitude
-                .new_reading(now_s, attitude.interval_s, attitude.latency_s);
+            clocks.attitude.new_reading(now_s, attitude.interval_s, attitude.latency_s);
         if let Some(moment) = of_depth.and_then(|instant_s| self.at(instant_s)) {
             let noise_m = pressure.noise_m * self.chance.depth.normal();
             self.readings.depth_m = moment.motion.depth_m + pressure.bias_m + noise_m;
@@ -258,10 +221,7 @@ impl Instruments {
 
     fn read_dvl(&mut self, now_s: f64) {
         let dvl = self.sensors.dvl;
-        let instant_s = self
-            .clocks
-            .dvl
-            .new_reading(now_s, dvl.interval_s, dvl.latency_s);
+        let instant_s = self.clocks.dvl.new_reading(now_s, dvl.interval_s, dvl.latency_s);
         if let Some(moment) = instant_s.and_then(|instant_s| self.at(instant_s)) {
             let noise_m_s = dvl.noise_m_s * self.chance.speed.normal();
             let noise_m = dvl.altitude_noise_m * self.chance.altitude.normal();
@@ -272,9 +232,8 @@ impl Instruments {
             let is_read = is_seen && self.chance.dropout.uniform() >= dvl.dropout_fraction;
             self.readings.surge_speed_m_s =
                 is_read.then_some(moment.motion.surge_speed_m_s + noise_m_s);
-            self.readings.altitude_m = altitude_m
-                .filter(|_| is_read)
-                .map(|altitude_m| altitude_m + noise_m);
+            self.readings.altitude_m =
+                altitude_m.filter(|_| is_read).map(|altitude_m| altitude_m + noise_m);
         }
     }
 }

@@ -126,10 +126,7 @@ pub struct Disturbance {
 
 impl Default for Disturbance {
     fn default() -> Self {
-        Self {
-            standard_deviation_rad_s2: 0.003,
-            correlation_time_s: 2.0,
-        }
+        Self { standard_deviation_rad_s2: 0.003, correlation_time_s: 2.0 }
     }
 }
 
@@ -159,9 +156,7 @@ impl Servo {
         } else {
             command_rad - fin_rad
         };
-        let limit = self
-            .rate_limit_rad_s
-            .map_or(f64::INFINITY, |rate| rate * interval_s);
+        let limit = self.rate_limit_rad_s.map_or(f64::INFINITY, |rate| rate * interval_s);
         fin_rad + wanted.max(-limit).min(limit)
     }
 
@@ -182,10 +177,7 @@ struct Underway {
 
 impl Underway {
     fn send(&mut self, command_rad: f64) {
-        let last = self
-            .commands
-            .back()
-            .map_or(self.acting_rad, |[_, last]| *last);
+        let last = self.commands.back().map_or(self.acting_rad, |[_, last]| *last);
         if last != command_rad {
             let acts_s = self.time_s + self.delay_s;
             self.commands.push_back([acts_s, command_rad]);
@@ -195,9 +187,8 @@ impl Underway {
     /// The command that acts over the next step.
     fn next(&mut self, interval_s: f64) -> f64 {
         let middle_s = self.time_s + 0.5 * interval_s;
-        while let Some([_, command_rad]) = self
-            .commands
-            .pop_front_if(|[acts_s, _]| *acts_s <= middle_s)
+        while let Some([_, command_rad]) =
+            self.commands.pop_front_if(|[acts_s, _]| *acts_s <= middle_s)
         {
             self.acting_rad = command_rad;
         }
@@ -244,10 +235,7 @@ impl Plant {
             longest_step_s: STEP_S,
             has_fins: false,
             underway: None,
-            yaw: YawState {
-                heading_rad,
-                yaw_rate_rad_s: 0.0,
-            },
+            yaw: YawState { heading_rad, yaw_rate_rad_s: 0.0 },
             surge_speed_m_s: 0.0,
             fin_rad: 0.0,
             position_m: [0.0; 2],
@@ -296,11 +284,7 @@ impl Plant {
     pub fn truth(&self, thrust: f64) -> Truth {
         let surge_speed_m_s =
             self.between(|p| p.thrust, thrust, |p, scale| p.surge_speed_m_s * scale);
-        Truth {
-            thrust,
-            surge_speed_m_s,
-            model: self.yaw_model(surge_speed_m_s),
-        }
+        Truth { thrust, surge_speed_m_s, model: self.yaw_model(surge_speed_m_s) }
     }
 
     /// The yaw model at a forward speed: linear between the points; beyond them a22 grows with the
@@ -360,8 +344,7 @@ impl Plant {
             self.yaw = yaw;
             self.fin_rad = fin_after;
             self.surge_speed_m_s =
-                self.surge
-                    .advance(self.surge_speed_m_s, target_m_s, yaw.yaw_rate_rad_s, h);
+                self.surge.advance(self.surge_speed_m_s, target_m_s, yaw.yaw_rate_rad_s, h);
         }
     }
 
@@ -373,10 +356,7 @@ impl Plant {
         value: impl Fn(&SpeedPoint, f64) -> f64,
     ) -> f64 {
         let above = self.speeds.partition_point(|p| x(p) < wanted);
-        match (
-            above.checked_sub(1).map(|k| &self.speeds[k]),
-            self.speeds.get(above),
-        ) {
+        match (above.checked_sub(1).map(|k| &self.speeds[k]), self.speeds.get(above)) {
             (Some(low), Some(high)) => {
                 let share = (wanted - x(low)) / (x(high) - x(low));
                 value(low, 1.0) + share * (value(high, 1.0) - value(low, 1.0))
@@ -423,19 +403,13 @@ mod tests {
 
     #[test]
     fn exact_servo_lag_and_rate_limit() {
-        let servo = Servo {
-            time_constant_s: 0.1,
-            rate_limit_rad_s: None,
-        };
+        let servo = Servo { time_constant_s: 0.1, rate_limit_rad_s: None };
         let mut fin = 0.0;
         for _ in 0..20 {
             fin = servo.advance(fin, 0.2, 0.005);
         }
         assert!((fin - 0.2 * (1.0 - libm::exp(-1.0))).abs() < 1e-12);
-        let limited = Servo {
-            time_constant_s: 0.0,
-            rate_limit_rad_s: Some(1.0),
-        };
+        let limited = Servo { time_constant_s: 0.0, rate_limit_rad_s: Some(1.0) };
         assert_eq!(limited.advance(0.0, 0.2, 0.005), 0.005);
     }
 
@@ -464,10 +438,7 @@ mod tests {
     fn exact_drag_that_grows_with_the_square_of_the_speed() {
         let mut config = VehicleConfig::starfish();
         config.speeds.iter_mut().for_each(|p| p.c0_rad_per_s2 = 0.0);
-        config.surge_drag = Some(SurgeDrag {
-            drag_length_m: 9.0,
-            turning_drag_m: 2.0,
-        });
+        config.surge_drag = Some(SurgeDrag { drag_length_m: 9.0, turning_drag_m: 2.0 });
         let surge = config.surge();
         let mut plant = Plant::new(config.speeds, surge, Servo::default(), 0.0, 0.0);
         let steady_m_s = plant.truth(0.8).surge_speed_m_s;

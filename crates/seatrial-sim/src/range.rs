@@ -78,13 +78,7 @@ macro_rules! within {
 /// [`within`] of what may be absent.
 macro_rules! within_if_given {
     ($field:expr, $low:expr, $high:expr, $unit:expr) => {
-        crate::range::check_within(
-            stringify!($field),
-            $field,
-            [$low, $high],
-            $unit,
-            "absent or ",
-        )
+        crate::range::check_within(stringify!($field), $field, [$low, $high], $unit, "absent or ")
     };
 }
 

@@ -132,47 +132,31 @@ pub struct Attitude {
 
 impl Default for Compass {
     fn default() -> Self {
-        Self {
-            noise_rad: PI / 360.0,
-            resolution_rad: PI / 1800.0,
-            ..Sensors::EXACT.compass
-        }
+        Self { noise_rad: PI / 360.0, resolution_rad: PI / 1800.0, ..Sensors::EXACT.compass }
     }
 }
 
 impl Default for Gyro {
     fn default() -> Self {
-        Self {
-            noise_rad_s: 0.005,
-            ..Sensors::EXACT.gyro
-        }
+        Self { noise_rad_s: 0.005, ..Sensors::EXACT.gyro }
     }
 }
 
 impl Default for Dvl {
     fn default() -> Self {
-        Self {
-            noise_m_s: 0.01,
-            ..Sensors::EXACT.dvl
-        }
+        Self { noise_m_s: 0.01, ..Sensors::EXACT.dvl }
     }
 }
 
 impl Default for Pressure {
     fn default() -> Self {
-        Self {
-            noise_m: 0.02,
-            ..Sensors::EXACT.pressure
-        }
+        Self { noise_m: 0.02, ..Sensors::EXACT.pressure }
     }
 }
 
 impl Default for Attitude {
     fn default() -> Self {
-        Self {
-            noise_rad: 0.005,
-            ..Sensors::EXACT.attitude
-        }
+        Self { noise_rad: 0.005, ..Sensors::EXACT.attitude }
     }
 }
 
@@ -204,17 +188,8 @@ impl Sensors {
             interval_s: 0.0,
             latency_s: 0.0,
         },
-        pressure: Pressure {
-            noise_m: 0.0,
-            bias_m: 0.0,
-            interval_s: 0.0,
-            latency_s: 0.0,
-        },
-        attitude: Attitude {
-            noise_rad: 0.0,
-            interval_s: 0.0,
-            latency_s: 0.0,
-        },
+        pressure: Pressure { noise_m: 0.0, bias_m: 0.0, interval_s: 0.0, latency_s: 0.0 },
+        attitude: Attitude { noise_rad: 0.0, interval_s: 0.0, latency_s: 0.0 },
     };
 
     /// Names the first field that is out of range.
@@ -254,10 +229,7 @@ impl Compass {
 impl Gyro {
     fn check(&self) -> Result<(), ConfigError> {
         check_not_negative("sensors.gyro.noise_rad_s", self.noise_rad_s)?;
-        check_not_negative(
-            "sensors.gyro.bias_walk_rad_s_sqrt_s",
-            self.bias_walk_rad_s_sqrt_s,
-        )?;
+        check_not_negative("sensors.gyro.bias_walk_rad_s_sqrt_s", self.bias_walk_rad_s_sqrt_s)?;
         check_not_negative("sensors.gyro.interval_s", self.interval_s)?;
         latency("sensors.gyro.latency_s", self.latency_s)?;
         check_number("sensors.gyro.bias_rad_s", self.bias_rad_s)
@@ -314,11 +286,7 @@ impl Compass {
         let magnetic_rad = heading_rad - self.declination_rad;
         let read_rad = magnetic_rad + self.deviation(magnetic_rad) + noise_rad;
         let step = self.resolution_rad;
-        Real::wrapped(if step > 0.0 {
-            (read_rad / step).round() * step
-        } else {
-            read_rad
-        })
+        Real::wrapped(if step > 0.0 { (read_rad / step).round() * step } else { read_rad })
     }
 
     /// What it reads too much at a magnetic heading, rad.
@@ -366,11 +334,7 @@ impl Timing {
 
 impl Default for Timing {
     fn default() -> Self {
-        Self {
-            sample_interval_s: 0.05,
-            jitter_s: 0.0,
-            missing_fraction: 0.0,
-        }
+        Self { sample_interval_s: 0.05, jitter_s: 0.0, missing_fraction: 0.0 }
     }
 }
 

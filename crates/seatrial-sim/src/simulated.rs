@@ -80,10 +80,7 @@ impl SimulatedConfig {
     ) -> Result<Option<YawModel<f64>>, ConfigError> {
         Ok(match self {
             Self::FirstOrder(_) => self.truth(thrust)?.map(|truth| {
-                let upset = Upset {
-                    rudder_offset_rad: offset_rad,
-                    ..Upset::default()
-                };
+                let upset = Upset { rudder_offset_rad: offset_rad, ..Upset::default() };
                 upset.apparent(truth.model)
             }),
             Self::SixDof(config) => {

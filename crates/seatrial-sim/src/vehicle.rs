@@ -42,10 +42,7 @@ impl FirstOrderVehicle {
         let plant = config.plant(config.initial_thrust);
         Ok(Self {
             helm: Helm::new(config.helm(), plant.fin_rad, seed),
-            body: FirstOrderBody {
-                plant,
-                depth_m: config.depth_m,
-            },
+            body: FirstOrderBody { plant, depth_m: config.depth_m },
             config,
         })
     }
@@ -90,12 +87,7 @@ impl Body for FirstOrderBody {
         yaw_disturbance_rad_s2: f64,
         interval_s: f64,
     ) {
-        self.plant.advance(
-            rudder_command_rad,
-            thrust,
-            yaw_disturbance_rad_s2,
-            interval_s,
-        );
+        self.plant.advance(rudder_command_rad, thrust, yaw_disturbance_rad_s2, interval_s);
     }
 
     fn suffer(&mut self, damage: &Damage) {
@@ -196,20 +188,11 @@ mod tests {
         config.disturbance.standard_deviation_rad_s2 = 0.0;
         config.heading_hold.gain = 0.0;
         // Without steering the heading drifts by C0; the noise is in the differences.
-        let heading: Vec<f64> = samples(config, 3, 4000)
-            .iter()
-            .map(|s| s.heading_rad)
-            .collect();
-        let differences: Vec<f64> = heading
-            .windows(2)
-            .map(|w| Real::wrapped(w[1] - w[0]))
-            .collect();
+        let heading: Vec<f64> = samples(config, 3, 4000).iter().map(|s| s.heading_rad).collect();
+        let differences: Vec<f64> =
+            heading.windows(2).map(|w| Real::wrapped(w[1] - w[0])).collect();
         let mean = differences.iter().sum::<f64>() / 3999.0;
-        let variance = differences
-            .iter()
-            .map(|d| (d - mean) * (d - mean))
-            .sum::<f64>()
-            / 3999.0;
+        let variance = differences.iter().map(|d| (d - mean) * (d - mean)).sum::<f64>() / 3999.0;
         // The deviation of a difference is sqrt 2 times the noise; 4000 samples know it to 1.4 %, four times that is allowed.
         assert!((variance.sqrt() / (0.02 * 2.0_f64.sqrt()) - 1.0).abs() < 0.056);
     }

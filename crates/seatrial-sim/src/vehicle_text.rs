@@ -15,13 +15,9 @@ pub(crate) fn in_file<T>(
     path: &Path,
     read: impl FnOnce(&str) -> Result<T, ConfigError>,
 ) -> Result<T, ConfigError> {
-    let text = fs::read_to_string(path).map_err(|source| ConfigError::Read {
-        path: path.to_owned(),
-        source,
-    })?;
+    let text = fs::read_to_string(path)
+        .map_err(|source| ConfigError::Read { path: path.to_owned(), source })?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    read(text).map_err(|error| ConfigError::InFile {
-        path: path.to_owned(),
-        source: Box::new(error),
-    })
+    read(text)
+        .map_err(|error| ConfigError::InFile { path: path.to_owned(), source: Box::new(error) })
 }

@@ -174,9 +174,6 @@ fn io_the_field_is_named_with_its_range() {
     ] {
         let plan: Plan<f64> = toml::from_str(text).unwrap();
         let refused = Trial::new(plan).unwrap_err().to_string();
-        assert!(
-            refused.contains(field) && refused.contains("from"),
-            "{refused}"
-        );
+        assert!(refused.contains(field) && refused.contains("from"), "{refused}");
     }
 }

@@ -71,10 +71,7 @@ fn try_all(text: &str, first_seed: u64, played: impl Fn(&str) -> bool) {
     let copies = damaged_copies(OF_EACH);
     let damaged = (0..copies).map(|copy| Damage::new(first_seed + copy).of_text(text));
     let count = damaged.filter(|text| played(text)).count() as u64;
-    assert!(
-        count > 0 && count < copies,
-        "{count} of {copies} were played"
-    );
+    assert!(count > 0 && count < copies, "{count} of {copies} were played");
 }
 
 fn paper() -> Trial<f64> {

@@ -13,12 +13,7 @@ fn first_order(seed: u64) -> FirstOrderVehicle {
 }
 
 fn at(kind: Kind, values: [f64; 2], at_s: f64, for_s: Option<f64>) -> Scenario {
-    Scenario::of(Fault {
-        kind,
-        values,
-        onset: Onset::Time(at_s),
-        for_s,
-    })
+    Scenario::of(Fault { kind, values, onset: Onset::Time(at_s), for_s })
 }
 
 /// Samples of a vehicle with its rudder held.
@@ -26,11 +21,7 @@ fn taken<V: Rehearsable>(vehicle: V, scenario: &Scenario, count: usize) -> Vec<S
     let mut vehicle = FaultyVehicle::new(vehicle, scenario, 1).unwrap();
     std::iter::from_fn(|| {
         let sample = vehicle.next_sample().ok()??;
-        let action = Action {
-            steering: Steering::Rudder(0.1),
-            thrust: Some(0.8),
-            outcome: None,
-        };
+        let action = Action { steering: Steering::Rudder(0.1), thrust: Some(0.8), outcome: None };
         vehicle.act(&action).unwrap();
         Some(sample)
     })
@@ -60,11 +51,7 @@ fn prop_without_faults_the_samples_are_the_vehicles_own() {
 fn exact_the_compass() {
     let [sound, frozen] = pair(Kind::CompassFreeze, [0.0; 2]);
     assert_eq!(frozen[..=100], sound[..=100]);
-    assert!(
-        frozen[101..=200]
-            .iter()
-            .all(|s| s.heading_rad == sound[100].heading_rad)
-    );
+    assert!(frozen[101..=200].iter().all(|s| s.heading_rad == sound[100].heading_rad));
     assert_eq!(frozen[201..], sound[201..]);
 
     let [sound, lost] = pair(Kind::CompassDropout, [0.0; 2]);
@@ -83,19 +70,17 @@ fn exact_the_compass() {
         off(&sound, &stepped, k, 0.3);
         off(&sound, &drifting, k, 0.02 * 0.05 * (k - 101) as f64);
     }
-    let spikes: Vec<usize> = (0..400)
-        .filter(|&k| sound[k].heading_rad != spiky[k].heading_rad)
-        .collect();
+    let spikes: Vec<usize> =
+        (0..400).filter(|&k| sound[k].heading_rad != spiky[k].heading_rad).collect();
     assert_eq!(spikes, [101, 121, 141, 161, 181]);
     off(&sound, &spiky, 121, 0.5);
 }
 
 #[test]
 fn exact_the_rudder_says_what_was_commanded() {
-    for (kind, values, fin_rad) in [
-        (Kind::RudderOffset, [0.05, 0.0], 0.15),
-        (Kind::RudderReversed, [0.0; 2], -0.1),
-    ] {
+    for (kind, values, fin_rad) in
+        [(Kind::RudderOffset, [0.05, 0.0], 0.15), (Kind::RudderReversed, [0.0; 2], -0.1)]
+    {
         let [sound, faulty] = pair(kind, values);
         assert_eq!(sound[150].rudder_rad, faulty[150].rudder_rad);
         // b2 at 60 % and 80 %: within 5 s the speed is 7 % short of the latter's.
@@ -112,11 +97,7 @@ fn exact_the_rudder_says_what_was_commanded() {
     let jammed = taken(vehicle, &scenario, 100);
     assert_eq!(jammed[50].rudder_rad, 0.1);
     // It ran straight with the rudder that holds it so.
-    assert!(
-        jammed
-            .iter()
-            .all(|s| s.yaw_rate_rad_s.unwrap().abs() < 0.01)
-    );
+    assert!(jammed.iter().all(|s| s.yaw_rate_rad_s.unwrap().abs() < 0.01));
 }
 
 #[test]
@@ -156,24 +137,14 @@ fn exact_the_link() {
     assert_eq!(repeats, 25);
 
     let [sound, mixed] = pair(Kind::ReorderedSamples, [4.0, 0.0]);
-    let backwards = mixed
-        .windows(2)
-        .filter(|w| w[1].time_s < w[0].time_s)
-        .count();
+    let backwards = mixed.windows(2).filter(|w| w[1].time_s < w[0].time_s).count();
     assert_eq!(backwards, 25);
     assert_eq!(mixed[250], sound[250]);
 
     let [_, gap] = pair(Kind::LinkLoss, [0.0; 2]);
-    let longest = gap
-        .windows(2)
-        .map(|w| w[1].time_s - w[0].time_s)
-        .fold(0.0, f64::max);
+    let longest = gap.windows(2).map(|w| w[1].time_s - w[0].time_s).fold(0.0, f64::max);
     assert!((longest - 5.05).abs() < 1e-9, "{longest}");
-    let cut = taken(
-        first_order(1),
-        &at(Kind::LinkLoss, [0.0; 2], 5.0, None),
-        400,
-    );
+    let cut = taken(first_order(1), &at(Kind::LinkLoss, [0.0; 2], 5.0, None), 400);
     assert_eq!(cut.len(), 101);
 
     let [_, blind] = pair(Kind::DepthLoss, [0.0; 2]);
@@ -187,11 +158,7 @@ fn exact_the_operator_keeps_the_vehicle() {
     for k in 0..300 {
         let sample = vehicle.next_sample().unwrap().unwrap();
         assert_eq!(vehicle.is_taken_over(), k > 100);
-        let action = Action {
-            steering: Steering::Rudder(0.2),
-            thrust: Some(1.0),
-            outcome: None,
-        };
+        let action = Action { steering: Steering::Rudder(0.2), thrust: Some(1.0), outcome: None };
         vehicle.act(&action).unwrap();
         assert_eq!(sample.rudder_rad == 0.2, (1..=100).contains(&k), "{k}");
     }
@@ -233,13 +200,8 @@ fn exact_six_degrees_of_freedom_lose_fins_and_drift() {
 #[test]
 fn exact_what_cannot_be_played_is_refused_by_name() {
     let scenario = at(Kind::CurrentStep, [0.3; 2], 5.0, None);
-    let message = FaultyVehicle::new(first_order(1), &scenario, 1)
-        .unwrap_err()
-        .to_string();
-    assert!(
-        message.starts_with("fault 1, current_step: this vehicle cannot play it"),
-        "{message}"
-    );
+    let message = FaultyVehicle::new(first_order(1), &scenario, 1).unwrap_err().to_string();
+    assert!(message.starts_with("fault 1, current_step: this vehicle cannot play it"), "{message}");
 }
 
 /// Every scenario of the repository plays on the vehicle that it is for; together they have every kind.
@@ -261,10 +223,7 @@ fn io_every_scenario_plays() {
             .unwrap_or_else(|| {
                 let config = starfish::config().with(conditions()).unwrap();
                 let vehicle = SixDofVehicle::new(config, 1).unwrap();
-                play(
-                    FaultyVehicle::new(vehicle, &scenario, 1).unwrap(),
-                    &scenario,
-                )
+                play(FaultyVehicle::new(vehicle, &scenario, 1).unwrap(), &scenario)
             });
         println!("{}: {outcome:?}", path.display());
     }
@@ -273,10 +232,7 @@ fn io_every_scenario_plays() {
 
 /// The outcome of a trial at three speeds, in which every fault with a time began; `None`: the link broke.
 fn play<V: Rehearsable>(mut vehicle: FaultyVehicle<V>, scenario: &Scenario) -> Option<Outcome> {
-    let plan = Plan {
-        thrusts: List::from_slice(&[0.6, 0.8, 1.0]).unwrap(),
-        ..Plan::paper()
-    };
+    let plan = Plan { thrusts: List::from_slice(&[0.6, 0.8, 1.0]).unwrap(), ..Plan::paper() };
     let mut trial = Trial::new(plan).unwrap();
     while let Ok(Some(sample)) = vehicle.next_sample() {
         let action = trial.step(&sample);

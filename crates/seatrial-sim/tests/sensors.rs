@@ -141,11 +141,7 @@ fn recover_dropouts_of_the_dvl_are_as_many_as_asked_for() {
 fn exact_the_dvl_sees_the_bottom_within_its_range() {
     let mut config = starfish::config().noise_free();
     config.helm.sensors.dvl.range_m = Some([0.5, 5.0]);
-    config.sea.bottom = Some(Bottom {
-        depth_m: 6.5,
-        slope_north: 0.0,
-        slope_east: 0.1,
-    });
+    config.sea.bottom = Some(Bottom { depth_m: 6.5, slope_north: 0.0, slope_east: 0.1 });
     // It turns on a circle of some 9 m radius over a bottom that is up to 2 m deeper at its far side.
     let taken = turning(SixDofVehicle::new(config, 1).unwrap(), 1200);
     let sees = |sample: &&Sample<f64>| sample.altitude_m.is_some();
@@ -153,10 +149,7 @@ fn exact_the_dvl_sees_the_bottom_within_its_range() {
     for sample in taken {
         let altitude_m = 6.5 + 0.1 * sample.east_m.unwrap() - sample.depth_m.unwrap();
         assert_eq!(sample.altitude_m.is_some(), altitude_m <= 5.0);
-        assert_eq!(
-            sample.altitude_m.is_some(),
-            sample.surge_speed_m_s.is_some()
-        );
+        assert_eq!(sample.altitude_m.is_some(), sample.surge_speed_m_s.is_some());
     }
     let mut bottomless = starfish::config().noise_free();
     bottomless.helm.sensors.dvl.range_m = Some([0.5, 5.0]);

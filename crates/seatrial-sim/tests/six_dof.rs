@@ -42,9 +42,8 @@ fn vehicles() -> [SixDofConfig; 2] {
 /// Tumbles for 20 s with this many steps to the usual one.
 fn tumbled(dynamics: &Dynamics, finer: u32) -> State {
     let step_s = STEP_S / f64::from(finer);
-    (0..2000 * finer).fold(tumbling(), |state, _| {
-        dynamics.step(&state, &[Inputs::default(); 3], step_s)
-    })
+    (0..2000 * finer)
+        .fold(tumbling(), |state, _| dynamics.step(&state, &[Inputs::default(); 3], step_s))
 }
 
 #[test]
@@ -57,11 +56,7 @@ fn exact_energy_is_conserved_without_friction() {
         let (usual, finer) = (change(1), change(4));
         // What there is is the error of a method of fourth order: a 256th, or less, with a quarter of the step.
         assert!(usual.abs() < 1e-5, "{}: {usual:e}", config.name);
-        assert!(
-            finer.abs() < usual.abs() / 200.0,
-            "{}: {usual:e} {finer:e}",
-            config.name
-        );
+        assert!(finer.abs() < usual.abs() / 200.0, "{}: {usual:e} {finer:e}", config.name);
     }
 }
 
@@ -90,11 +85,7 @@ fn exact_momentum_is_conserved_without_friction_and_weight() {
         let (usual, finer) = (change(1), change(4));
         // As for energy, but for rounding.
         assert!(usual < 1e-5, "{}: {usual:e}", config.name);
-        assert!(
-            finer < usual / 100.0,
-            "{}: {usual:e} {finer:e}",
-            config.name
-        );
+        assert!(finer < usual / 100.0, "{}: {usual:e} {finer:e}", config.name);
     }
 }
 
@@ -129,17 +120,10 @@ fn prop_unforced_motion_never_gains_energy() {
 fn exact_uniform_current_only_carries_the_vehicle_along() {
     for still in vehicles() {
         let mut flowing = still.clone();
-        flowing.sea.current = vec![CurrentPoint {
-            depth_m: 0.0,
-            north_m_s: 0.4,
-            east_m_s: -0.3,
-        }];
+        flowing.sea.current = vec![CurrentPoint { depth_m: 0.0, north_m_s: 0.4, east_m_s: -0.3 }];
         let current = Vector3::new(0.4, -0.3, 0.0);
         let inputs = Inputs {
-            deflections: Deflections {
-                rudder_rad: 0.2,
-                elevator_rad: 0.02,
-            },
+            deflections: Deflections { rudder_rad: 0.2, elevator_rad: 0.02 },
             shaft_rev_s: 20.0,
             yaw_disturbance_rad_s2: 0.0,
             time_s: 0.0,
@@ -192,25 +176,13 @@ fn prop_steady_turn_is_a_circle() {
             let (linear, angular) = split(&state.velocity);
             let over_ground = UnitQuaternion::new_normalize(state.attitude) * linear;
             let radius = over_ground.xy().norm() / angular.z;
-            assert!(
-                angular.z > 0.0 && radius < before,
-                "{rudder_rad}: {radius} {before}"
-            );
+            assert!(angular.z > 0.0 && radius < before, "{rudder_rad}: {radius} {before}");
             before = radius;
             // Half a turn later it is across the circle.
-            turn(
-                &mut vehicle,
-                rudder_rad,
-                core::f64::consts::PI / angular.z - STEP_S,
-            );
-            let across = (vehicle.body().state.position_m - state.position_m)
-                .xy()
-                .norm();
+            turn(&mut vehicle, rudder_rad, core::f64::consts::PI / angular.z - STEP_S);
+            let across = (vehicle.body().state.position_m - state.position_m).xy().norm();
             // Half a turn ends within a sample, 0.02 rad; heave and roll oscillate by as much.
-            assert!(
-                (across / (2.0 * radius) - 1.0).abs() < 0.02,
-                "{across} {radius}"
-            );
+            assert!((across / (2.0 * radius) - 1.0).abs() < 0.02, "{across} {radius}");
         }
     }
 }
@@ -265,15 +237,9 @@ fn recover_starfish_trials_converge_and_validate() {
     for seed in 0..11 {
         let (results, [shallowest_m, deepest_m]) = run(starfish::config(), Plan::paper(), seed);
         // 7 N of buoyancy, a fifth of what fins and hull can hold down at 60 % thrust: 2 m is held within 0.3 m.
-        assert!(
-            shallowest_m > 1.7 && deepest_m < 2.3,
-            "{seed}: {shallowest_m} {deepest_m}"
-        );
+        assert!(shallowest_m > 1.7 && deepest_m < 2.3, "{seed}: {shallowest_m} {deepest_m}");
         for (k, thrust) in [0.6, 0.7, 0.8, 0.9, 1.0].into_iter().enumerate() {
-            let result = results
-                .iter()
-                .rfind(|result| result.thrust == thrust)
-                .unwrap();
+            let result = results.iter().rfind(|result| result.thrust == thrust).unwrap();
             assert!(result.accepted && result.settled, "{seed}: {result:?}");
             converged_s[k].push(result.converged_s.unwrap());
             r2[k].push(result.validation.r2_heading.unwrap());
@@ -292,21 +258,14 @@ fn recover_starfish_trials_converge_and_validate() {
 fn recover_remus_trial_finishes_with_every_speed_accepted() {
     let (results, [shallowest_m, deepest_m]) = run(remus100::config(), Plan::paper(), 1);
     assert_eq!(results.iter().filter(|result| result.accepted).count(), 5);
-    assert!(
-        shallowest_m > 1.8 && deepest_m < 2.2,
-        "{shallowest_m} {deepest_m}"
-    );
+    assert!(shallowest_m > 1.8 && deepest_m < 2.2, "{shallowest_m} {deepest_m}");
 }
 
 /// Northward over a rising bottom: the trial ends before the vehicle is nearer to it than the plan allows.
 #[test]
 fn exact_shoal_water_aborts_the_trial() {
     let mut config = starfish::config();
-    config.sea.bottom = Some(Bottom {
-        depth_m: 8.0,
-        slope_north: -0.1,
-        slope_east: 0.0,
-    });
+    config.sea.bottom = Some(Bottom { depth_m: 8.0, slope_north: -0.1, slope_east: 0.0 });
     let mut vehicle = SixDofVehicle::new(config, 1).unwrap();
     let mut trial = Trial::new(Plan::paper()).unwrap();
     let (mut last, mut outcome): (Option<Sample<f64>>, _) = (None, None);
@@ -360,22 +319,12 @@ fn io_faults_name_the_field() {
         assert!(message.starts_with(field), "{message}");
     };
     check(|c| c.rigid_body.mass_kg = 0.0, "rigid_body.mass_kg must be");
-    check(
-        |c| c.hull.added_mass[5] = -1e3,
-        "rigid_body and hull.added_mass must be",
-    );
-    check(
-        |c| c.propeller.dead_band = 1.0,
-        "propeller.dead_band must be",
-    );
+    check(|c| c.hull.added_mass[5] = -1e3, "rigid_body and hull.added_mass must be");
+    check(|c| c.propeller.dead_band = 1.0, "propeller.dead_band must be");
     check(|c| c.helm.timing.jitter_s = 1.0, "timing.jitter_s must be");
     check(
         |c| {
-            let point = |depth_m| CurrentPoint {
-                depth_m,
-                north_m_s: 0.1,
-                east_m_s: 0.0,
-            };
+            let point = |depth_m| CurrentPoint { depth_m, north_m_s: 0.1, east_m_s: 0.0 };
             c.sea.current = vec![point(2.0), point(1.0)];
         },
         "sea.current must be",

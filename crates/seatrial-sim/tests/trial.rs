@@ -125,11 +125,7 @@ fn noisy(mut config: VehicleConfig, compass_deg: f64, disturbance_rad_s2: f64) -
 }
 
 fn at_one_speed() -> Plan<f64> {
-    Plan {
-        thrusts: List::from_slice(&[0.6]).unwrap(),
-        max_repeats: 0,
-        ..Plan::paper()
-    }
+    Plan { thrusts: List::from_slice(&[0.6]).unwrap(), max_repeats: 0, ..Plan::paper() }
 }
 
 #[test]
@@ -184,19 +180,14 @@ fn recover_an_averaged_start_is_worth_its_r2() {
         let mut samples = Vec::new();
         while trial.outcome().is_none() {
             let Ok(sample) = vehicle.next_sample();
-            let sample = Sample {
-                yaw_rate_rad_s: None,
-                ..sample.unwrap()
-            };
+            let sample = Sample { yaw_rate_rad_s: None, ..sample.unwrap() };
             let Ok(()) = vehicle.act(&trial.step(&sample));
             if trial.status().stage == Some(Stage::Validate) {
                 samples.push(sample);
             }
         }
         for (sum, lead_in_s) in sums.iter_mut().zip([0.0, 2.0]) {
-            *sum += Validation::of(truth, lead_in_s, &samples)
-                .r2_heading
-                .unwrap();
+            *sum += Validation::of(truth, lead_in_s, &samples).r2_heading.unwrap();
         }
     }
     let [first, averaged] = sums.map(|sum| sum / 100.0);
@@ -209,15 +200,8 @@ fn recover_an_averaged_start_is_worth_its_r2() {
 #[test]
 fn exact_other_manoeuvres_find_the_truth() {
     for excitation in [
-        Excitation::ThreeTwoOneOne {
-            amplitude_rad: 0.2,
-            unit_s: 0.7,
-        },
-        Excitation::Multisine {
-            amplitude_rad: 0.2,
-            period_s: 10.0,
-            tones: 5,
-        },
+        Excitation::ThreeTwoOneOne { amplitude_rad: 0.2, unit_s: 0.7 },
+        Excitation::Multisine { amplitude_rad: 0.2, period_s: 10.0, tones: 5 },
     ] {
         let mut plan = at_one_speed();
         plan.training.excitation = excitation;
@@ -227,10 +211,7 @@ fn exact_other_manoeuvres_find_the_truth() {
         let truth = YawModel::from_theta([-0.95, 0.60, 0.0072]);
         for (found, truth) in results[0].model.theta().iter().zip(truth.theta()) {
             // As for the doublet: first-order hold on yaw.
-            assert!(
-                (found / truth - 1.0).abs() < 0.01,
-                "{excitation:?} {results:?}"
-            );
+            assert!((found / truth - 1.0).abs() < 0.01, "{excitation:?} {results:?}");
         }
     }
 }
@@ -259,10 +240,7 @@ fn io_a_plan_file_changes_what_it_names() {
     assert_eq!(*plan.thrusts, [0.5, 0.75]);
     assert_eq!(plan.validation, Plan::paper().validation);
     assert_eq!(plan.envelope.area.len(), 3);
-    assert_eq!(
-        plan.envelope.roll_max_rad,
-        Plan::<f64>::paper().envelope.roll_max_rad
-    );
+    assert_eq!(plan.envelope.roll_max_rad, Plan::<f64>::paper().envelope.roll_max_rad);
     // 6 / 3 s.
     assert_eq!(plan.estimator_settings().lambda_rad_s, 2.0);
     assert!(Trial::new(plan).is_ok());
@@ -271,10 +249,7 @@ fn io_a_plan_file_changes_what_it_names() {
     assert_eq!(toml::from_str::<Plan<f64>>(&written).unwrap(), plan);
 
     let typo = toml::from_str::<Plan<f64>>("thrust = [0.5]").unwrap_err();
-    assert!(
-        typo.to_string().contains("unknown field `thrust`"),
-        "{typo}"
-    );
+    assert!(typo.to_string().contains("unknown field `thrust`"), "{typo}");
     let many = format!("thrusts = {:?}", [0.5; 17]);
     let many = toml::from_str::<Plan<f64>>(&many).unwrap_err();
     assert!(many.to_string().contains("at most 16"), "{many}");

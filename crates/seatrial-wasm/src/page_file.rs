@@ -14,11 +14,7 @@ pub struct PageFile {
 impl PageFile {
     /// A file of so many bytes, with its check sum where the page knows it.
     pub fn new(number: u32, length: f64, sha256: Option<[u8; 32]>) -> Self {
-        Self {
-            number,
-            length: length as u64,
-            sha256,
-        }
+        Self { number, length: length as u64, sha256 }
     }
 }
 

@@ -133,11 +133,7 @@ impl Request {
             Self::Inspect { log, reading } => inspected(&log, *reading, files),
             Self::Identify { log, reading } => identified(&log, *reading, files),
             Self::Track { log, reading, kml } => {
-                let format = if kml {
-                    TrackFormat::Kml
-                } else {
-                    TrackFormat::Gpx
-                };
+                let format = if kml { TrackFormat::Kml } else { TrackFormat::Gpx };
                 let text = opened(&log, *reading, files)?.track(format);
                 let text = text.ok_or_else(|| {
                     Error::Input(format!("{log}: it has no latitude and longitude"))
@@ -148,20 +144,11 @@ impl Request {
                 let found = found(&log, *reading, true, files)?;
                 Ok(json!({ "html": log_page::page(&found, Path::new(&log)) }))
             }
-            Self::Gains {
-                origin,
-                document,
-                stated,
-            } => {
+            Self::Gains { origin, document, stated } => {
                 let models = models(origin, &document, &stated)?;
                 Ok(json!(stated.limits(&models)?))
             }
-            Self::File {
-                origin,
-                document,
-                stated,
-                form,
-            } => {
+            Self::File { origin, document, stated, form } => {
                 let file = stated.file(&models(origin, &document, &stated)?, form)?;
                 let text = String::from_utf8(file.bytes).map_err(|_| {
                     Error::Setting(
@@ -192,9 +179,8 @@ fn found(
 
 fn identified(log: &str, reading: LogReading, files: &FileMap) -> Result<Value, Error> {
     let found = found(log, reading, false, files)?;
-    let validated = found
-        .identification()
-        .and_then(|model| Some((model, model.validation?.window)));
+    let validated =
+        found.identification().and_then(|model| Some((model, model.validation?.window)));
     let document = found.document();
     Ok(json!({
         "shown": document.clone().addressed_to(Reader::Dashboard),

@@ -61,11 +61,7 @@ impl Thrusters {
         let share = rudder_rad / Self::FULL_RAD;
         let force = |asked: f64| {
             let force = asked.abs().min(1.0).powf(self.exponent);
-            if asked < 0.0 {
-                -self.reverse * force
-            } else {
-                force
-            }
+            if asked < 0.0 { -self.reverse * force } else { force }
         };
         let [port, starboard] = self.strength;
         let moment = port * force(self.ahead + share) - starboard * force(self.ahead - share);
@@ -104,9 +100,7 @@ impl Hull {
         }
         x.lagging_rad += step;
         let half = 0.5 * play_rad;
-        x.rudder_rad = x
-            .rudder_rad
-            .clamp(x.lagging_rad - half, x.lagging_rad + half);
+        x.rudder_rad = x.rudder_rad.clamp(x.lagging_rad - half, x.lagging_rad + half);
         let u = 1.0 - x.speed_lost;
         let [linear, quadratic] = self.damping;
         let r = x.rate_rad_s;
@@ -144,17 +138,14 @@ impl Hull {
     fn step(&self, gain: f64, largest_rad: f64, interval_s: f64, length_s: f64) -> [f64; 2] {
         // What is left of it is trim, not the gain.
         let hull = Self {
-            offset_rad_s2: self.thrusters.map_or(0.0, |thrusters| {
-                -self.authority_per_s2 * thrusters.effect_rad(0.0)
-            }),
+            offset_rad_s2: self
+                .thrusters
+                .map_or(0.0, |thrusters| -self.authority_per_s2 * thrusters.effect_rad(0.0)),
             ..*self
         };
         let mut x = State::default();
         let (mut most, mut lowest, mut highest) = (0.0_f64, f64::INFINITY, f64::NEG_INFINITY);
-        let (parts, steps) = (
-            (interval_s / STEP_S) as usize,
-            (length_s / interval_s) as usize,
-        );
+        let (parts, steps) = ((interval_s / STEP_S) as usize, (length_s / interval_s) as usize);
         for k in 0..steps {
             let command =
                 (gain * (COURSE_CHANGE_RAD - x.heading_rad)).clamp(-largest_rad, largest_rad);
@@ -167,10 +158,7 @@ impl Hull {
                 highest = highest.max(x.heading_rad);
             }
         }
-        [
-            most / COURSE_CHANGE_RAD,
-            (highest - lowest) / COURSE_CHANGE_RAD,
-        ]
+        [most / COURSE_CHANGE_RAD, (highest - lowest) / COURSE_CHANGE_RAD]
     }
 }
 
@@ -197,10 +185,7 @@ fn plain(random: &mut Pcg64) -> (Hull, f64) {
 
 fn rov(random: &mut Pcg64) -> (Hull, f64) {
     let (mut hull, time_s) = plain(random);
-    hull.damping = [
-        between(random, 0.05, 0.3) / time_s,
-        between(random, 1.5, 6.0),
-    ];
+    hull.damping = [between(random, 0.05, 0.3) / time_s, between(random, 1.5, 6.0)];
     (hull, time_s)
 }
 
@@ -249,10 +234,7 @@ fn lagging_gear(random: &mut Pcg64) -> (Hull, f64) {
 
 fn slowing(random: &mut Pcg64) -> (Hull, f64) {
     let (mut hull, time_s) = plain(random);
-    hull.speed_loss = [
-        between(random, 0.3, 1.0),
-        between(random, 1.0, 4.0) * time_s,
-    ];
+    hull.speed_loss = [between(random, 0.3, 1.0), between(random, 1.0, 4.0) * time_s];
     (hull, time_s)
 }
 
@@ -338,14 +320,8 @@ pub fn record(hull: &Hull, time_s: f64, random: &mut Pcg64) -> (Record, [Window;
             hull.advance(&mut x, command(at_s), sea);
         }
     }
-    let window = |from_s: f64| Window {
-        from_s,
-        to_s: from_s + stage_s,
-    };
-    (
-        samples.into_iter().collect(),
-        [window(0.0), window(stage_s)],
-    )
+    let window = |from_s: f64| Window { from_s, to_s: from_s + stage_s };
+    (samples.into_iter().collect(), [window(0.0), window(stage_s)])
 }
 
 /// Steady yaw rates to starboard and to port at the manoeuvre's rudder, rad/s, each with its 95 % interval, as `seatrial turn` takes them.
@@ -379,10 +355,7 @@ struct Tally {
 }
 
 fn main() {
-    let arguments: Vec<u64> = std::env::args()
-        .skip(1)
-        .filter_map(|a| a.parse().ok())
-        .collect();
+    let arguments: Vec<u64> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
     let [seed, count] = arguments[..] else {
         eprintln!("usage: hulls SEED COUNT [with the name of one kind in HULL]");
         std::process::exit(2);
@@ -399,11 +372,7 @@ fn main() {
             tally.add(&hull, time_s, &mut random);
         }
         tally.errors.sort_by(f64::total_cmp);
-        let median = tally
-            .errors
-            .get(tally.errors.len() / 2)
-            .copied()
-            .unwrap_or(f64::NAN);
+        let median = tally.errors.get(tally.errors.len() / 2).copied().unwrap_or(f64::NAN);
         println!(
             "{name}: {}, {} of {}, {}, {} of {}; {:.1} %  {:?}",
             tally.accepted,
@@ -421,10 +390,7 @@ fn main() {
 impl Tally {
     fn add(&mut self, hull: &Hull, time_s: f64, random: &mut Pcg64) {
         let (record, [training, window]) = record(hull, time_s, random);
-        let data = ValidationData {
-            record: &record,
-            window,
-        };
+        let data = ValidationData { record: &record, window };
         let Ok(found) = identify(&record, training, Some(data), &IdentifySettings::default())
         else {
             *self.said.entry("error".into()).or_default() += 1;
@@ -435,41 +401,25 @@ impl Tally {
         let is_accepted = found.verdict.accepted;
         for reason in &found.verdict.reasons {
             let mark = if is_accepted { "" } else { "!" };
-            *self
-                .said
-                .entry(format!("{mark}{}", reason.kind()))
-                .or_default() += 1;
+            *self.said.entry(format!("{mark}{}", reason.kind())).or_default() += 1;
         }
         let gain =
             GainAllowance::of(&found).design(&found.model(), core::f64::consts::FRAC_1_SQRT_2);
         let [over, swing] = gain.as_ref().map_or([0.0; 2], |gain| {
-            hull.step(
-                gain.proportional_gain,
-                AMPLITUDE_RAD,
-                INTERVAL_S,
-                60.0 * time_s,
-            )
+            hull.step(gain.proportional_gain, AMPLITUDE_RAD, INTERVAL_S, 60.0 * time_s)
         });
         let steady = steady_95(&found);
         if verbose {
             println!(
                 "R2 {:.3?} beyond {:.3?} {} {:?} {:?} truth {truth:.4?} found {steady:.4?} over {over:.2} of {:.2?} swing {swing:.2} {:?}",
                 found.validation.and_then(|v| v.r2_heading_offset_refit),
-                found
-                    .higher_order
-                    .as_ref()
-                    .and_then(|h| h.validation?.r2_heading_offset_refit),
+                found.higher_order.as_ref().and_then(|h| h.validation?.r2_heading_offset_refit),
                 if is_accepted { "use" } else { "no" },
                 found.model().theta().map(|x| (1e3 * x).round() / 1e3),
                 found.higher_order.as_ref().map(|h| h.structure),
                 CourseChange::of(&found, Some(AMPLITUDE_RAD))
                     .map(|promise| promise.overshoot_95_rad.map(|rad| rad / COURSE_CHANGE_RAD)),
-                found
-                    .verdict
-                    .reasons
-                    .iter()
-                    .map(|r| r.kind().to_string())
-                    .collect::<Vec<_>>()
+                found.verdict.reasons.iter().map(|r| r.kind().to_string()).collect::<Vec<_>>()
             );
         }
         if !is_accepted {

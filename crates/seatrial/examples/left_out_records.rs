@@ -14,16 +14,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let logs: Vec<String> = std::env::args().skip(1).collect();
     for pair in logs.chunks_exact(2) {
         let [training, held_out] = [read(&pair[0])?, read(&pair[1])?];
-        let data = ValidationData {
-            record: &held_out,
-            window: Window::ALL,
-        };
-        let found = identify(
-            &training,
-            Window::ALL,
-            Some(data),
-            &IdentifySettings::default(),
-        )?;
+        let data = ValidationData { record: &held_out, window: Window::ALL };
+        let found = identify(&training, Window::ALL, Some(data), &IdentifySettings::default())?;
         let higher = found.higher_order.as_ref();
         let gain =
             GainAllowance::of(&found).design(&found.model(), core::f64::consts::FRAC_1_SQRT_2);
@@ -57,9 +49,5 @@ fn read(path: &str) -> Result<Record, Box<dyn Error>> {
 fn scores(validation: Option<&Validation>) -> String {
     let text = |r2: Option<f64>| r2.map_or("-".into(), |r2| format!("{r2:.3}"));
     let of = |read: fn(&Validation) -> Option<f64>| text(validation.and_then(read));
-    format!(
-        "{} {}",
-        of(|v| v.r2_heading_offset_refit),
-        of(|v| v.r2_yaw_rate)
-    )
+    format!("{} {}", of(|v| v.r2_heading_offset_refit), of(|v| v.r2_yaw_rate))
 }

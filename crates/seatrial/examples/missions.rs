@@ -109,10 +109,7 @@ impl Boat {
         let peak = TAU / between(3.0, 8.0);
         let shapes = (0..15).map(|i| {
             let frequency = peak * (0.6 + 0.1 * f64::from(i));
-            (
-                frequency,
-                (-((frequency - peak) / (0.25 * peak)).powi(2)).exp().sqrt(),
-            )
+            (frequency, (-((frequency - peak) / (0.25 * peak)).powi(2)).exp().sqrt())
         });
         let shapes: Vec<(f64, f64)> = shapes.collect();
         let total = (shapes.iter().map(|(_, a)| 0.5 * a * a).sum::<f64>()).sqrt();
@@ -132,10 +129,7 @@ impl Boat {
             has_gyro: between(0.0, 1.0) < 0.7,
             sea_rad_s2: 0.03 * b2_per_s2 * sea,
             wave_rad_s2: 0.05 * b2_per_s2 * wave,
-            waves: shapes
-                .iter()
-                .map(|(w, a)| [*w, a / total, between(0.0, TAU)])
-                .collect(),
+            waves: shapes.iter().map(|(w, a)| [*w, a / total, between(0.0, TAU)]).collect(),
             gains: [
                 gain,
                 ((1.6 * natural - 1.0 / time_constant_s) / b2_per_s2).max(0.0),
@@ -171,11 +165,7 @@ impl Boat {
 
     /// One step under a command of the gear.
     fn step(&self, x: &mut Motion, command_rad: f64, disturbed_rad_s2: f64) {
-        let share = if self.lag_s > 0.0 {
-            1.0 - (-STEP_S / self.lag_s).exp()
-        } else {
-            1.0
-        };
+        let share = if self.lag_s > 0.0 { 1.0 - (-STEP_S / self.lag_s).exp() } else { 1.0 };
         let mut moved_rad = share * (command_rad - x.lagging_rad);
         if self.hull.slew_rad_s > 0.0 {
             let most_rad = self.hull.slew_rad_s * STEP_S;
@@ -183,9 +173,7 @@ impl Boat {
         }
         x.lagging_rad += moved_rad;
         let half = 0.5 * self.hull.play_rad;
-        x.acting_rad = x
-            .acting_rad
-            .clamp(x.lagging_rad - half, x.lagging_rad + half);
+        x.acting_rad = x.acting_rad.clamp(x.lagging_rad - half, x.lagging_rad + half);
         let [coupling, sway_s] = self.hull.sway;
         let rate = x.rate_rad_s;
         let turning = self.a22_per_s * rate - self.hull.quadratic_per_rad * rate * rate.abs()
@@ -201,10 +189,7 @@ impl Boat {
 
     /// In calm water without trim.
     fn calm(&self) -> Self {
-        Self {
-            offset_rad: 0.0,
-            ..self.clone()
-        }
+        Self { offset_rad: 0.0, ..self.clone() }
     }
 
     /// Steady yaw rate at a rudder angle, rad/s.
@@ -319,10 +304,7 @@ fn watch(boat: &Boat, seed: u64, share: f64) -> Result<Option<WatchReport>, Heal
     };
     let settings = HealthSettings::new(0.05, 0.05, false)?;
     let mut watch = Watch::new(Reference::new(vec![reference])?, settings)?;
-    let now = Boat {
-        b2_per_s2: share * boat.b2_per_s2,
-        ..boat.clone()
-    };
+    let now = Boat { b2_per_s2: share * boat.b2_per_s2, ..boat.clone() };
     for mission in 1..=10 {
         watch.read(&mission.to_string(), &now.sail(&mut rng));
     }
@@ -356,13 +338,7 @@ fn watched(seed: u64, count: u64) -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-const HULLS: [&str; 5] = [
-    "quadratic damping",
-    "stable sway",
-    "play",
-    "slow gear",
-    "unstable sway",
-];
+const HULLS: [&str; 5] = ["quadratic damping", "stable sway", "play", "slow gear", "unstable sway"];
 
 #[derive(Default)]
 struct OfHulls {
@@ -388,15 +364,12 @@ fn of_hulls(seed: u64, count: u64) {
         row.missions += 1;
         let found = identify(&record, Window::ALL, None, &IdentifySettings::default());
         let Ok(found) = found else { continue };
-        let gain = GainAllowance::of(&found)
-            .design(&found.model(), core::f64::consts::FRAC_1_SQRT_2)
-            .ok();
+        let gain =
+            GainAllowance::of(&found).design(&found.model(), core::f64::consts::FRAC_1_SQRT_2).ok();
         let amplitude_rad = amplitude_rad(&record);
         let truth = boat.steady_rad_s(amplitude_rad);
         let told = steady_95(&found, amplitude_rad);
-        let step = gain
-            .as_ref()
-            .map(|gain| boat.course_change(gain.proportional_gain));
+        let step = gain.as_ref().map(|gain| boat.course_change(gain.proportional_gain));
         if std::env::var("VERBOSE").is_ok() {
             println!(
                 "{seed} {} {} {} {:.3?} b2 {:.3}: {:.3?} turn {truth:.4} {told:.4?} step {step:.2?} {:?}",
@@ -406,12 +379,7 @@ fn of_hulls(seed: u64, count: u64) {
                 found.model().theta(),
                 boat.b2_per_s2,
                 found.method(),
-                found
-                    .verdict
-                    .reasons
-                    .iter()
-                    .map(|r| r.kind().to_string())
-                    .collect::<Vec<_>>()
+                found.verdict.reasons.iter().map(|r| r.kind().to_string()).collect::<Vec<_>>()
             );
         }
         if !found.verdict.accepted {
@@ -452,16 +420,11 @@ fn steady_95(found: &Identification, rudder_rad: f64) -> Option<[f64; 2]> {
         let log_gain = turn.log_gain_at(rudder_rad);
         (model, covariance) = with_steady_gain(&model, &covariance, log_gain)?;
     }
-    interval_95(&model, &covariance, |model| {
-        Some(-model.b2_per_s2 / model.a22_per_s * rudder_rad)
-    })
+    interval_95(&model, &covariance, |model| Some(-model.b2_per_s2 / model.a22_per_s * rudder_rad))
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut numbers = std::env::args()
-        .skip(1)
-        .take(2)
-        .map(|text| text.parse::<u64>());
+    let mut numbers = std::env::args().skip(1).take(2).map(|text| text.parse::<u64>());
     let seed = numbers.next().unwrap_or(Ok(0))?;
     let count = numbers.next().unwrap_or(Ok(60))?;
     match std::env::args().nth(3).as_deref() {
@@ -498,11 +461,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 boat.lag_s,
                 found.method(),
                 found.verdict.accepted,
-                found
-                    .verdict
-                    .reasons
-                    .first()
-                    .map(|r| r.measured().to_string())
+                found.verdict.reasons.first().map(|r| r.measured().to_string())
             );
         }
         if !found.verdict.accepted {
@@ -512,8 +471,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         row.hold_both += u32::from(widths.iter().all(|w| w.abs() <= 1.0));
         row.beyond_two += u32::from(widths.iter().any(|w| w.abs() > 2.0));
         let model = [refined.model.a22_per_s, refined.model.b2_per_s2];
-        row.errors
-            .push([0, 1].map(|i| (model[i] / truth[i] - 1.0).abs()));
+        row.errors.push([0, 1].map(|i| (model[i] / truth[i] - 1.0).abs()));
     }
     println!(
         "| kind | missions | accepted | hold both | beyond two half widths | median error of a22, b2 |\n|---|---|---|---|---|---|"
@@ -521,9 +479,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for (kind, mut row) in rows {
         let median = |row: &mut Row, i: usize| {
             row.errors.sort_by(|a, b| a[i].total_cmp(&b[i]));
-            row.errors
-                .get(row.errors.len() / 2)
-                .map_or(f64::NAN, |e| 100.0 * e[i])
+            row.errors.get(row.errors.len() / 2).map_or(f64::NAN, |e| 100.0 * e[i])
         };
         let medians = [0, 1].map(|i| median(&mut row, i));
         println!(

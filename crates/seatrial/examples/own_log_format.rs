@@ -22,17 +22,9 @@ fn main() {
 /// Reads the log and identifies it.
 pub fn run() -> Result<Identification, Box<dyn Error>> {
     let record = read(&a_log())?;
-    let validation = ValidationData {
-        record: &record,
-        window: Window {
-            from_s: 16.5,
-            to_s: 33.0,
-        },
-    };
-    let training = Window {
-        from_s: 0.0,
-        to_s: 16.5,
-    };
+    let validation =
+        ValidationData { record: &record, window: Window { from_s: 16.5, to_s: 33.0 } };
+    let training = Window { from_s: 0.0, to_s: 16.5 };
     let settings = IdentifySettings::default();
     Ok(identify(&record, training, Some(validation), &settings)?)
 }

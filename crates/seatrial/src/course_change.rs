@@ -73,10 +73,7 @@ impl CourseChange {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn of(found: &Identification, rudder_limit: Option<f64>) -> Option<Self> {
-        let refined = found
-            .refined
-            .as_ref()
-            .filter(|_| found.restoring.is_none())?;
+        let refined = found.refined.as_ref().filter(|_| found.restoring.is_none())?;
         let allowance = GainAllowance::of(found);
         let test = Test {
             gain: allowance.design(&refined.model, DAMPING_RATIO).ok()?,
@@ -132,8 +129,7 @@ impl CourseChange {
     /// ```
     pub fn of_all(changes: impl IntoIterator<Item = Self>) -> Option<Self> {
         let ends = changes.into_iter().map(|change| change.overshoot_95_rad);
-        ends.reduce(|[low, high], [least, most]| [low.min(least), high.max(most)])
-            .map(Self::with)
+        ends.reduce(|[low, high], [least, most]| [low.min(least), high.max(most)]).map(Self::with)
     }
 
     /// Whole degrees around the interval, `2 to 4`.
@@ -202,10 +198,7 @@ impl Test {
         // What the feed-forward leaves of the offset turns the old course a little.
         let steady_rad = push(self.gain.feed_forward_rudder_rad)
             / (self.gain.proportional_gain * boat.b2_per_s2);
-        let mut state = YawState {
-            heading_rad: steady_rad,
-            yaw_rate_rad_s: 0.0,
-        };
+        let mut state = YawState { heading_rad: steady_rad, yaw_rate_rad_s: 0.0 };
         let wanted_rad = side * COURSE_CHANGE_RAD;
         let mut asked = vec![rudder(0.0, steady_rad); whole as usize + 2];
         let mut most = 0.0_f64;
@@ -236,12 +229,7 @@ struct Boats {
 impl Boats {
     fn overshoot_95_rad(&self, test: &Test) -> Option<[f64; 2]> {
         let interval_s = test.timing.sample_interval_s.unwrap_or(0.0);
-        let boats = drawn(
-            &self.model,
-            &self.covariance,
-            self.least_damped_per_s,
-            DRAWS,
-        )?;
+        let boats = drawn(&self.model, &self.covariance, self.least_damped_per_s, DRAWS)?;
         let mut draw = Draw::new(2);
         let mut overshoots = Vec::with_capacity(DRAWS);
         for (k, boat) in boats.iter().enumerate() {
@@ -261,10 +249,7 @@ mod tests {
     use super::*;
 
     fn test(model: &YawModel<f64>, timing: LoopTiming<f64>) -> Test {
-        let allowance = GainAllowance {
-            damping_per_s: 0.0,
-            timing,
-        };
+        let allowance = GainAllowance { damping_per_s: 0.0, timing };
         Test {
             gain: allowance.design(model, DAMPING_RATIO).unwrap(),
             timing,
@@ -281,16 +266,9 @@ mod tests {
         for side in [1.0, -1.0] {
             let found = test.overshoot_rad(&model, 0.0, side);
             // A hold of 0.005 time constants is a delay of half of it: some 0.2 % of the step in 4.3 %.
-            assert!(
-                (found / closed_form - 1.0).abs() < 0.05,
-                "{found} {closed_form}"
-            );
+            assert!((found / closed_form - 1.0).abs() < 0.05, "{found} {closed_form}");
         }
-        let boats = Boats {
-            model,
-            covariance: [[0.0; 3]; 3],
-            least_damped_per_s: model.a22_per_s,
-        };
+        let boats = Boats { model, covariance: [[0.0; 3]; 3], least_damped_per_s: model.a22_per_s };
         let [low, high] = boats.overshoot_95_rad(&test).unwrap();
         assert!(high - low < 1e-9, "{low} {high}");
     }
@@ -304,24 +282,15 @@ mod tests {
         let beside_rad = 0.02 / (test.gain.proportional_gain * 1.08);
         let [plain, beyond] = [model, offset].map(|boat| test.overshoot_rad(&boat, 0.0, 1.0));
         // The loop is linear; rounding of some thousand steps.
-        assert!(
-            (beyond - plain - beside_rad).abs() < 1e-9,
-            "{plain} {beyond}"
-        );
+        assert!((beyond - plain - beside_rad).abs() < 1e-9, "{plain} {beyond}");
     }
 
     #[test]
     fn exact_a_limited_rudder_overshoots_less_and_a_later_one_more() {
         let model = YawModel::from_theta([-1.07, 1.08, 0.012]);
-        let timing = LoopTiming {
-            delay_s: 0.1,
-            sample_interval_s: Some(0.05),
-        };
+        let timing = LoopTiming { delay_s: 0.1, sample_interval_s: Some(0.05) };
         let free = test(&model, timing);
-        let limited = Test {
-            rudder_limit: 0.2,
-            ..test(&model, timing)
-        };
+        let limited = Test { rudder_limit: 0.2, ..test(&model, timing) };
         let overshoot = free.overshoot_rad(&model, 0.0, 1.0);
         assert!(limited.overshoot_rad(&model, 0.0, 1.0) < overshoot);
         assert!(free.overshoot_rad(&model, 0.1, 1.0) > overshoot);

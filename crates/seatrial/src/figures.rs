@@ -86,11 +86,7 @@ pub fn decimals_of([low, high]: [f64; 2]) -> usize {
     let of_width = 1.0 - libm::log10((0.5 * (high - low)).abs()).floor();
     let most = MOST_FIGURES - 1.0 - libm::log10(low.abs().max(high.abs())).floor();
     let decimals = of_width.min(most);
-    if decimals.is_finite() {
-        decimals.clamp(0.0, 9.0) as usize
-    } else {
-        3
-    }
+    if decimals.is_finite() { decimals.clamp(0.0, 9.0) as usize } else { 3 }
 }
 
 /// A value with so many decimals, without a minus sign before zero.
@@ -165,10 +161,7 @@ mod tests {
         assert_eq!(bounds_text([-0.9712, -0.8783]), "-0.971 to -0.878");
         assert_eq!(within(-0.9081, Some([-0.9712, -0.8783])), "-0.908");
         assert_eq!(bounds_text([0.00412, 0.01338]), "0.0041 to 0.0134");
-        assert_eq!(
-            bounds_text([1_234.567_89, 1_234.567_95]),
-            "1234.57 to 1234.57"
-        );
+        assert_eq!(bounds_text([1_234.567_89, 1_234.567_95]), "1234.57 to 1234.57");
         assert_eq!(bounds_text([-0.001, 0.2]), "0.00 to 0.20");
         assert_eq!(within(1.0, Some([1.0, 1.0])), "1.00000");
         assert_eq!(within(0.012_345, None), "0.0123");

@@ -134,10 +134,7 @@ impl GainAllowance {
     }
 
     fn least_damped(&self, model: &YawModel<f64>) -> YawModel<f64> {
-        YawModel {
-            a22_per_s: model.a22_per_s + self.damping_per_s,
-            ..*model
-        }
+        YawModel { a22_per_s: model.a22_per_s + self.damping_per_s, ..*model }
     }
 }
 
@@ -153,10 +150,7 @@ impl GainAllowance {
 /// assert_eq!(timing.sample_interval_s, Some(0.1));
 /// ```
 pub fn sampled(interval_s: f64, rudder_lag_s: f64) -> LoopTiming<f64> {
-    LoopTiming {
-        delay_s: interval_s + rudder_lag_s,
-        sample_interval_s: Some(interval_s),
-    }
+    LoopTiming { delay_s: interval_s + rudder_lag_s, sample_interval_s: Some(interval_s) }
 }
 
 /// The least damped models of a schedule and the longest that its loops wait, for a
@@ -263,10 +257,7 @@ mod tests {
                 let closed = HeadingLoop::new(&vehicle, gain.proportional_gain).unwrap();
                 let margins = closed.margins(timing).unwrap();
                 let phase = margins.phase_margin_rad.unwrap();
-                assert!(
-                    margins.gain_margin.unwrap() >= 2.0,
-                    "{vehicle:?} {timing:?}"
-                );
+                assert!(margins.gain_margin.unwrap() >= 2.0, "{vehicle:?} {timing:?}");
                 assert!(phase.to_degrees() >= 25.0, "{vehicle:?} {timing:?}");
             }
         }
@@ -294,16 +285,10 @@ mod tests {
         let paper = 1.07 * 1.07 / (2.0 * 1.08);
         // Rounding of the bisection.
         assert!((gain(none).proportional_gain / paper - 1.0).abs() < 1e-14);
-        let damping = GainAllowance {
-            damping_per_s: 0.07,
-            ..none
-        };
+        let damping = GainAllowance { damping_per_s: 0.07, ..none };
         assert!((gain(damping).proportional_gain / (1.0 / 2.16) - 1.0).abs() < 1e-14);
         let delay = GainAllowance {
-            timing: LoopTiming {
-                delay_s: 0.1,
-                sample_interval_s: Some(0.05),
-            },
+            timing: LoopTiming { delay_s: 0.1, sample_interval_s: Some(0.05) },
             ..none
         };
         assert!(gain(delay).proportional_gain < 0.95 * paper);
@@ -314,10 +299,7 @@ mod tests {
     fn exact_the_longest_of_each_counts() {
         let of = |delay_s, sample_interval_s| GainAllowance {
             damping_per_s: 0.0,
-            timing: LoopTiming {
-                delay_s,
-                sample_interval_s,
-            },
+            timing: LoopTiming { delay_s, sample_interval_s },
         };
         assert_eq!(
             longest([of(0.2, None), of(0.1, Some(0.05)), of(0.0, Some(0.02))]),

@@ -72,21 +72,13 @@ pub fn split_by_legs(samples: &[Sample<f64>]) -> Option<LegSplit> {
     let boundary = (1..legs.len())
         .filter(|at| are_of_both_sides(&legs[..*at]) && are_of_both_sides(&legs[*at..]))
         .min_by(|a, b| {
-            (leg_starts_s[*a] - wanted_s)
-                .abs()
-                .total_cmp(&(leg_starts_s[*b] - wanted_s).abs())
+            (leg_starts_s[*a] - wanted_s).abs().total_cmp(&(leg_starts_s[*b] - wanted_s).abs())
         })?;
     let legs = legs.len();
     let boundary_s = leg_starts_s[boundary];
     Some(LegSplit {
-        training: Window {
-            from_s,
-            to_s: boundary_s,
-        },
-        validation: Window {
-            from_s: boundary_s,
-            to_s: f64::INFINITY,
-        },
+        training: Window { from_s, to_s: boundary_s },
+        validation: Window { from_s: boundary_s, to_s: f64::INFINITY },
         training_legs: boundary,
         validation_legs: legs - boundary,
     })
@@ -101,11 +93,7 @@ mod tests {
         (0..legs * 100)
             .map(|k| {
                 let side = if (k / 100) % 2 == 0 { 1.0 } else { -1.0 };
-                Sample {
-                    time_s: 0.1 * k as f64,
-                    rudder_rad: 0.2 * side,
-                    ..Sample::default()
-                }
+                Sample { time_s: 0.1 * k as f64, rudder_rad: 0.2 * side, ..Sample::default() }
             })
             .collect()
     }

@@ -78,11 +78,7 @@ impl Manoeuvre {
     /// # Ok::<(), &str>(())
     /// ```
     pub fn find(samples: &[Sample<f64>]) -> Option<Self> {
-        let usable = || {
-            samples
-                .iter()
-                .filter(|s| s.rudder_rad.is_finite() && s.time_s.is_finite())
-        };
+        let usable = || samples.iter().filter(|s| s.rudder_rad.is_finite() && s.time_s.is_finite());
         let (middle_rad, amplitude_rad) = middle_and_amplitude(usable().map(|s| s.rudder_rad))?;
         let mut strokes: Vec<Stroke> = Vec::new();
         let mut deflected: Option<bool> = None;
@@ -95,10 +91,7 @@ impl Manoeuvre {
             if let Some(positive) = side.filter(|_| side != deflected) {
                 strokes.push(Stroke {
                     positive,
-                    window: Window {
-                        from_s: sample.time_s,
-                        to_s: sample.time_s,
-                    },
+                    window: Window { from_s: sample.time_s, to_s: sample.time_s },
                 });
             }
             deflected = side;
@@ -110,17 +103,9 @@ impl Manoeuvre {
         let first = strokes.first()?;
         let is_deflected_at_the_start =
             usable().next().map(|s| s.time_s) == Some(first.window.from_s);
-        let starts_s = if is_deflected_at_the_start {
-            first.window.to_s
-        } else {
-            first.window.from_s
-        };
-        Some(Self {
-            middle_rad,
-            amplitude_rad,
-            starts_s,
-            strokes,
-        })
+        let starts_s =
+            if is_deflected_at_the_start { first.window.to_s } else { first.window.from_s };
+        Some(Self { middle_rad, amplitude_rad, starts_s, strokes })
     }
 
     /// When the rudder came back from its first stroke to the other side: the end of a doublet, or of
@@ -159,10 +144,7 @@ impl Manoeuvre {
             let inside = window.of(samples).iter().map(|s| s.rudder_rad);
             inside.filter(|r| r.is_finite())
         };
-        let before = Window {
-            from_s: f64::NEG_INFINITY,
-            to_s: self.starts_s,
-        };
+        let before = Window { from_s: f64::NEG_INFINITY, to_s: self.starts_s };
         let rest_rad = median(within(before).collect())?;
         let strokes = |positive: bool| self.strokes.iter().filter(move |s| s.positive == positive);
         let usual = |positive: bool| {
@@ -172,9 +154,7 @@ impl Manoeuvre {
         let usual_rad: [f64; 2] = [usual(true)?, usual(false)?];
         let furthest = |positive: bool, middle_rad: f64| {
             let angles = strokes(positive).filter_map(|s| median(within(s.window).collect()));
-            angles
-                .map(|angle| (angle - middle_rad).abs())
-                .fold(0.0, f64::max)
+            angles.map(|angle| (angle - middle_rad).abs()).fold(0.0, f64::max)
         };
         let from = |middle_rad: f64| {
             let [positive, negative] = usual_rad.map(|angle_rad| (angle_rad - middle_rad).abs());
@@ -253,10 +233,7 @@ fn middle_and_amplitude(rudder_rad: impl Iterator<Item = f64> + Clone) -> Option
     }
     let middle = low + 0.5 * (below + above);
     let moment = |power: i32| -> f64 {
-        rudder_rad
-            .clone()
-            .map(|rudder| (rudder - middle).abs().powi(power))
-            .sum()
+        rudder_rad.clone().map(|rudder| (rudder - middle).abs().powi(power)).sum()
     };
     let amplitude = moment(3) / moment(2);
     amplitude.is_finite().then_some((middle, amplitude))
@@ -269,11 +246,7 @@ mod tests {
     fn samples(rudder: impl Fn(f64) -> f64) -> Vec<Sample<f64>> {
         (0..330)
             .map(|k| f64::from(k) * 0.05)
-            .map(|time_s| Sample {
-                time_s,
-                rudder_rad: rudder(time_s),
-                ..Sample::default()
-            })
+            .map(|time_s| Sample { time_s, rudder_rad: rudder(time_s), ..Sample::default() })
             .collect()
     }
 
@@ -301,17 +274,10 @@ mod tests {
         // Rounding.
         assert!((positive - 0.26).abs() < 1e-12 && (negative - 0.26).abs() < 1e-12);
         let stopping = |t: f64| {
-            if t < 5.999 {
-                doublet(t).max(-0.15)
-            } else {
-                0.0
-            }
+            if t < 5.999 { doublet(t).max(-0.15) } else { 0.0 }
         };
         let stopped = samples(stopping);
-        assert_eq!(
-            Manoeuvre::find(&stopped).unwrap().sides_rad(&stopped),
-            Some([0.26, 0.15])
-        );
+        assert_eq!(Manoeuvre::find(&stopped).unwrap().sides_rad(&stopped), Some([0.26, 0.15]));
         // A side that some strokes reach less far to, and one as far as the other side's, does not stop.
         let further = |t: f64| match t {
             t if t < 8.0 => stopping(t),
@@ -319,10 +285,7 @@ mod tests {
             _ => 0.0,
         };
         let further = samples(further);
-        assert_eq!(
-            Manoeuvre::find(&further).unwrap().sides_rad(&further),
-            Some([0.26, 0.26])
-        );
+        assert_eq!(Manoeuvre::find(&further).unwrap().sides_rad(&further), Some([0.26, 0.26]));
     }
 
     /// The controller takes over with more rudder than the doublet had, and passes compass noise on.
@@ -345,11 +308,7 @@ mod tests {
     #[test]
     fn exact_zig_zag_is_found() {
         let zig_zag = |t: f64| {
-            if (t / 3.0).floor() % 2.0 == 0.0 {
-                0.2
-            } else {
-                -0.2
-            }
+            if (t / 3.0).floor() % 2.0 == 0.0 { 0.2 } else { -0.2 }
         };
         let found = Manoeuvre::find(&samples(zig_zag)).unwrap();
         assert_eq!(found.strokes.len(), 6);

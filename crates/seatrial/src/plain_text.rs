@@ -125,10 +125,7 @@ mod tests {
 
     #[test]
     fn exact_no_command_reaches_a_terminal() {
-        assert_eq!(
-            plain("\u{1b}[2J\u{9b}31m\u{7}"),
-            "\\u{1b}[2J\\u{9b}31m\\u{7}"
-        );
+        assert_eq!(plain("\u{1b}[2J\u{9b}31m\u{7}"), "\\u{1b}[2J\\u{9b}31m\\u{7}");
         assert_eq!(plain("a\r\nb\rc\td\n"), "a\nb\\u{d}c\td\n");
         assert_eq!(plain("\u{202e}evil"), "\\u{202e}evil");
         assert!(matches!(plain("20 °, −1 µs, 船"), Cow::Borrowed(_)));

@@ -53,9 +53,7 @@ pub fn interval_95(
         .map(|(i, j)| gradient[i] * covariance[i][j] * gradient[j])
         .sum();
     let half_width = NORMAL_95 * variance.sqrt();
-    half_width
-        .is_finite()
-        .then_some([centre - half_width, centre + half_width])
+    half_width.is_finite().then_some([centre - half_width, centre + half_width])
 }
 
 /// The covariance that independent 95 % intervals of a22, b2 and C0 stand for: correlations unknown.

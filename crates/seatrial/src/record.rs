@@ -18,10 +18,7 @@ pub struct Window {
 
 impl Window {
     /// Every instant.
-    pub const ALL: Self = Self {
-        from_s: f64::NEG_INFINITY,
-        to_s: f64::INFINITY,
-    };
+    pub const ALL: Self = Self { from_s: f64::NEG_INFINITY, to_s: f64::INFINITY };
 
     /// Is this instant inside?
     ///
@@ -58,11 +55,7 @@ impl Window {
             return self;
         };
         Self {
-            from_s: if self.from_s.is_finite() {
-                self.from_s
-            } else {
-                first.time_s
-            },
+            from_s: if self.from_s.is_finite() { self.from_s } else { first.time_s },
             to_s: if self.to_s.is_finite() {
                 self.to_s
             } else {
@@ -174,10 +167,10 @@ impl Record {
         for record in &records[1..] {
             let begins_s = parts.last().map_or(0.0, |part| part.to_s) + apart_s;
             let first_s = record.samples.first().map_or(0.0, |first| first.time_s);
-            let shifted = record.samples.iter().map(|sample| Sample {
-                time_s: sample.time_s - first_s + begins_s,
-                ..*sample
-            });
+            let shifted = record
+                .samples
+                .iter()
+                .map(|sample| Sample { time_s: sample.time_s - first_s + begins_s, ..*sample });
             let shifted: Vec<Sample<f64>> = shifted.collect();
             parts.push(Window::ALL.known_part(&shifted));
             joined.samples.extend(shifted);
@@ -219,10 +212,8 @@ pub(crate) fn even_interval_s(times_s: &[f64], off_the_grid: f64) -> Option<f64>
 /// assert_eq!(median_interval_s(&samples[..1]), None);
 /// ```
 pub fn median_interval_s(samples: &[Sample<f64>]) -> Option<f64> {
-    let intervals = samples
-        .windows(2)
-        .map(|pair| pair[1].time_s - pair[0].time_s)
-        .filter(|h| h.is_finite());
+    let intervals =
+        samples.windows(2).map(|pair| pair[1].time_s - pair[0].time_s).filter(|h| h.is_finite());
     median(intervals.collect())
 }
 
@@ -243,12 +234,8 @@ pub(crate) fn between_gaps(samples: &[Sample<f64>]) -> impl Iterator<Item = &[Sa
 /// How long a log is, s, without what lies between logs that were joined: gaps longer than all that was recorded.
 pub(crate) fn logged_s(samples: &[Sample<f64>]) -> f64 {
     let recorded_s: f64 = between_gaps(samples).map(duration_s).sum();
-    let intervals = samples
-        .windows(2)
-        .map(|pair| pair[1].time_s - pair[0].time_s);
-    intervals
-        .filter(|interval_s| *interval_s < recorded_s)
-        .sum()
+    let intervals = samples.windows(2).map(|pair| pair[1].time_s - pair[0].time_s);
+    intervals.filter(|interval_s| *interval_s < recorded_s).sum()
 }
 
 /// The upper one of two in the middle. `None` without numbers.
@@ -263,9 +250,7 @@ pub(crate) fn median(mut numbers: Vec<f64>) -> Option<f64> {
 
 /// By how much the heading turns over each interval, rad, by at most half a turn.
 pub(crate) fn turns_rad(samples: &[Sample<f64>]) -> impl Iterator<Item = f64> {
-    samples
-        .windows(2)
-        .map(|pair| turned_rad(&pair[0], &pair[1]))
+    samples.windows(2).map(|pair| turned_rad(&pair[0], &pair[1]))
 }
 
 /// By how much the heading turns from one sample to another, rad.

@@ -23,9 +23,7 @@ impl RecordSeries {
 
     /// Takes other headings, unwrapped, than those of the samples.
     pub fn from_headings(samples: &[Sample<f64>], heading_rad: Vec<f64>, block: usize) -> Self {
-        let intervals = samples
-            .windows(2)
-            .map(|pair| pair[1].time_s - pair[0].time_s);
+        let intervals = samples.windows(2).map(|pair| pair[1].time_s - pair[0].time_s);
         let mut interval_s: Vec<f64> = intervals.collect();
         let usual_s = usual(&interval_s);
         interval_s.push(0.0);
@@ -60,8 +58,7 @@ impl RecordSeries {
     /// The means over each block of the responses to b2, C0, psi0 and r0, and of the heading.
     pub(crate) fn comparisons(&self, a22_per_s: f64) -> Vec<[f64; 5]> {
         let mut rows = Vec::with_capacity(self.blocks());
-        self.series()
-            .for_each_comparison(a22_per_s, |means| rows.push(means));
+        self.series().for_each_comparison(a22_per_s, |means| rows.push(means));
         rows
     }
 }
@@ -98,12 +95,7 @@ impl RecordSpan {
         start_per_s: f64,
     ) -> Option<Peak> {
         let scale_per_s = self.rate_scale(start_per_s);
-        Peak::find(
-            &record.series(),
-            Disturbance::NONE,
-            start_per_s,
-            scale_per_s,
-        )
+        Peak::find(&record.series(), Disturbance::NONE, start_per_s, scale_per_s)
     }
 
     /// The damping that output error prefers among a logarithmic grid and the start.
@@ -112,8 +104,7 @@ impl RecordSpan {
         samples: &[Sample<f64>],
         start: Option<YawModel<f64>>,
     ) -> Result<f64, RefineFailure> {
-        self.0
-            .first_damping(RecordSeries::new(samples, 1).series(), start)
+        self.0.first_damping(RecordSeries::new(samples, 1).series(), start)
     }
 }
 

@@ -97,16 +97,10 @@ impl SavitzkyGolay {
     pub fn derivative(self, times_s: &[f64], values: &[f64]) -> Result<Vec<f64>, NoDerivative> {
         let window = self.window();
         if times_s.len() != values.len() {
-            return Err(NoDerivative::Lengths {
-                times: times_s.len(),
-                values: values.len(),
-            });
+            return Err(NoDerivative::Lengths { times: times_s.len(), values: values.len() });
         }
         if values.len() < window {
-            return Err(NoDerivative::TooShort {
-                found: values.len(),
-                window,
-            });
+            return Err(NoDerivative::TooShort { found: values.len(), window });
         }
         let finite = |i: &usize| times_s[*i].is_finite() && values[*i].is_finite();
         let increases = |i: &usize| *i == 0 || times_s[*i] > times_s[*i - 1];
@@ -178,12 +172,7 @@ impl<'a> Polynomials<'a> {
                 *before = std::mem::replace(here, next);
             }
             (norm_before, norm) = (norm, here.iter().map(|p| p * p).sum());
-            of_order.push(Order {
-                alpha,
-                beta,
-                norm,
-                values: here.clone(),
-            });
+            of_order.push(Order { alpha, beta, norm, values: here.clone() });
         }
         Self { times_s, of_order }
     }
@@ -202,11 +191,7 @@ impl<'a> Polynomials<'a> {
                 *weight += share * p;
             }
         }
-        Weights {
-            offsets_s: offsets_s(self.times_s).collect(),
-            length_s,
-            of_values,
-        }
+        Weights { offsets_s: offsets_s(self.times_s).collect(), length_s, of_values }
     }
 
     /// The polynomial that is nearest to values, but for its mean.
@@ -308,10 +293,8 @@ mod tests {
     /// v = sin(0.3 k) + 0.1 cos(17 k), k = 0..30.
     #[test]
     fn val_scipy_savgol_filter() {
-        let values: Vec<f64> = (0..30)
-            .map(f64::from)
-            .map(|k| (0.3 * k).sin() + 0.1 * (17.0 * k).cos())
-            .collect();
+        let values: Vec<f64> =
+            (0..30).map(f64::from).map(|k| (0.3 * k).sin() + 0.1 * (17.0 * k).cos()).collect();
         let times: Vec<f64> = (0..30).map(|k| 7.0 + 0.05 * f64::from(k)).collect();
         let filter = SavitzkyGolay::new(4, 3).unwrap();
         let found = filter.derivative(&times, &values).unwrap();
@@ -331,14 +314,9 @@ mod tests {
     /// A polynomial of the filter's order is differentiated exactly, at uneven times and at the ends.
     #[test]
     fn exact_polynomial_at_uneven_times() {
-        let times: Vec<f64> = (0..40)
-            .map(f64::from)
-            .map(|k| 0.05 * k + 0.02 * (5.0 * k).sin())
-            .collect();
-        let values: Vec<f64> = times
-            .iter()
-            .map(|t| 1.0 - 2.0 * t + 0.7 * t.powi(3))
-            .collect();
+        let times: Vec<f64> =
+            (0..40).map(f64::from).map(|k| 0.05 * k + 0.02 * (5.0 * k).sin()).collect();
+        let values: Vec<f64> = times.iter().map(|t| 1.0 - 2.0 * t + 0.7 * t.powi(3)).collect();
         let filter = SavitzkyGolay::new(5, 3).unwrap();
         let found = filter.derivative(&times, &values).unwrap();
         for (t, slope) in times.iter().zip(found) {
@@ -349,10 +327,7 @@ mod tests {
 
     #[test]
     fn exact_refusals_have_reasons() {
-        assert!(matches!(
-            SavitzkyGolay::new(1, 3),
-            Err(NoDerivative::Order { .. })
-        ));
+        assert!(matches!(SavitzkyGolay::new(1, 3), Err(NoDerivative::Order { .. })));
         assert!(SavitzkyGolay::new(1, 0).is_err());
         let filter = SavitzkyGolay::new(1, 1).unwrap();
         assert!(matches!(

@@ -187,11 +187,7 @@ impl Motion<'_> {
         let interval_s = (time_s - self.time_s).max(0.0);
         let off_rad = self.acting_rad - self.commanded_rad;
         let lag_s = self.servo.lag_s;
-        let left = if lag_s > 0.0 {
-            libm::exp(-interval_s / lag_s)
-        } else {
-            0.0
-        };
+        let left = if lag_s > 0.0 { libm::exp(-interval_s / lag_s) } else { 0.0 };
         self.time_s = self.time_s.max(time_s);
         self.acting_rad = self.commanded_rad + off_rad * left;
         self.commanded_rad * interval_s + off_rad * lag_s * (1.0 - left)
@@ -250,10 +246,7 @@ mod tests {
         assert!(behind.samples[1].rudder_rad.is_nan());
         assert!((behind.samples[2].rudder_rad - 0.1).abs() < 1e-12);
         assert_eq!(behind.samples[3].rudder_rad, 0.1);
-        assert_eq!(
-            Servo::new(0.1, 0.1).unwrap().behind(&Record::default()),
-            Record::default()
-        );
+        assert_eq!(Servo::new(0.1, 0.1).unwrap().behind(&Record::default()), Record::default());
         assert!(Servo::new(-0.1, 0.0).is_err() && Servo::new(0.0, f64::NAN).is_err());
     }
 }

@@ -29,11 +29,7 @@ pub struct ColumnUnit {
 
 impl Default for ColumnUnit {
     fn default() -> Self {
-        Self {
-            per_si: 1.0,
-            origin: Origin::Given,
-            is_against_name: false,
-        }
+        Self { per_si: 1.0, origin: Origin::Given, is_against_name: false }
     }
 }
 
@@ -44,10 +40,7 @@ impl ColumnUnit {
             true => other,
             false => self,
         };
-        Self {
-            is_against_name: self.is_against_name || other.is_against_name,
-            ..less_known
-        }
+        Self { is_against_name: self.is_against_name || other.is_against_name, ..less_known }
     }
 
     /// Is it degrees?
@@ -189,8 +182,6 @@ impl StatedUnits {
 
     /// Did the log say, or was it assumed, what time, heading or yaw rate are?
     pub(crate) fn turn_is_open(&self) -> bool {
-        [self.time, self.heading, self.yaw_rate]
-            .iter()
-            .any(ColumnUnit::is_open)
+        [self.time, self.heading, self.yaw_rate].iter().any(ColumnUnit::is_open)
     }
 }

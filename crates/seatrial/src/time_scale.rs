@@ -110,21 +110,14 @@ impl fmt::Display for LambdaReason {
             Self::Given => f.write_str("given"),
             Self::Paper => f.write_str("the paper's"),
             Self::PlansDoublet => f.write_str("from the plan's doublet"),
-            Self::FirstEstimate {
-                damping_per_s,
-                rudder_frequency_rad_s,
-                limit,
-            } => write!(
+            Self::FirstEstimate { damping_per_s, rudder_frequency_rad_s, limit } => write!(
                 f,
                 "1.5 times |a22| = {} 1/s of a first estimate{}; begun at the rudder's own {} rad/s",
                 three_figures(*damping_per_s),
                 text(limit),
                 three_figures(*rudder_frequency_rad_s)
             ),
-            Self::RudderFrequency {
-                rudder_frequency_rad_s,
-                limit,
-            } => write!(
+            Self::RudderFrequency { rudder_frequency_rad_s, limit } => write!(
                 f,
                 "the rudder's own frequency, {} rad/s{}; a first estimate had no damping to go by",
                 three_figures(*rudder_frequency_rad_s),
@@ -216,15 +209,11 @@ impl TimeScale {
                 rudder_frequency_rad_s: rudder_frequency,
                 limit,
             },
-            None => LambdaReason::RudderFrequency {
-                rudder_frequency_rad_s: rudder_frequency,
-                limit,
-            },
+            None => {
+                LambdaReason::RudderFrequency { rudder_frequency_rad_s: rudder_frequency, limit }
+            }
         };
-        ChosenLambda {
-            lambda_rad_s: lambda,
-            because,
-        }
+        ChosenLambda { lambda_rad_s: lambda, because }
     }
 }
 

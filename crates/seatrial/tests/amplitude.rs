@@ -85,17 +85,12 @@ struct ZigZag {
 fn identified(folder: &std::path::Path, name: &'static str) -> ZigZag {
     let path = folder.join(format!("kvlcc2hsva_Z_{name}.csv"));
     let mut log = seatrial_logs::open(&path, &Default::default()).unwrap();
-    let record: Record = std::iter::from_fn(|| log.next())
-        .map(Result::unwrap)
-        .collect();
+    let record: Record = std::iter::from_fn(|| log.next()).map(Result::unwrap).collect();
     let mut proposals = propose(&record, &find(&record.samples));
     let proposal = (proposals.len() == 1).then(|| proposals.remove(0));
     let training = proposal.as_ref().map_or(vec![], |p| p.training.clone());
     let window = proposal.and_then(|proposal| proposal.validation);
-    let held_out = window.map(|window| ValidationData {
-        record: &record,
-        window,
-    });
+    let held_out = window.map(|window| ValidationData { record: &record, window });
     let settings = IdentifySettings::default();
     let (found, _) = identify_joined(&record, &training, held_out, &settings).unwrap();
     let windows = match training.is_empty() {
@@ -109,10 +104,7 @@ fn identified(folder: &std::path::Path, name: &'static str) -> ZigZag {
     let zig_zag = ZigZag {
         name,
         seen: SeenModel::of(refined, amplitude),
-        half_widths: [
-            half(refined.interval_95.a22_per_s),
-            half(refined.interval_95.b2_per_s2),
-        ],
+        half_widths: [half(refined.interval_95.a22_per_s), half(refined.interval_95.b2_per_s2)],
         is_accepted: found.verdict.accepted,
     };
     println!(
@@ -133,9 +125,7 @@ fn contradicted(zig_zags: &[ZigZag], [slope, half_width]: [f64; 2]) -> usize {
         let apart =
             8.0 / (3.0 * PI) * (a.seen.yaw_rate_amplitude_rad_s - b.seen.yaw_rate_amplitude_rad_s);
         let difference = a.seen.a22_per_s - b.seen.a22_per_s - slope * apart;
-        let allowed = a.half_widths[0]
-            .hypot(b.half_widths[0])
-            .hypot(half_width * apart);
+        let allowed = a.half_widths[0].hypot(b.half_widths[0]).hypot(half_width * apart);
         difference.abs() > allowed
     };
     let pairs = zig_zags.iter().enumerate();

@@ -37,10 +37,7 @@ fn recover_the_overshoot_of_the_vehicle_lies_within_the_promise() {
         for thrust in THRUSTS {
             let (record, truth) = doublet(thrust, seed);
             let truth = truth.model;
-            let training = Window {
-                from_s: 5.0,
-                to_s: 21.0,
-            };
+            let training = Window { from_s: 5.0, to_s: 21.0 };
             let found = identify(&record, training, None, &IdentifySettings::default()).unwrap();
             let Some(promise) = CourseChange::of(&found, None) else {
                 continue;
@@ -53,8 +50,5 @@ fn recover_the_overshoot_of_the_vehicle_lies_within_the_promise() {
         }
     }
     // Of 95 % some fall outside by chance: with 100 tries at least 88 are inside in 999 of 1000 studies.
-    assert!(
-        tried >= 90 && 100 * inside >= 88 * tried,
-        "{inside} of {tried}"
-    );
+    assert!(tried >= 90 && 100 * inside >= 88 * tried, "{inside} of {tried}");
 }

@@ -39,27 +39,15 @@ pub fn doublet(thrust: f64, seed: u64) -> (Record, Truth) {
             t if (9.0..11.0).contains(&t) => Steering::Rudder(-0.26),
             _ => Steering::HoldHeading(0.0),
         };
-        let action = Action {
-            steering,
-            thrust: Some(thrust),
-            outcome: None,
-        };
+        let action = Action { steering, thrust: Some(thrust), outcome: None };
         vehicle.act(&action).unwrap();
     }
     (samples.into_iter().collect(), truth)
 }
 
 fn row(class: usize, seed: u64) -> Option<Row> {
-    let (
-        record,
-        Truth {
-            surge_speed_m_s, ..
-        },
-    ) = doublet(THRUSTS[class], seed);
-    let training = Window {
-        from_s: 5.0,
-        to_s: 21.0,
-    };
+    let (record, Truth { surge_speed_m_s, .. }) = doublet(THRUSTS[class], seed);
+    let training = Window { from_s: 5.0, to_s: 21.0 };
     let found = identify(&record, training, None, &IdentifySettings::default()).ok()?;
     let refined = found.refined?;
     let [low, high] = refined.interval_95.b2_per_s2;

@@ -54,12 +54,7 @@ impl Plant {
                     state = model.advance(state, 0.5 * (acting + next), part_s);
                     acting = next;
                 }
-                Sample {
-                    time_s: 0.05 * f64::from(k),
-                    heading_rad,
-                    rudder_rad,
-                    ..Sample::default()
-                }
+                Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Sample::default() }
             })
             .collect()
     }
@@ -74,11 +69,7 @@ impl Plant {
             0.0,
         );
         let mut point = Point([0.0; PARAMETERS]);
-        for (i, value) in [
-            (B2, self.theta[1]),
-            (C0, self.theta[2]),
-            (A22, self.theta[0]),
-        ] {
+        for (i, value) in [(B2, self.theta[1]), (C0, self.theta[2]), (A22, self.theta[0])] {
             point.0[i] = value;
         }
         point.0[DELAY] = self.lag_s;

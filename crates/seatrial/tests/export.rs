@@ -12,11 +12,7 @@ const ZETA: f64 = std::f64::consts::FRAC_1_SQRT_2;
 const TYPES: [VehicleType; 2] = [VehicleType::Surface, VehicleType::Underwater];
 
 fn point(thrust: Option<f64>, speed: Option<f64>, theta: [f64; 3]) -> SchedulePoint<f64> {
-    SchedulePoint {
-        thrust,
-        surge_speed_m_s: speed,
-        model: YawModel::from_theta(theta),
-    }
+    SchedulePoint { thrust, surge_speed_m_s: speed, model: YawModel::from_theta(theta) }
 }
 
 /// Numbers that are easy by hand: alpha = 1/s, |b2| limit = 0.5 rad/s^2, |C0| = 0.1 rad/s^2.
@@ -36,9 +32,7 @@ fn easy(speed: Option<f64>) -> OperatingPoint {
 /// Models whose gains allow for nothing: (57).
 fn for_nothing(models: &[SchedulePoint<f64>]) -> Vec<(SchedulePoint<f64>, GainAllowance)> {
     let models = models.iter();
-    models
-        .map(|model| (*model, GainAllowance::default()))
-        .collect()
+    models.map(|model| (*model, GainAllowance::default())).collect()
 }
 
 fn named(parameters: Vec<seatrial::gains::export::Parameter>) -> BTreeMap<&'static str, f64> {
@@ -50,11 +44,7 @@ fn assert_all(found: &BTreeMap<&str, f64>, expected: &[(&str, f64)]) {
     for (name, value) in expected {
         // A few roundings.
         let error = (found[name] - value).abs();
-        assert!(
-            error <= 1e-12 * value.abs(),
-            "{name} {} {value}",
-            found[name]
-        );
+        assert!(error <= 1e-12 * value.abs(), "{name} {} {value}", found[name]);
     }
 }
 
@@ -64,10 +54,7 @@ fn exact_parameters_by_hand() {
     let x = 0.3 - 0.035_f64.sqrt();
     // At 2 m/s Rover halves the steering, so that B = 0.25.
     assert_all(
-        &named(ardupilot::parameters(
-            &easy(Some(2.0)),
-            VehicleType::Surface,
-        )),
+        &named(ardupilot::parameters(&easy(Some(2.0)), VehicleType::Surface)),
         &[
             ("MOT_SPD_SCA_BASE", 1.0),
             ("ATC_STR_RAT_FF", 4.0),
@@ -81,10 +68,7 @@ fn exact_parameters_by_hand() {
             ("TURN_RADIUS", 5.0),
         ],
     );
-    let slow = named(ardupilot::parameters(
-        &easy(Some(0.5)),
-        VehicleType::Surface,
-    ));
+    let slow = named(ardupilot::parameters(&easy(Some(0.5)), VehicleType::Surface));
     assert_eq!(slow["ATC_STR_RAT_FF"], 2.0);
     // Rover takes 0.5 m/s for 1 m/s.
     assert!((slow["ATC_TURN_MAX_G"] - 0.4 / 9.80665).abs() < 1e-15);
@@ -118,10 +102,7 @@ fn exact_parameters_by_hand() {
     );
     let unknown = named(px4::parameters(&easy(None), VehicleType::Surface));
     let found: Vec<_> = unknown.into_keys().collect();
-    assert_eq!(
-        found,
-        ["RA_MAX_STR_ANG", "RO_YAW_ACCEL_LIM", "RO_YAW_RATE_LIM"]
-    );
+    assert_eq!(found, ["RA_MAX_STR_ANG", "RO_YAW_ACCEL_LIM", "RO_YAW_RATE_LIM"]);
     // K_p = 1/(2 * 2) rad/rad over 0.25 rad.
     assert_all(
         &named(px4::parameters(&easy(None), VehicleType::Underwater)),
@@ -148,10 +129,7 @@ fn exact_every_export_allows_for_less_damping() {
     ] {
         let whole = gain(&easy(Some(2.0)), vehicle, name);
         // A few roundings and the bisection.
-        assert!(
-            (gain(&point, vehicle, name) / whole - 0.25).abs() < 1e-13,
-            "{name}"
-        );
+        assert!((gain(&point, vehicle, name) / whole - 0.25).abs() < 1e-13, "{name}");
     }
     let models = [(point.at, point.allowance)];
     let schedule = Schedule::design("model", &models, ZETA, 0.25).unwrap();
@@ -183,10 +161,7 @@ fn exact_intervals_follow_from_the_covariance() {
         assert!(error.abs() < 1e-4, "{} {error}", parameter.name);
     }
     let file = ardupilot::param_file(&point, VehicleType::Underwater);
-    assert!(
-        file.contains("[1/s]; 95 %: 0.4020\n#  to 0.5980\nATC_ANG_YAW_P,0.5\n"),
-        "{file}"
-    );
+    assert!(file.contains("[1/s]; 95 %: 0.4020\n#  to 0.5980\nATC_ANG_YAW_P,0.5\n"), "{file}");
 }
 
 /// Nothing is written for what the model does not have: a gain of an unstable vehicle, a turn that the offset
@@ -243,11 +218,7 @@ fn val_every_parameter_is_derived_in_the_docs() {
     let docs = include_str!("../../../docs/exports.md");
     let parameters = TYPES.into_iter().flat_map(|vehicle| {
         let ours = easy(Some(2.0));
-        [
-            ardupilot::parameters(&ours, vehicle),
-            px4::parameters(&ours, vehicle),
-        ]
-        .concat()
+        [ardupilot::parameters(&ours, vehicle), px4::parameters(&ours, vehicle)].concat()
     });
     for parameter in parameters {
         // MAVLink's limit, and a row of a table.
@@ -268,21 +239,12 @@ fn schedule() -> Schedule {
 
 /// Speed, thrust, K_p = a22^2/(2 b2), -delta0, r_max = (b2 limit - C0)/-a22 and V/r_max, slowest first.
 fn rows() -> [[f64; 6]; 2] {
-    [
-        [1.05, 0.6, -1.28, 0.65, 0.0129],
-        [2.13, 1.0, -1.48, 2.02, 0.0312],
-    ]
-    .map(|[speed, thrust, a22, b2, c0]| {
-        let limit = (b2 * 0.26 - c0) / -a22;
-        [
-            speed,
-            thrust,
-            a22 * a22 / (2.0 * b2),
-            -c0 / b2,
-            limit,
-            speed / limit,
-        ]
-    })
+    [[1.05, 0.6, -1.28, 0.65, 0.0129], [2.13, 1.0, -1.48, 2.02, 0.0312]].map(
+        |[speed, thrust, a22, b2, c0]| {
+            let limit = (b2 * 0.26 - c0) / -a22;
+            [speed, thrust, a22 * a22 / (2.0 * b2), -c0 / b2, limit, speed / limit]
+        },
+    )
 }
 
 const COLUMNS: [&str; 6] = [
@@ -318,31 +280,17 @@ fn io_ros2_parameters_are_numbers_of_one_node() {
     let parameters = &yaml[0]["heading_controller"]["ros__parameters"];
     assert_eq!(parameters["rudder_limit_rad"].as_f64(), Some(0.26));
     // ROS 2 refuses an array of whole and other numbers.
-    assert_rows(
-        |row, column| match &parameters["schedule"][COLUMNS[column]][row] {
-            number @ Yaml::Real(_) => number.as_f64().unwrap(),
-            other => panic!("{other:?}"),
-        },
-    );
+    assert_rows(|row, column| match &parameters["schedule"][COLUMNS[column]][row] {
+        number @ Yaml::Real(_) => number.as_f64().unwrap(),
+        other => panic!("{other:?}"),
+    });
     let unknown = [point(None, None, [-1.0, 1.0, 0.0])];
-    let single = Schedule::design("model", &for_nothing(&unknown), ZETA, 0.26)
-        .unwrap()
-        .ros2_yaml();
+    let single = Schedule::design("model", &for_nothing(&unknown), ZETA, 0.26).unwrap().ros2_yaml();
     let yaml = YamlLoader::load_from_str(&single).unwrap();
     let schedule = &yaml[0]["heading_controller"]["ros__parameters"]["schedule"];
     let names: Vec<_> = schedule.as_hash().unwrap().keys().collect();
-    let expected = [
-        "proportional_gain",
-        "feed_forward_rudder_rad",
-        "yaw_rate_limit_rad_s",
-    ];
-    assert_eq!(
-        names,
-        expected
-            .map(|name| Yaml::String(name.into()))
-            .iter()
-            .collect::<Vec<_>>()
-    );
+    let expected = ["proportional_gain", "feed_forward_rudder_rad", "yaw_rate_limit_rad_s"];
+    assert_eq!(names, expected.map(|name| Yaml::String(name.into())).iter().collect::<Vec<_>>());
 }
 
 #[test]
@@ -368,34 +316,17 @@ int main(void) {
     std::fs::write(folder.path().join("gains.h"), schedule().c_header()).unwrap();
     std::fs::write(folder.path().join("main.c"), PROGRAM).unwrap();
     let compiled = Command::new("gcc")
-        .args([
-            "-std=c99",
-            "-Wall",
-            "-Wextra",
-            "-Werror",
-            "-pedantic",
-            "main.c",
-            "-o",
-            "main",
-        ])
+        .args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "main.c", "-o", "main"])
         .current_dir(folder.path())
         .output()
         .unwrap();
-    assert!(
-        compiled.status.success(),
-        "{}",
-        String::from_utf8_lossy(&compiled.stderr)
-    );
+    assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
     let run = Command::new(folder.path().join("main")).output().unwrap();
     assert!(run.status.success());
     let printed = String::from_utf8(run.stdout).unwrap();
     let values: Vec<Vec<f64>> = printed
         .lines()
-        .map(|line| {
-            line.split(' ')
-                .map(|number| number.parse().unwrap())
-                .collect()
-        })
+        .map(|line| line.split(' ').map(|number| number.parse().unwrap()).collect())
         .collect();
     assert_eq!(values.len(), 2);
     assert_rows(|row, column| values[row][column]);

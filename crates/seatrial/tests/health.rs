@@ -16,16 +16,9 @@ struct Sea {
     disturbance_s: f64,
 }
 
-const CALM: Sea = Sea {
-    compass_noise_deg: 0.5,
-    disturbance_rad_s2: 0.0,
-    disturbance_s: 2.0,
-};
+const CALM: Sea = Sea { compass_noise_deg: 0.5, disturbance_rad_s2: 0.0, disturbance_s: 2.0 };
 
-const ROUGH: Sea = Sea {
-    disturbance_rad_s2: 0.005,
-    ..CALM
-};
+const ROUGH: Sea = Sea { disturbance_rad_s2: 0.005, ..CALM };
 
 /// The paper's vehicle at 80 % thrust with a22, b2 and C0 multiplied by these.
 fn vehicle(factors: [f64; 3], sea: Sea) -> VehicleConfig {
@@ -57,11 +50,7 @@ fn drive(
         if sample.time_s > duration_s {
             return samples.into_iter().collect();
         }
-        let action = Action {
-            steering: steering(sample.time_s),
-            thrust: Some(0.8),
-            outcome: None,
-        };
+        let action = Action { steering: steering(sample.time_s), thrust: Some(0.8), outcome: None };
         vehicle.act(&action).unwrap();
     }
 }
@@ -78,10 +67,7 @@ fn doublet(amplitude_rad: f64) -> impl Fn(f64) -> Steering<f64> {
 /// One trial run: 16.5 s of training after 5 s of settling.
 fn trial(config: &VehicleConfig, seed: u64) -> SpeedModel {
     let record = drive(config, seed, 21.5, doublet(0.26));
-    let training = Window {
-        from_s: 5.0,
-        to_s: 21.5,
-    };
+    let training = Window { from_s: 5.0, to_s: 21.5 };
     let found = identify(&record, training, None, &IdentifySettings::default()).unwrap();
     SpeedModel::of(&found, Some(0.8), Some(1.63)).unwrap()
 }
@@ -140,11 +126,7 @@ fn recover_one_trial_shows_a_weaker_rudder_and_a_payload() {
     for (factors, cause, size) in [
         ([1.0, 0.8, 1.0], Cause::Rudder, -0.2),
         // A fifth more inertia.
-        (
-            [1.0 / 1.2, 1.0 / 1.2, 1.0 / 1.2],
-            Cause::Inertia,
-            -1.0 / 6.0,
-        ),
+        ([1.0 / 1.2, 1.0 / 1.2, 1.0 / 1.2], Cause::Inertia, -1.0 / 6.0),
     ] {
         let named = std::cell::Cell::new(0);
         let power = changed_share(30, &sound, &vehicle(factors, ROUGH), |change| {
@@ -257,16 +239,7 @@ fn recover_the_watch_finds_when_the_rudder_became_weaker() {
     let (sound, damaged) = (vehicle([1.0; 3], ROUGH), vehicle([1.0, 0.75, 1.0], ROUGH));
     for case in 0..2 {
         let missions: Vec<(VehicleConfig, u64)> = (0..6)
-            .map(|k| {
-                (
-                    if k < 3 {
-                        sound.clone()
-                    } else {
-                        damaged.clone()
-                    },
-                    50 + 10 * case + k,
-                )
-            })
+            .map(|k| (if k < 3 { sound.clone() } else { damaged.clone() }, 50 + 10 * case + k))
             .collect();
         let report = watch(&[trial(&sound, case)], &missions);
         assert_eq!(report.finding, Finding::Changed, "{}", report.because);
@@ -312,26 +285,18 @@ fn prop_a_clock_that_jumps_by_thirty_years_is_read_to_its_end() {
         Watch::new(Reference::new(vec![trial(&config, 1)]).unwrap(), settings()).unwrap();
     let mut jumping = mission(&config, 5);
     let half = jumping.samples.len() / 2;
-    jumping.samples[half..]
-        .iter_mut()
-        .for_each(|s| s.time_s += 1e9);
+    jumping.samples[half..].iter_mut().for_each(|s| s.time_s += 1e9);
     watch.read("jumping", &jumping);
     let report = watch.report();
-    assert!(
-        report.windows.iter().any(|w| w.window.from_s > 1e9),
-        "{report:?}"
-    );
+    assert!(report.windows.iter().any(|w| w.window.from_s > 1e9), "{report:?}");
     assert!(report.skipped[0].duration_s > 0.9e9);
 }
 
 #[test]
 fn prop_other_speeds_are_scaled_or_left_out() {
     let sound = vehicle([1.0; 3], CALM);
-    let at = |speed: f64| SpeedModel {
-        thrust: None,
-        surge_speed_m_s: Some(speed),
-        ..trial(&sound, 1)
-    };
+    let at =
+        |speed: f64| SpeedModel { thrust: None, surge_speed_m_s: Some(speed), ..trial(&sound, 1) };
     let reference = Reference::new(vec![at(1.63)]).unwrap();
     let far = compare(&reference, &[at(2.0)], &settings());
     assert_eq!(far.finding, Finding::CannotTell);
@@ -365,11 +330,7 @@ fn prop_several_speeds_share_the_rate() {
     assert_eq!(same.speeds[0].level, 0.0125);
     assert_eq!(same.together.unwrap().level, 0.025);
     // Weaker at one speed and stronger at the other: together nothing.
-    let crossed = compare(
-        &reference,
-        &[at(1.0, 3, 0.75), at(2.0, 4, 1.25)],
-        &settings(),
-    );
+    let crossed = compare(&reference, &[at(1.0, 3, 0.75), at(2.0, 4, 1.25)], &settings());
     assert_eq!(crossed.finding, Finding::Changed);
 }
 
@@ -388,23 +349,12 @@ fn io_bad_settings_and_references_are_named() {
     assert!(Reference::new(Vec::new()).is_err());
     let twice = Reference::new(vec![model, model]).unwrap_err();
     assert!(twice.to_string().contains("two points"), "{twice}");
-    let without_speed = |thrust| SpeedModel {
-        thrust,
-        surge_speed_m_s: None,
-        ..model
-    };
+    let without_speed = |thrust| SpeedModel { thrust, surge_speed_m_s: None, ..model };
     let by_thrust = Reference::new(vec![without_speed(Some(0.6)), without_speed(Some(0.8))]);
-    let same = compare(
-        &by_thrust.unwrap(),
-        &[without_speed(Some(0.8))],
-        &settings(),
-    );
+    let same = compare(&by_thrust.unwrap(), &[without_speed(Some(0.8))], &settings());
     assert_eq!(same.finding, Finding::Unchanged);
     let unknown = Reference::new(vec![without_speed(None), without_speed(None)]).unwrap_err();
-    assert!(
-        unknown.to_string().contains("neither speed nor thrust"),
-        "{unknown}"
-    );
+    assert!(unknown.to_string().contains("neither speed nor thrust"), "{unknown}");
 }
 
 /// The rates over noise and disturbance: `cargo test --release -p seatrial --test suite -- health:: --ignored --nocapture`.
@@ -418,11 +368,7 @@ fn recover_rates_over_noise_and_disturbance() {
         for (disturbance_rad_s2, disturbance_s) in
             [(0.0, 1.0), (0.003, 2.0), (0.005, 0.5), (0.01, 2.0)]
         {
-            let sea = Sea {
-                compass_noise_deg,
-                disturbance_rad_s2,
-                disturbance_s,
-            };
+            let sea = Sea { compass_noise_deg, disturbance_rad_s2, disturbance_s };
             let sound = vehicle([1.0; 3], sea);
             let alarms = false_alarm_rate(600, sea);
             let share = |factors| changed_share(50, &sound, &vehicle(factors, sea), |_| ());

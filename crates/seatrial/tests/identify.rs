@@ -19,9 +19,7 @@ use serde_json::Value;
 
 fn read(folder: &std::path::Path, name: &str) -> Record {
     let mut log = seatrial_logs::open(&folder.join(name), &Default::default()).unwrap();
-    std::iter::from_fn(|| log.next())
-        .map(Result::unwrap)
-        .collect()
+    std::iter::from_fn(|| log.next()).map(Result::unwrap).collect()
 }
 
 fn window(from_s: f64, to_s: f64) -> Window {
@@ -41,10 +39,7 @@ fn assert_agrees(found: &[f64], expected: &Value, what: &str) {
     let scale = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     assert_eq!(found.len(), expected.len(), "{what}");
     for (a, b) in found.iter().zip(&expected) {
-        assert!(
-            (a - b).abs() <= 1e-9 * scale,
-            "{what}: {found:?}, expected {expected:?}"
-        );
+        assert!((a - b).abs() <= 1e-9 * scale, "{what}: {found:?}, expected {expected:?}");
     }
 }
 
@@ -80,11 +75,7 @@ fn val_reference_paper_and_improved_settings() {
             let found = identify(&record, training_of(run), None, &settings).unwrap();
             let what = format!("{file} {} lambda {}", expected["mode"], expected["lam"]);
             let online = &found.online;
-            assert_agrees(
-                &online.least_squares.model.theta(),
-                &expected["theta"],
-                &what,
-            );
+            assert_agrees(&online.least_squares.model.theta(), &expected["theta"], &what);
             assert_agrees(online.covariance.as_flattened(), &expected["P"], &what);
             assert_agrees(&online.theta_at["100"], &expected["theta_at_100"], &what);
             assert_agrees(&online.theta_at["200"], &expected["theta_at_200"], &what);
@@ -117,11 +108,7 @@ fn val_reference_simplex() {
         let expected = &run["offline_nm_edge0p05"];
         let found = simplex::fit(samples, start, &simplex::SimplexSettings::paper());
         assert_agrees(&found.at, &expected["theta"], file);
-        assert_eq!(
-            u64::from(found.iterations),
-            expected["iterations"].as_u64().unwrap(),
-            "{file}"
-        );
+        assert_eq!(u64::from(found.iterations), expected["iterations"].as_u64().unwrap(), "{file}");
 
         let tight = simplex::SimplexSettings {
             parameter_tolerance: 1e-8,
@@ -139,10 +126,7 @@ fn val_reference_simplex() {
 
 fn codes(identification: &Identification) -> Vec<String> {
     let reasons = &identification.verdict.reasons;
-    reasons
-        .iter()
-        .map(|reason| reason.kind().to_string())
-        .collect()
+    reasons.iter().map(|reason| reason.kind().to_string()).collect()
 }
 
 /// What the README states of the default settings on the KVLCC2 model: yaw rate of validation data, and accepted. No heading gain
@@ -154,27 +138,14 @@ fn val_kvlcc2_predicts_the_zig_zag_to_the_other_side() {
     };
     let port = read(&folder, "real/kvlcc2hsva_Z_20_10_P.csv");
     let starboard = read(&folder, "real/kvlcc2hsva_Z_20_10_S.csv");
-    let held_out = ValidationData {
-        record: &starboard,
-        window: Window::ALL,
-    };
-    let found = identify(
-        &port,
-        Window::ALL,
-        Some(held_out),
-        &IdentifySettings::default(),
-    )
-    .unwrap();
+    let held_out = ValidationData { record: &starboard, window: Window::ALL };
+    let found = identify(&port, Window::ALL, Some(held_out), &IdentifySettings::default()).unwrap();
     assert!(found.verdict.accepted, "{:?}", found.verdict);
     assert!(codes(&found).iter().any(|code| code == "unstable"));
     let gain = seatrial::GainAllowance::of(&found).design(&found.model(), 0.7);
     assert!(gain.is_err(), "{gain:?}");
     // b2 is negative in these logs: noted, not refused.
-    assert!(
-        codes(&found)
-            .iter()
-            .any(|code| code == "sign_reversed of rudder")
-    );
+    assert!(codes(&found).iter().any(|code| code == "sign_reversed of rudder"));
     let r2 = found.validation.unwrap().r2_yaw_rate.unwrap();
     assert!(r2 >= 0.97, "{r2}");
 }
@@ -186,19 +157,12 @@ fn val_kvlcc2_the_hull_predicts_zig_zags_of_other_angles() {
         return;
     };
     let zig_zag = |name: &str| read(&folder, &format!("kvlcc2hsva_Z_{name}.csv"));
-    let pairs = [
-        ("15_01", "20_10_P"),
-        ("25_05", "10_10_S"),
-        ("10_10_S", "30_05"),
-        ("05_01", "20_10_P"),
-    ];
+    let pairs =
+        [("15_01", "20_10_P"), ("25_05", "10_10_S"), ("10_10_S", "30_05"), ("05_01", "20_10_P")];
     let mut sums = [0.0; 2];
     for (trained, other) in pairs {
         let other = zig_zag(other);
-        let held_out = ValidationData {
-            record: &other,
-            window: Window::ALL,
-        };
+        let held_out = ValidationData { record: &other, window: Window::ALL };
         let settings = IdentifySettings::default();
         let found = identify(&zig_zag(trained), Window::ALL, Some(held_out), &settings).unwrap();
         let hull = found.higher_order.as_ref().and_then(|h| h.validation);
@@ -209,10 +173,7 @@ fn val_kvlcc2_the_hull_predicts_zig_zags_of_other_angles() {
     let [hull, first_order] = sums.map(|sum| sum / pairs.len() as f64);
     println!("hull {hull:.3}, first order {first_order:.3}");
     assert!(hull > 0.93, "{hull}");
-    assert!(
-        1.0 - hull < 0.6 * (1.0 - first_order),
-        "{hull} {first_order}"
-    );
+    assert!(1.0 - hull < 0.6 * (1.0 - first_order), "{hull} {first_order}");
 }
 
 /// What the README states of the default settings on the simulated REMUS runs: mean R^2 of the measured
@@ -230,10 +191,7 @@ fn val_remus_mean_r2_of_validation_heading() {
                     &folder,
                     &format!("simulated/remus100_{thrust}_native_{noise}_{current}.csv"),
                 );
-                let held_out = ValidationData {
-                    record: &record,
-                    window: window(56.5, 73.0),
-                };
+                let held_out = ValidationData { record: &record, window: window(56.5, 73.0) };
                 let found = identify(
                     &record,
                     window(40.0, 56.5),
@@ -280,18 +238,9 @@ fn exact_first_order_plants_are_recovered_at_any_heading() {
             // Nothing validates a doublet by itself.
             let outcome = found.verdict.outcome();
             assert_ne!(outcome, Outcome::DoNotUse, "{file} {:?}", found.verdict);
-            for (estimate, truth) in found
-                .model()
-                .theta()
-                .iter()
-                .zip(numbers(&run["theta_true"]))
-            {
+            for (estimate, truth) in found.model().theta().iter().zip(numbers(&run["theta_true"])) {
                 // 1 %, as the README states.
-                assert!(
-                    (estimate / truth - 1.0).abs() < 0.01,
-                    "{file} {:?}",
-                    found.model()
-                );
+                assert!((estimate / truth - 1.0).abs() < 0.01, "{file} {:?}", found.model());
             }
         }
     }
@@ -325,10 +274,7 @@ fn recover_a_vehicle_behind_a_lag_from_logs_with_missing_rows() {
             .filter_map(|(commanded, acting)| {
                 let heading_rad = state.heading_rad + noise.sample(&mut chance);
                 state = model.advance(state, acting.rudder_rad, 0.05);
-                chance.random_bool(0.7).then_some(Sample {
-                    heading_rad,
-                    ..*commanded
-                })
+                chance.random_bool(0.7).then_some(Sample { heading_rad, ..*commanded })
             })
             .collect();
         let found = identify(&record, Window::ALL, None, &IdentifySettings::default()).unwrap();
@@ -337,11 +283,7 @@ fn recover_a_vehicle_behind_a_lag_from_logs_with_missing_rows() {
         for (estimate, truth) in refined.model.theta().iter().zip(truth) {
             // A lost sample's place wrong would be 5 % and more; the noise is 1 % of a22.
             let off = (estimate - truth).abs();
-            assert!(
-                off < 0.03 * truth.abs().max(0.05),
-                "seed {seed} {:?}",
-                refined.model
-            );
+            assert!(off < 0.03 * truth.abs().max(0.05), "seed {seed} {:?}", refined.model);
         }
     }
 }
@@ -364,11 +306,7 @@ fn boat_behind(rudder_lag_s: f64, filter_s: f64, seed: u64) -> Record {
         .collect();
     let acting = Servo::new(0.0, rudder_lag_s).unwrap().acting(&commanded);
     let (mut state, mut filtered) = (YawState::default(), 0.0);
-    let share = if filter_s > 0.0 {
-        1.0 - (-0.1 / filter_s).exp()
-    } else {
-        1.0
-    };
+    let share = if filter_s > 0.0 { 1.0 - (-0.1 / filter_s).exp() } else { 1.0 };
     let mut record: Record = commanded
         .iter()
         .zip(&acting)
@@ -376,10 +314,7 @@ fn boat_behind(rudder_lag_s: f64, filter_s: f64, seed: u64) -> Record {
             let measured = state.heading_rad + noise.sample(&mut chance);
             filtered += share * (measured - filtered);
             state = model.advance(state, acting.rudder_rad, 0.1);
-            Sample {
-                heading_rad: filtered,
-                ..*commanded
-            }
+            Sample { heading_rad: filtered, ..*commanded }
         })
         .collect();
     record.units.heading.origin = Origin::Stated;
@@ -392,10 +327,7 @@ fn boat_behind(rudder_lag_s: f64, filter_s: f64, seed: u64) -> Record {
 fn recover_what_may_be_late_without_a_gyro() {
     let verdict = |rudder_lag_s, filter_s, seed| {
         let record = boat_behind(rudder_lag_s, filter_s, seed);
-        let data = ValidationData {
-            record: &record,
-            window: window(100.0, 160.0),
-        };
+        let data = ValidationData { record: &record, window: window(100.0, 160.0) };
         let training = window(0.0, 100.0);
         let found = identify(&record, training, Some(data), &IdentifySettings::default());
         found.unwrap().verdict
@@ -403,10 +335,7 @@ fn recover_what_may_be_late_without_a_gyro() {
     for seed in 0..3 {
         let smoothed = verdict(0.0, 1.5, seed);
         assert_eq!(smoothed.outcome(), Outcome::DoNotUse, "{smoothed:?}");
-        assert!(
-            smoothed.has(ReasonCode::Late.of(Subject::Heading)),
-            "{smoothed:?}"
-        );
+        assert!(smoothed.has(ReasonCode::Late.of(Subject::Heading)), "{smoothed:?}");
         assert!(!smoothed.has(&ReasonCode::ModelOrder), "{smoothed:?}");
 
         let slow = verdict(2.5, 0.0, seed);
@@ -415,10 +344,7 @@ fn recover_what_may_be_late_without_a_gyro() {
         assert!(cause.text.contains("two lags"), "{slow:?}");
 
         let short = verdict(0.6, 0.0, seed);
-        assert!(
-            short.accepted && !short.has(ReasonCode::Late.of(Subject::Heading)),
-            "{short:?}"
-        );
+        assert!(short.accepted && !short.has(ReasonCode::Late.of(Subject::Heading)), "{short:?}");
         let is_order = |reason: &&Reason| reason.kind() == ReasonCode::ModelOrder.into();
         let order = short.reasons.iter().find(is_order).unwrap();
         let both = "the rudder lags, or the heading is late or smoothed";
@@ -468,11 +394,7 @@ fn recover_a_vehicle_behind_a_lag_from_messages_lost_apart() {
         let sample = |pair: &[(usize, f64)]| {
             let ((from, heading_rad), (to, _)) = (pair[0], pair[1]);
             let sum: f64 = heard[from..to].iter().sum();
-            Sample {
-                heading_rad,
-                rudder_rad: sum / (to - from) as f64,
-                ..commanded[from]
-            }
+            Sample { heading_rad, rudder_rad: sum / (to - from) as f64, ..commanded[from] }
         };
         let record: Record = attitudes.windows(2).map(sample).collect();
         let found = identify(&record, Window::ALL, None, &IdentifySettings::default()).unwrap();
@@ -511,19 +433,9 @@ fn exact_first_order_plants_are_recovered_from_logs_with_missing_rows() {
                     .wrapping_add(1_442_695_040_888_963_407);
                 (state >> 33) % 5 != 0
             };
-            let record: Record = whole
-                .samples
-                .iter()
-                .copied()
-                .filter(|_| is_kept())
-                .collect();
-            let found = identify(
-                &record,
-                training_of(run),
-                None,
-                &IdentifySettings::default(),
-            )
-            .unwrap();
+            let record: Record = whole.samples.iter().copied().filter(|_| is_kept()).collect();
+            let found =
+                identify(&record, training_of(run), None, &IdentifySettings::default()).unwrap();
             let model = found.model();
             for ((estimate, truth), tolerance) in model
                 .theta()
@@ -532,10 +444,7 @@ fn exact_first_order_plants_are_recovered_from_logs_with_missing_rows() {
                 // 1 %, as the README states; an unseen edge of the doublet can cost the offset twice that.
                 .zip([0.01, 0.01, 0.02])
             {
-                assert!(
-                    (estimate / truth - 1.0).abs() < tolerance,
-                    "{file} seed {seed} {model:?}"
-                );
+                assert!((estimate / truth - 1.0).abs() < tolerance, "{file} seed {seed} {model:?}");
             }
         }
     }
@@ -573,10 +482,7 @@ fn prop_windows_outside_the_log_and_dead_channels_are_refused() {
         .collect();
     let settings = IdentifySettings::default();
     let outside = identify(&live, window(50.0, 60.0), None, &settings).unwrap_err();
-    assert!(
-        outside.to_string().contains("runs from 0 s to 9.9 s"),
-        "{outside}"
-    );
+    assert!(outside.to_string().contains("runs from 0 s to 9.9 s"), "{outside}");
 
     let refused = |change: fn(&mut seatrial_core::Sample<f64>), samples: usize| {
         let mut record = live.clone();
@@ -603,21 +509,11 @@ fn val_reference_comparison_on_a_split_record() {
         let record = read(&folder, &format!("simulated/{file}"));
         let (_, second) = split(&record).unwrap();
         assert_eq!(second.from_s, numbers(&run["validation"])[0], "{file}");
-        let held_out = ValidationData {
-            record: &record,
-            window: second,
-        };
+        let held_out = ValidationData { record: &record, window: second };
         let comparison = compare(&record, training_of(run), held_out, Some(1.5), &|| 0.0).unwrap();
-        let simplex = comparison
-            .methods
-            .iter()
-            .find(|m| m.method == ComparedMethod::Simplex)
-            .unwrap();
-        assert_agrees(
-            &simplex.model.unwrap().theta(),
-            &run["offline_nm_edge0p05"]["theta"],
-            file,
-        );
+        let simplex =
+            comparison.methods.iter().find(|m| m.method == ComparedMethod::Simplex).unwrap();
+        assert_agrees(&simplex.model.unwrap().theta(), &run["offline_nm_edge0p05"]["theta"], file);
     }
 }
 
@@ -626,14 +522,8 @@ fn val_reference_comparison_on_a_split_record() {
 fn parity_the_refined_row_is_what_identify_hands_over() {
     for lag_s in [0.0, 0.15] {
         let (record, training) = behind_a_rudder_that_lags(lag_s);
-        let rest = ValidationData {
-            record: &record,
-            window: window(training.to_s, f64::INFINITY),
-        };
-        let itself = ValidationData {
-            window: training,
-            ..rest
-        };
+        let rest = ValidationData { record: &record, window: window(training.to_s, f64::INFINITY) };
+        let itself = ValidationData { window: training, ..rest };
         for (data, held_out) in [(rest, Some(rest)), (itself, None)] {
             let settings = IdentifySettings::default();
             let found = identify(&record, training, held_out, &settings).unwrap();
@@ -648,10 +538,7 @@ fn parity_the_refined_row_is_what_identify_hands_over() {
             assert_eq!(row.interval_95, Some(refined.interval_95));
             // The paper's compass, 0.5 deg, and a lag that has to be found: two standard deviations.
             let a22_per_s = refined.model.a22_per_s;
-            assert!(
-                (a22_per_s / -1.2 - 1.0).abs() < 0.15,
-                "{lag_s}: {a22_per_s}"
-            );
+            assert!((a22_per_s / -1.2 - 1.0).abs() < 0.15, "{lag_s}: {a22_per_s}");
             // Half a degree of the compass in headings of some 6 deg rms leaves 0.993. The command without its lag leaves 0.97.
             let r2 = row.validation.unwrap().r2_heading_offset_refit.unwrap();
             assert!(r2 > 0.985, "{lag_s}: {r2}");
@@ -677,11 +564,7 @@ fn behind_a_rudder_that_lags(lag_s: f64) -> (Record, Window) {
             t if (4.0..6.0).contains(&t) => Steering::Rudder(-0.26),
             _ => Steering::HoldHeading(0.0),
         };
-        let action = Action {
-            steering,
-            thrust: Some(0.8),
-            outcome: None,
-        };
+        let action = Action { steering, thrust: Some(0.8), outcome: None };
         vehicle.act(&action).unwrap();
     }
     (samples.into_iter().collect(), window(4.0, 20.5))
@@ -703,12 +586,7 @@ fn run_of(time_constant_s: f64, excited: bool, mut noise: impl FnMut() -> f64) -
                 _ => (-heading_rad).clamp(-0.26, 0.26),
             };
             state = model.advance(state, rudder_rad, 0.05 * pace);
-            seatrial_core::Sample {
-                time_s,
-                heading_rad,
-                rudder_rad,
-                ..Default::default()
-            }
+            seatrial_core::Sample { time_s, heading_rad, rudder_rad, ..Default::default() }
         })
         .collect()
 }
@@ -718,25 +596,13 @@ fn exact_vehicles_of_every_pace_need_no_option() {
     for time_constant_s in [0.25, 0.93, 11.0, 100.0] {
         let record = run_of(time_constant_s, true, || 0.0);
         let pace = time_constant_s * 1.07;
-        let held_out = ValidationData {
-            record: &record,
-            window: window(26.5 * pace, f64::INFINITY),
-        };
+        let held_out =
+            ValidationData { record: &record, window: window(26.5 * pace, f64::INFINITY) };
         let training = window(10.0 * pace, 26.5 * pace);
-        let found = identify(
-            &record,
-            training,
-            Some(held_out),
-            &IdentifySettings::default(),
-        )
-        .unwrap();
+        let found =
+            identify(&record, training, Some(held_out), &IdentifySettings::default()).unwrap();
         // A lag of 0.1 s is ruled out by the record itself.
-        assert_eq!(
-            codes(&found),
-            ["ok"],
-            "{time_constant_s} {:?}",
-            found.verdict
-        );
+        assert_eq!(codes(&found), ["ok"], "{time_constant_s} {:?}", found.verdict);
         for model in [found.online.model, found.model()] {
             let a22 = model.a22_per_s * time_constant_s;
             // 1 %, as the README states.
@@ -744,10 +610,7 @@ fn exact_vehicles_of_every_pace_need_no_option() {
         }
         let lambda = found.settings.lambda_rad_s * time_constant_s;
         // 1.5 |a22| of an estimate that is right to 1 %.
-        assert!(
-            (lambda / 1.5 - 1.0).abs() < 0.02,
-            "{time_constant_s}: {lambda}"
-        );
+        assert!((lambda / 1.5 - 1.0).abs() < 0.02, "{time_constant_s}: {lambda}");
     }
 }
 
@@ -760,9 +623,7 @@ fn prop_heading_keeping_without_a_doublet_is_never_accepted() {
             let mut sum = 0.0;
             // Twelve uniform numbers less 6 are nearly normal with unit variance.
             for _ in 0..12 {
-                state = state
-                    .wrapping_mul(6_364_136_223_846_793_005)
-                    .wrapping_add(1);
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
                 sum += (state >> 11) as f64 / (1_u64 << 53) as f64;
             }
             (sum - 6.0) * 0.02

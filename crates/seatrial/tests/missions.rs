@@ -21,11 +21,7 @@ struct Hull {
     sway_s: f64,
 }
 
-const FIRST_ORDER: Hull = Hull {
-    quadratic_per_rad: 0.0,
-    coupling_per_s2: 0.0,
-    sway_s: 1.0,
-};
+const FIRST_ORDER: Hull = Hull { quadratic_per_rad: 0.0, coupling_per_s2: 0.0, sway_s: 1.0 };
 
 /// Six minutes with a new course every 20 s, under a rudder that lags and in a sea; 10 Hz, compass 0.3 deg, gyro 0.2 deg/s.
 fn mission(seed: u64, lag_s: f64, sea_rad_s2: f64) -> Record {
@@ -54,11 +50,7 @@ fn mission_of(hull: Hull, seed: u64, lag_s: f64, sea_rad_s2: f64) -> Record {
             ..Sample::default()
         });
         for _ in 0..50 {
-            let share = if lag_s > 0.0 {
-                1.0 - (-STEP_S / lag_s).exp()
-            } else {
-                1.0
-            };
+            let share = if lag_s > 0.0 { 1.0 - (-STEP_S / lag_s).exp() } else { 1.0 };
             act += share * (rudder - act);
             sea += -0.5 * sea * STEP_S + sea_rad_s2 * STEP_S.sqrt() * normal();
             let of_hull = hull.coupling_per_s2 * sway - hull.quadratic_per_rad * rate * rate.abs();
@@ -81,10 +73,7 @@ fn half_widths([low, high]: [f64; 2], truth: f64) -> f64 {
 
 fn distances(found: &Identification) -> [f64; 2] {
     let intervals = found.refined.as_ref().unwrap().interval_95;
-    [
-        half_widths(intervals.a22_per_s, A22_PER_S),
-        half_widths(intervals.b2_per_s2, B2_PER_S2),
-    ]
+    [half_widths(intervals.a22_per_s, A22_PER_S), half_widths(intervals.b2_per_s2, B2_PER_S2)]
 }
 
 /// Of 16 intervals of 95 % one or two may miss the truth by chance, by little.
@@ -113,21 +102,13 @@ fn recover_a_model_from_ordinary_steering() {
 #[test]
 fn recover_the_steady_turn_of_a_hull_beyond_first_order() {
     const RUDDER_RAD: f64 = 0.3;
-    let growing = Hull {
-        quadratic_per_rad: 3.0,
-        ..FIRST_ORDER
-    };
-    let swaying = Hull {
-        coupling_per_s2: 0.15,
-        sway_s: 2.5,
-        ..FIRST_ORDER
-    };
+    let growing = Hull { quadratic_per_rad: 3.0, ..FIRST_ORDER };
+    let swaying = Hull { coupling_per_s2: 0.15, sway_s: 2.5, ..FIRST_ORDER };
     let push = B2_PER_S2 * RUDDER_RAD;
     let root = (A22_PER_S * A22_PER_S + 4.0 * 3.0 * push).sqrt();
-    for (hull, steady_rad_s) in [
-        (growing, (root + A22_PER_S) / (2.0 * 3.0)),
-        (swaying, push / (-A22_PER_S - 0.15 * 2.5)),
-    ] {
+    for (hull, steady_rad_s) in
+        [(growing, (root + A22_PER_S) / (2.0 * 3.0)), (swaying, push / (-A22_PER_S - 0.15 * 2.5))]
+    {
         let found = identified(&mission_of(hull, 3, 0.0, 0.005));
         assert!(found.verdict.accepted, "{:?}", found.verdict);
         let [log_gain, variance] = found.steady_turn().unwrap().log_gain_at(RUDDER_RAD);
@@ -149,11 +130,7 @@ fn recover_the_steady_turn_of_a_hull_beyond_first_order() {
 /// An autopilot with a rate gain holds a course-unstable boat; the proportional gain that is handed out would not.
 #[test]
 fn recover_that_no_gain_holds_a_course_unstable_boat() {
-    let unstable = Hull {
-        quadratic_per_rad: 1.0,
-        coupling_per_s2: 0.4,
-        sway_s: 2.5,
-    };
+    let unstable = Hull { quadratic_per_rad: 1.0, coupling_per_s2: 0.4, sway_s: 2.5 };
     let found = identified(&mission_of(unstable, 4, 0.0, 0.005));
     let gain = GainAllowance::of(&found).design(&found.model(), 0.7);
     assert!(gain.is_err(), "{gain:?} {:?}", found.verdict);
@@ -193,15 +170,8 @@ fn prop_a_stop_and_a_gap_are_cut_out() {
     assert!(found.verdict.accepted, "{:?}", found.verdict);
     assert!(distances(&found).iter().all(|d| *d < 2.0), "{found:?}");
     let reasons = &found.verdict.reasons;
-    let used = reasons
-        .iter()
-        .find(|reason| reason.code == ReasonCode::Ok)
-        .unwrap();
-    assert!(
-        used.measured().contains("of the log was used"),
-        "{}",
-        used.measured()
-    );
+    let used = reasons.iter().find(|reason| reason.code == ReasonCode::Ok).unwrap();
+    assert!(used.measured().contains("of the log was used"), "{}", used.measured());
 }
 
 #[test]

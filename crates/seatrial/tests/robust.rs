@@ -16,16 +16,11 @@ use seatrial_dev::data;
 
 fn read(path: &Path) -> Record {
     let mut log = seatrial_logs::open(path, &Default::default()).unwrap();
-    std::iter::from_fn(|| log.next())
-        .map(Result::unwrap)
-        .collect()
+    std::iter::from_fn(|| log.next()).map(Result::unwrap).collect()
 }
 
 fn window(ends: &serde_json::Value) -> Window {
-    Window {
-        from_s: ends[0].as_f64().unwrap(),
-        to_s: ends[1].as_f64().unwrap(),
-    }
+    Window { from_s: ends[0].as_f64().unwrap(), to_s: ends[1].as_f64().unwrap() }
 }
 
 /// Is the truth within the interval, and by how many half widths is it off?
@@ -51,17 +46,10 @@ impl Firmware {
         [truth, run]: [&serde_json::Value; 2],
         most_off: f64,
     ) {
-        let validation = ValidationData {
-            record,
-            window: window(&run["validate"]),
-        };
-        let found = identify(
-            record,
-            window(&run["train"]),
-            Some(validation),
-            &IdentifySettings::default(),
-        )
-        .unwrap();
+        let validation = ValidationData { record, window: window(&run["validate"]) };
+        let found =
+            identify(record, window(&run["train"]), Some(validation), &IdentifySettings::default())
+                .unwrap();
         let refined = found.refined.unwrap();
         let [a22, b2] = ["a22_per_s", "b2_per_s2"].map(|name| truth[name].as_f64().unwrap());
         let away =
@@ -203,11 +191,7 @@ fn stage(theta: [f64; 3], lag_s: f64, noise_rad: f64, seed: u64) -> Vec<Sample<f
     let neutral = -theta[2] / theta[1];
     let gain = 0.3 * theta[0] * theta[0] / theta[1];
     let part_s = 0.05 / f64::from(PARTS);
-    let kept: f64 = if lag_s > 0.0 {
-        (-part_s / lag_s).exp()
-    } else {
-        0.0
-    };
+    let kept: f64 = if lag_s > 0.0 { (-part_s / lag_s).exp() } else { 0.0 };
     let mut acting = neutral;
     let mut state = YawState::<f64>::default();
     (0..330_u32)
@@ -222,21 +206,12 @@ fn stage(theta: [f64; 3], lag_s: f64, noise_rad: f64, seed: u64) -> Vec<Sample<f
                 let next = rudder_rad + kept * (acting - rudder_rad);
                 state = model.advance(
                     state,
-                    if lag_s > 0.0 {
-                        0.5 * (acting + next)
-                    } else {
-                        next
-                    },
+                    if lag_s > 0.0 { 0.5 * (acting + next) } else { next },
                     part_s,
                 );
                 acting = next;
             }
-            Sample {
-                time_s: 0.05 * f64::from(k),
-                heading_rad,
-                rudder_rad,
-                ..Sample::default()
-            }
+            Sample { time_s: 0.05 * f64::from(k), heading_rad, rudder_rad, ..Sample::default() }
         })
         .collect()
 }
@@ -249,14 +224,8 @@ fn exact_plants_behind_a_lag_come_back() {
             let found = robust_estimate(&samples).unwrap();
             let model = &found.refined.model;
             // The beliefs on lag and timing and the steps of the lag's simulation leave a little.
-            assert!(
-                (model.a22_per_s / a22 - 1.0).abs() < 3e-3,
-                "{a22} {lag_s} {model:?}"
-            );
-            assert!(
-                (model.b2_per_s2 / b2 - 1.0).abs() < 3e-3,
-                "{a22} {lag_s} {model:?}"
-            );
+            assert!((model.a22_per_s / a22 - 1.0).abs() < 3e-3, "{a22} {lag_s} {model:?}");
+            assert!((model.b2_per_s2 / b2 - 1.0).abs() < 3e-3, "{a22} {lag_s} {model:?}");
             let lag = found.robust.lag.map_or(0.0, |lag| lag.delay_s);
             assert!((lag - lag_s).abs() < 5e-3, "{a22} {lag_s} {lag}");
         }
@@ -327,19 +296,13 @@ fn recover_a_yaw_rate_that_overshoots_is_refused_for_no_other_cause() {
     };
     for seed in 1..=5 {
         let other = zig_zag(100 + seed);
-        let validation = ValidationData {
-            record: &other,
-            window: Window::ALL,
-        };
+        let validation = ValidationData { record: &other, window: Window::ALL };
         let settings = IdentifySettings::default();
         let found = identify(&zig_zag(seed), Window::ALL, Some(validation), &settings).unwrap();
         let verdict = &found.verdict;
         assert!(!verdict.accepted);
         assert!(!verdict.has(&ReasonCode::SampledTooSeldom), "{verdict:?}");
-        assert!(
-            !verdict.has(ReasonCode::RudderNotFollowed.of(Subject::Rudder)),
-            "{verdict:?}"
-        );
+        assert!(!verdict.has(ReasonCode::RudderNotFollowed.of(Subject::Rudder)), "{verdict:?}");
     }
 }
 
@@ -353,15 +316,9 @@ fn recover_a_rudder_that_moves_between_the_samples_of_a_slow_log() {
             let samples = stage(theta, 0.0, 4e-3, seed);
             let slow: Record = samples.into_iter().skip(first).step_by(4).collect();
             let result = identify(&slow, Window::ALL, None, &IdentifySettings::default()).unwrap();
-            assert!(
-                !result.verdict.has(&ReasonCode::SampledTooSeldom),
-                "{result:?}"
-            );
+            assert!(!result.verdict.has(&ReasonCode::SampledTooSeldom), "{result:?}");
             let interval_95 = result.refined.unwrap().interval_95;
-            let off = [
-                off(interval_95.a22_per_s, theta[0]),
-                off(interval_95.b2_per_s2, theta[1]),
-            ];
+            let off = [off(interval_95.a22_per_s, theta[0]), off(interval_95.b2_per_s2, theta[1])];
             assert!(off.iter().all(|off| *off < 2.0), "{seed} {first} {off:?}");
             found += 1;
             held += usize::from(off.iter().all(|off| *off <= 1.0));

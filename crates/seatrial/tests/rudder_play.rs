@@ -33,12 +33,7 @@ fn sail(
         let now_rad = fin_behind(&[before_rad, rudder_rad], play_rad)[1];
         fin_rad = Some(now_rad);
         state = model.advance(state, now_rad, interval_s);
-        Sample {
-            time_s: interval_s * f64::from(k),
-            heading_rad,
-            rudder_rad,
-            ..Sample::default()
-        }
+        Sample { time_s: interval_s * f64::from(k), heading_rad, rudder_rad, ..Sample::default() }
     };
     (0..rows).map(sample).collect()
 }
@@ -74,9 +69,8 @@ fn recover_the_interval_reaches_the_model_behind_play() {
             None => unnamed.push(seed),
         }
         let intervals = &found.refined.interval_95;
-        for (truth, [low, high]) in THETA
-            .into_iter()
-            .zip([intervals.a22_per_s, intervals.b2_per_s2])
+        for (truth, [low, high]) in
+            THETA.into_iter().zip([intervals.a22_per_s, intervals.b2_per_s2])
         {
             let half_width = 0.5 * (high - low);
             let beyond = (low - truth).max(truth - high) / half_width;
@@ -99,20 +93,11 @@ fn beyond(refined: &Refined) -> f64 {
 #[test]
 fn recover_ordinary_steering_tells_the_play_of_its_rudder() {
     let steered = |play_rad, seed| {
-        let samples = sail(
-            2400,
-            0.1,
-            play_rad,
-            seed,
-            |k, heading_rad, yaw_rate_rad_s| {
-                let course_rad = 0.7 * f64::from(k / 150 % 2);
-                (0.8 * (course_rad - heading_rad) - 0.5 * yaw_rate_rad_s).clamp(-0.25, 0.25)
-            },
-        );
-        let record = Record {
-            samples,
-            ..Record::default()
-        };
+        let samples = sail(2400, 0.1, play_rad, seed, |k, heading_rad, yaw_rate_rad_s| {
+            let course_rad = 0.7 * f64::from(k / 150 % 2);
+            (0.8 * (course_rad - heading_rad) - 0.5 * yaw_rate_rad_s).clamp(-0.25, 0.25)
+        });
+        let record = Record { samples, ..Record::default() };
         identify(&record, Window::ALL, None, &IdentifySettings::default()).unwrap()
     };
     for seed in 1..=5 {
@@ -120,18 +105,13 @@ fn recover_ordinary_steering_tells_the_play_of_its_rudder() {
         let refined = found.refined.as_ref().unwrap();
         assert_eq!(refined.method, EstimateMethod::PredictionError);
         assert!(
-            found
-                .verdict
-                .has(ReasonCode::RudderNotFollowed.of(Subject::Linkage)),
+            found.verdict.has(ReasonCode::RudderNotFollowed.of(Subject::Linkage)),
             "{:?}",
             found.verdict
         );
         assert!(beyond(refined) < 0.5, "seed {seed}: {refined:?}");
         let sound = steered(0.0, seed).verdict;
-        assert!(
-            !sound.has(ReasonCode::RudderNotFollowed.of(Subject::Linkage)),
-            "{sound:?}"
-        );
+        assert!(!sound.has(ReasonCode::RudderNotFollowed.of(Subject::Linkage)), "{sound:?}");
     }
 }
 
@@ -148,15 +128,9 @@ fn recover_the_weighed_model_reaches_the_one_behind_the_play() {
             980..1060 => 0.16,
             _ => 0.0,
         });
-        let record = Record {
-            samples,
-            ..Record::default()
-        };
+        let record = Record { samples, ..Record::default() };
         let window = |from_s, to_s| Window { from_s, to_s };
-        let data = ValidationData {
-            record: &record,
-            window: window(40.0, 70.0),
-        };
+        let data = ValidationData { record: &record, window: window(40.0, 70.0) };
         let training = window(0.0, 30.0);
         let found = identify(&record, training, Some(data), &IdentifySettings::default()).unwrap();
         let refined = found.refined.as_ref().unwrap();
@@ -190,11 +164,7 @@ fn prop_a_sound_rudder_of_a_slow_vehicle_is_not_suspected() {
                 break;
             }
             samples.extend((sample.time_s >= 100.0).then_some(sample));
-            let action = Action {
-                steering,
-                thrust: Some(0.8),
-                outcome: None,
-            };
+            let action = Action { steering, thrust: Some(0.8), outcome: None };
             let Ok(()) = vehicle.act(&action);
         }
         robust_estimate(&samples).unwrap().robust.play_rad.is_some()

@@ -25,17 +25,10 @@ fn mission(duration_s: f64, seed: u64, mut orders: impl FnMut(f64) -> Orders) ->
         let Some(sample) = next.filter(|sample| sample.time_s < duration_s) else {
             return samples.into_iter().collect();
         };
-        samples.push(Sample {
-            thrust: Some(thrust),
-            ..sample
-        });
+        samples.push(Sample { thrust: Some(thrust), ..sample });
         let (steering, wanted) = orders(sample.time_s);
         thrust = wanted;
-        let action = Action {
-            steering,
-            thrust: Some(thrust),
-            outcome: None,
-        };
+        let action = Action { steering, thrust: Some(thrust), outcome: None };
         let Ok(()) = vehicle.act(&action);
     }
 }
@@ -60,9 +53,7 @@ impl Strokes {
             let begins_s = end_s;
             end_s += length_s;
             let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
-            (begins_s..end_s)
-                .contains(&time_s)
-                .then_some(sign * self.angle_rad)
+            (begins_s..end_s).contains(&time_s).then_some(sign * self.angle_rad)
         })
     }
 }
@@ -104,22 +95,14 @@ fn long_mission(seed: u64) -> Record {
         let course_rad = 0.4 * ((time_s + 100.0) / 300.0).floor();
         // Then the controller does not take over at once.
         let is_after = |s: &Strokes| (s.to_s()..s.to_s() + 6.0).contains(&time_s);
-        let rudder = rudder.or(plan
-            .iter()
-            .any(|s| s.kind != Kind::Doublet && is_after(s))
-            .then_some(0.0));
-        (
-            rudder.map_or(Steering::HoldHeading(course_rad), Steering::Rudder),
-            thrust,
-        )
+        let rudder =
+            rudder.or(plan.iter().any(|s| s.kind != Kind::Doublet && is_after(s)).then_some(0.0));
+        (rudder.map_or(Steering::HoldHeading(course_rad), Steering::Rudder), thrust)
     })
 }
 
 fn manoeuvres(record: &Record) -> Vec<Segment> {
-    find(&record.samples)
-        .into_iter()
-        .filter(|segment| segment.kind != Kind::Steady)
-        .collect()
+    find(&record.samples).into_iter().filter(|segment| segment.kind != Kind::Steady).collect()
 }
 
 #[test]
@@ -152,27 +135,21 @@ fn recover_models_of_every_speed_with_the_truth_in_their_intervals() {
         let thrusts: Vec<Option<f64>> = proposals.iter().map(|p| p.thrust).collect();
         assert_eq!(thrusts, [Some(0.6), Some(0.8), Some(1.0)]);
         for (proposal, joined_manoeuvres) in proposals.iter().zip([None, Some(3), None]) {
-            let held_out = proposal.validation.map(|window| ValidationData {
-                record: &record,
-                window,
-            });
+            let held_out =
+                proposal.validation.map(|window| ValidationData { record: &record, window });
             let settings = IdentifySettings::default();
             let (identification, joined) =
                 identify_joined(&record, &proposal.training, held_out, &settings).unwrap();
             let outcome = identification.verdict.outcome();
             let is_validated = proposal.validation.is_some();
-            assert_eq!(
-                identification.verdict.accepted, is_validated,
-                "{proposal:?}"
-            );
+            assert_eq!(identification.verdict.accepted, is_validated, "{proposal:?}");
             assert_ne!(outcome, Outcome::DoNotUse, "{proposal:?}");
             assert_eq!(joined.map(|j| j.manoeuvres.len()), joined_manoeuvres);
             let truth = vehicle.truth(proposal.thrust.unwrap()).model;
             let interval = identification.refined.unwrap().interval_95;
-            for (value, [low, high]) in [
-                (truth.a22_per_s, interval.a22_per_s),
-                (truth.b2_per_s2, interval.b2_per_s2),
-            ] {
+            for (value, [low, high]) in
+                [(truth.a22_per_s, interval.a22_per_s), (truth.b2_per_s2, interval.b2_per_s2)]
+            {
                 covered += usize::from((low..=high).contains(&value));
             }
         }

@@ -5,10 +5,7 @@ use seatrial_core::Side;
 
 /// A point on a circle of this radius to starboard after an angle.
 fn on_circle(radius_m: f64, course_rad: f64, angle_rad: f64) -> Instant {
-    let [ahead, aside] = [
-        radius_m * angle_rad.sin(),
-        radius_m * (1.0 - angle_rad.cos()),
-    ];
+    let [ahead, aside] = [radius_m * angle_rad.sin(), radius_m * (1.0 - angle_rad.cos())];
     let (sin, cos) = course_rad.sin_cos();
     Instant {
         time_s: 100.0 + 10.0 * angle_rad,
@@ -21,17 +18,13 @@ fn on_circle(radius_m: f64, course_rad: f64, angle_rad: f64) -> Instant {
 
 #[test]
 fn exact_a_circle_has_its_radius_as_advance_and_transfer() {
-    let track: Vec<Instant> = (0..800)
-        .map(|k| on_circle(30.0, 2.0, 0.005 * f64::from(k)))
-        .collect();
+    let track: Vec<Instant> =
+        (0..800).map(|k| on_circle(30.0, 2.0, 0.005 * f64::from(k))).collect();
     let circle = TurningCircle::of(&track, 0.6).unwrap();
     // The chord of 0.005 rad against its arc.
     assert!((circle.advance_m - 30.0).abs() < 1e-3, "{circle:?}");
     assert!((circle.transfer_m - 30.0).abs() < 1e-3, "{circle:?}");
-    assert!(
-        (circle.tactical_diameter_m - 60.0).abs() < 1e-3,
-        "{circle:?}"
-    );
+    assert!((circle.tactical_diameter_m - 60.0).abs() < 1e-3, "{circle:?}");
     assert!((circle.times_s[1] - 10.0 * std::f64::consts::PI).abs() < 1e-6);
     assert_eq!(circle.side, Side::Starboard);
     assert_eq!(TurningCircle::of(&track[..600], 0.6), None);
@@ -64,14 +57,9 @@ fn exact_overshoots_count_from_the_heading_of_the_order() {
     assert_eq!(ZigZag::of(&track, &[0, 2], 0.2), None);
 
     // From the middle of it: the first heading is one of those at which the rudder is ordered over later.
-    let heading = [
-        -0.2, -0.28, 0.0, 0.2, 0.25, 0.0, -0.2, -0.27, 0.0, 0.2, 0.26,
-    ];
+    let heading = [-0.2, -0.28, 0.0, 0.2, 0.25, 0.0, -0.2, -0.27, 0.0, 0.2, 0.26];
     let track: Vec<Instant> = (track.iter().zip(heading))
-        .map(|(at, heading)| Instant {
-            heading_rad: 3.0 + heading,
-            ..*at
-        })
+        .map(|(at, heading)| Instant { heading_rad: 3.0 + heading, ..*at })
         .collect();
     let from_the_middle = ZigZag::of(&track, &[0, 3, 6, 9], 0.2).unwrap();
     for (found, expected) in from_the_middle.overshoots_rad.iter().zip([0.05, 0.07]) {
@@ -94,23 +82,15 @@ fn zig_zag(first_deg: f64, second_deg: f64) -> ZigZag {
 /// The limits of a short, a middle and a long ship, by the resolution's own formulas.
 #[test]
 fn val_imo_limits_of_overshoots() {
-    for (length_m, speed_m_s, first, second) in [
-        (90.0, 10.0, 10.0, 25.0),
-        (200.0, 10.0, 15.0, 32.5),
-        (320.0, 8.0, 20.0, 40.0),
-    ] {
+    for (length_m, speed_m_s, first, second) in
+        [(90.0, 10.0, 10.0, 25.0), (200.0, 10.0, 15.0, 32.5), (320.0, 8.0, 20.0, 40.0)]
+    {
         let ten = zig_zag(12.0, 30.0);
         let found = criteria(length_m, speed_m_s, [Some(&ten), Some(&ten)], &[]);
         let limits: Vec<f64> = found.iter().map(|c| c.limit).collect();
         // Rounding of degrees.
         let expected = [2.5, first, second, 25.0];
-        assert!(
-            limits
-                .iter()
-                .zip(expected)
-                .all(|(a, b)| (a - b).abs() < 1e-9),
-            "{found:?}"
-        );
+        assert!(limits.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{found:?}");
         assert_eq!(found[1].holds, 12.0 <= first);
         assert_eq!(found[2].holds, 30.0 <= second);
         assert!(found[3].holds);

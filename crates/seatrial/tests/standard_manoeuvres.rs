@@ -35,11 +35,7 @@ fn steer(
             _ => return samples,
         };
         let thrust = Some(THRUST);
-        let action = Action {
-            steering,
-            thrust,
-            outcome: None,
-        };
+        let action = Action { steering, thrust, outcome: None };
         vehicle.act(&action).unwrap();
     }
 }
@@ -48,9 +44,7 @@ fn steer(
 fn hold(vehicle: &mut SixDofVehicle) -> Vec<Sample<f64>> {
     let mut held_rad = None;
     steer(vehicle, SETTLE_S, |sample| {
-        Some(Steering::HoldHeading(
-            *held_rad.get_or_insert(sample.heading_rad),
-        ))
+        Some(Steering::HoldHeading(*held_rad.get_or_insert(sample.heading_rad)))
     })
 }
 
@@ -69,25 +63,18 @@ fn zig_zag(vehicle: &mut SixDofVehicle, angle_rad: f64) -> (Vec<f64>, f64) {
         }
         (switches_s.len() < 5).then_some(Steering::Rudder(side * angle_rad))
     });
-    let swing = turned
-        .iter()
-        .filter(|(time_s, _)| (switches_s[1]..switches_s[2]).contains(time_s));
-    let furthest_rad = swing
-        .map(|(_, turned_rad)| turned_rad.abs())
-        .fold(0.0, f64::max);
+    let swing = turned.iter().filter(|(time_s, _)| (switches_s[1]..switches_s[2]).contains(time_s));
+    let furthest_rad = swing.map(|(_, turned_rad)| turned_rad.abs()).fold(0.0, f64::max);
     let from_start = switches_s.iter().map(|time_s| time_s - samples[0].time_s);
     (from_start.collect(), furthest_rad - angle_rad)
 }
 
 /// The steady yaw rate at a rudder angle, rad/s.
 fn steady_turn(vehicle: &mut SixDofVehicle, rudder_rad: f64) -> f64 {
-    let samples = steer(vehicle, SPIRAL_STEP_S, |_| {
-        Some(Steering::Rudder(rudder_rad))
-    });
+    let samples = steer(vehicle, SPIRAL_STEP_S, |_| Some(Steering::Rudder(rudder_rad)));
     let settled = &samples[2 * samples.len() / 3..];
-    let turns = settled
-        .windows(2)
-        .map(|pair| (pair[1].heading_rad - pair[0].heading_rad).wrapped());
+    let turns =
+        settled.windows(2).map(|pair| (pair[1].heading_rad - pair[0].heading_rad).wrapped());
     turns.sum::<f64>() / (settled[settled.len() - 1].time_s - settled[0].time_s)
 }
 
@@ -96,9 +83,7 @@ fn val_remus_zig_zag_and_spiral() {
     let mut vehicle = SixDofVehicle::new(remus100::config().noise_free(), 1).unwrap();
     let rudders = [14.9, 10.0, 5.0, 2.0, 0.0, -2.0, -5.0, -10.0, -14.9].map(f64::to_radians);
     let course = hold(&mut vehicle);
-    let later = course[course.len() / 2..]
-        .iter()
-        .map(|sample| sample.surge_speed_m_s.unwrap());
+    let later = course[course.len() / 2..].iter().map(|sample| sample.surge_speed_m_s.unwrap());
     let straight_m_s = later.clone().sum::<f64>() / later.len() as f64;
     // Fossen's 2.043 m/s.
     assert!((straight_m_s / 2.043 - 1.0).abs() < 0.01);
@@ -115,18 +100,12 @@ fn val_remus_zig_zag_and_spiral() {
         assert!(((switches_s[2] - switches_s[0]) / period_s - 1.0).abs() < 0.17);
         // Faster turns have further to go until the rudder is over: up to 2.5 degrees more.
         let overshoot = overshoot_rad.to_degrees();
-        assert!(
-            (overshoot_deg..overshoot_deg + 3.0).contains(&overshoot),
-            "{overshoot}"
-        );
+        assert!((overshoot_deg..overshoot_deg + 3.0).contains(&overshoot), "{overshoot}");
     }
 
     let there = rudders.map(|rudder_rad| steady_turn(&mut vehicle, rudder_rad));
-    let back = rudders
-        .iter()
-        .rev()
-        .skip(1)
-        .map(|rudder_rad| steady_turn(&mut vehicle, *rudder_rad));
+    let back =
+        rudders.iter().rev().skip(1).map(|rudder_rad| steady_turn(&mut vehicle, *rudder_rad));
     let back: Vec<f64> = back.collect();
     for [rudder_deg, fossen, prestero] in STEADY_TURNS {
         let at = rudders

@@ -18,10 +18,7 @@ const MANOEUVRE_S: f64 = 20.0;
 const WINDOWS: [Window; 3] = [window(0.0), window(1.0), window(2.0)];
 
 const fn window(turn: f64) -> Window {
-    Window {
-        from_s: turn * MANOEUVRE_S,
-        to_s: (turn + 1.0) * MANOEUVRE_S,
-    }
+    Window { from_s: turn * MANOEUVRE_S, to_s: (turn + 1.0) * MANOEUVRE_S }
 }
 
 /// Three doublets of a vehicle with a22 = -0.9 and b2 = 2, followed by rest up to so many rows; compass noise of 0.1 deg.
@@ -68,19 +65,14 @@ fn least_time(mut work: impl FnMut()) -> Duration {
 fn parity_the_answers_of_an_examined_record() {
     let record = record(2_000);
     let settings = IdentifySettings::default();
-    let held_out = Some(ValidationData {
-        record: &record,
-        window: WINDOWS[2],
-    });
+    let held_out = Some(ValidationData { record: &record, window: WINDOWS[2] });
     let examined = RecordSurvey::of(&record);
     assert_eq!(
         examined.identify(WINDOWS[0], held_out, &settings).unwrap(),
         identify(&record, WINDOWS[0], held_out, &settings).unwrap()
     );
     assert_eq!(
-        examined
-            .identify_joined(&WINDOWS[..2], held_out, &settings)
-            .unwrap(),
+        examined.identify_joined(&WINDOWS[..2], held_out, &settings).unwrap(),
         identify_joined(&record, &WINDOWS[..2], held_out, &settings).unwrap()
     );
 }
@@ -93,14 +85,9 @@ fn prop_the_time_of_a_window_does_not_grow_with_the_record() {
     let settings = IdentifySettings::default();
     let [short_s, long_s] = [&short, &long].map(|record| {
         let examined = RecordSurvey::of(record);
-        let held_out = Some(ValidationData {
-            record,
-            window: WINDOWS[2],
-        });
+        let held_out = Some(ValidationData { record, window: WINDOWS[2] });
         least_time(|| {
-            examined
-                .identify_joined(&WINDOWS[..2], held_out, &settings)
-                .unwrap();
+            examined.identify_joined(&WINDOWS[..2], held_out, &settings).unwrap();
         })
         .as_secs_f64()
     });

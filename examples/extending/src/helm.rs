@@ -65,10 +65,7 @@ impl HelmLog {
         };
         Ok(Self {
             bytes,
-            kinds: [
-                kind("compass", &["heading", "yaw_rate"]),
-                kind("servo", &["angle"]),
-            ],
+            kinds: [kind("compass", &["heading", "yaw_rate"]), kind("servo", &["angle"])],
         })
     }
 }
@@ -87,11 +84,7 @@ fn read(line: &str, message: &mut Message) -> Option<()> {
         ("SERVO", [to_port]) => (SERVO, vec![-to_port]),
         _ => return None,
     };
-    *message = Message {
-        kind,
-        time_s: f64::from(milliseconds) / 1000.0,
-        values,
-    };
+    *message = Message { kind, time_s: f64::from(milliseconds) / 1000.0, values };
     Some(())
 }
 

@@ -129,12 +129,7 @@ fn executive<T: Real>(out: &mut Console, meter: &Meter, name: &str) -> fmt::Resu
         steps += 1;
         action.ok_or(fmt::Error)
     })?;
-    line(
-        out,
-        name,
-        "mean_instructions",
-        sum.checked_div(steps).unwrap_or(0),
-    )?;
+    line(out, name, "mean_instructions", sum.checked_div(steps).unwrap_or(0))?;
     table(out, name, most, size_of::<Trial<T>>())
 }
 

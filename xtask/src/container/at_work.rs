@@ -99,24 +99,16 @@ fn the_page(client: &mut Client, _: &str) -> Result<()> {
     let headers = std::mem::take(&mut client.headers);
     client.page()?;
     let service = client.document("/register_service")?;
-    ensure!(
-        service["name"] == "seatrial",
-        "BlueOS does not find the service: {service}"
-    );
+    ensure!(service["name"] == "seatrial", "BlueOS does not find the service: {service}");
     client.headers = headers;
     Ok(())
 }
 
 fn a_log(client: &mut Client, _: &str) -> Result<()> {
-    let found = client.post(
-        &format!("{API}/logs/identify?name=boat.csv"),
-        Path::new("docs/sample/boat.csv"),
-    )?;
+    let found = client
+        .post(&format!("{API}/logs/identify?name=boat.csv"), Path::new("docs/sample/boat.csv"))?;
     let outcome = &found["document"]["verdict"]["outcome"];
-    ensure!(
-        outcome == "use",
-        "the sample log has no model to use: {outcome}"
-    );
+    ensure!(outcome == "use", "the sample log has no model to use: {outcome}");
     Ok(())
 }
 
@@ -142,15 +134,8 @@ fn a_trial(client: &mut Client, vehicle: &str) -> Result<()> {
         let trial = client.document(&format!("{API}/status"))?["trial"].clone();
         Ok((trial["running"] == false).then_some(trial))
     })?;
-    ensure!(
-        trial["outcome"]["finished"] == true,
-        "it was not finished: {trial}"
-    );
+    ensure!(trial["outcome"]["finished"] == true, "it was not finished: {trial}");
     let report = client.get(&format!("{API}/campaigns/1/report.html"))?;
-    ensure!(
-        report.contains("</html>"),
-        "no report: {} bytes",
-        report.len()
-    );
+    ensure!(report.contains("</html>"), "no report: {} bytes", report.len());
     Ok(())
 }

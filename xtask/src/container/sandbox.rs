@@ -37,10 +37,7 @@ impl Container {
             put(licence, root.join(licence))?;
         }
         // Docker writes this file into every container.
-        shell().write_file(
-            root.join("etc/hosts"),
-            "127.0.0.1 localhost host.docker.internal\n",
-        )?;
+        shell().write_file(root.join("etc/hosts"), "127.0.0.1 localhost host.docker.internal\n")?;
         let said = File::create(folder.join("said.txt"))?;
         let user = user(text).context("no USER")?;
         let (environment, words) = (instructions(text, "ENV"), arguments(text));
@@ -49,22 +46,14 @@ impl Container {
             .stdout(said.try_clone()?)
             .stderr(said)
             .begin()?;
-        let mut container = Self {
-            folder: folder.to_owned(),
-            process,
-            token: String::new(),
-        };
+        let mut container = Self { folder: folder.to_owned(), process, token: String::new() };
         container.token = patiently(PATIENCE, "the command serves", || {
             let said = container.said();
             if let Some(status) = container.process.0.try_wait()? {
                 bail!("the command does not serve: {status}\n{said}");
             }
-            let token = said
-                .lines()
-                .find_map(|line| line.trim().strip_prefix("operator "));
-            Ok(token
-                .filter(|_| said.contains("http://"))
-                .map(|token| token.trim().to_owned()))
+            let token = said.lines().find_map(|line| line.trim().strip_prefix("operator "));
+            Ok(token.filter(|_| said.contains("http://")).map(|token| token.trim().to_owned()))
         })?;
         Ok(container)
     }
@@ -79,18 +68,14 @@ impl Container {
 
     /// Everything that it said so far.
     pub fn said(&self) -> String {
-        shell()
-            .read_file(self.folder.join("said.txt"))
-            .unwrap_or_default()
+        shell().read_file(self.folder.join("said.txt")).unwrap_or_default()
     }
 
     /// The most memory that its process ever had, bytes.
     pub fn most_memory(&self) -> Result<u64> {
         let status = shell().read_file(format!("/proc/{}/status", self.process()?))?;
         let most = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-        let kilobytes = most
-            .and_then(|line| line.split_whitespace().next())
-            .context("no VmHWM")?;
+        let kilobytes = most.and_then(|line| line.split_whitespace().next()).context("no VmHWM")?;
         Ok(kilobytes.parse::<u64>()? << 10)
     }
 
@@ -98,9 +83,8 @@ impl Container {
     /// to be kept.
     pub fn ends_when_asked(&mut self) -> Result<()> {
         ask_to_end(self.process()?);
-        let status = patiently(PATIENCE, "it ends when asked", || {
-            Ok(self.process.0.try_wait()?)
-        })?;
+        let status =
+            patiently(PATIENCE, "it ends when asked", || Ok(self.process.0.try_wait()?))?;
         ensure!(status.success(), "it ended with {status}\n{}", self.said());
         let kept = files(&self.folder.join("data"), "")?;
         let names: Vec<_> = kept.iter().filter_map(|path| path.file_name()).collect();
@@ -113,8 +97,6 @@ impl Container {
         let id = self.process.0.id();
         let children = shell().read_file(format!("/proc/{id}/task/{id}/children"))?;
         let first = children.split_whitespace().next();
-        Ok(first
-            .with_context(|| format!("the command has ended\n{}", self.said()))?
-            .to_owned())
+        Ok(first.with_context(|| format!("the command has ended\n{}", self.said()))?.to_owned())
     }
 }

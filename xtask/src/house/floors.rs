@@ -24,12 +24,7 @@ const FLOORS: [(&str, u8); 15] = [
 ];
 
 /// The project's own tools: they may know every crate, and only tests may know them.
-const TOOLS: [&str; 4] = [
-    "seatrial-dev",
-    "seatrial-instructions",
-    "seatrial-parity",
-    "xtask",
-];
+const TOOLS: [&str; 4] = ["seatrial-dev", "seatrial-instructions", "seatrial-parity", "xtask"];
 
 /// Arrows along a floor that the plan draws.
 const ALONG_A_FLOOR: [(&str, &str); 4] = [
@@ -72,9 +67,8 @@ pub fn violations(metadata: &Value) -> Vec<String> {
             }
             match floor(to) {
                 Some(below) if below < from => {}
-                Some(floor) => violations.push(format!(
-                    "{name} (floor {from}) depends on {to} (floor {floor})"
-                )),
+                Some(floor) => violations
+                    .push(format!("{name} (floor {from}) depends on {to} (floor {floor})")),
                 None => violations.push(format!("{name} depends on the tool {to}")),
             }
         }
@@ -90,18 +84,13 @@ mod tests {
     #[test]
     fn exact_arrows_up_sideways_and_from_nowhere_are_reported() {
         let depends_on = |name: &str, on: &[(&str, Value)]| {
-            let on: Vec<_> = on
-                .iter()
-                .map(|(name, kind)| json!({"name": name, "kind": kind}))
-                .collect();
+            let on: Vec<_> =
+                on.iter().map(|(name, kind)| json!({"name": name, "kind": kind})).collect();
             json!({"name": name, "dependencies": on})
         };
         let packages = [
             depends_on("seatrial-core", &[("seatrial", Value::Null)]),
-            depends_on(
-                "seatrial",
-                &[("seatrial-sim", "dev".into()), ("serde", Value::Null)],
-            ),
+            depends_on("seatrial", &[("seatrial-sim", "dev".into()), ("serde", Value::Null)]),
             depends_on("seatrial-sim", &[("seatrial", Value::Null)]),
             depends_on("seatrial-report", &[("seatrial", Value::Null)]),
             depends_on("seatrial-new", &[]),

@@ -14,10 +14,8 @@ pub const LIMITS: &str = "house.toml";
 /// The crate whose constants, codes of reasons and public modules are counted.
 const ESTIMATOR: &str = "seatrial";
 /// The crates whose verbs and options are counted, and what their counts are called: what people install, and the project's own studies.
-const TERMINALS: [(&str, [&str; 2]); 2] = [
-    ("seatrial-cli", ["verbs", "options"]),
-    ("seatrial-lab", ["lab_verbs", "lab_options"]),
-];
+const TERMINALS: [(&str, [&str; 2]); 2] =
+    [("seatrial-cli", ["verbs", "options"]), ("seatrial-lab", ["lab_verbs", "lab_options"])];
 /// Lines that a crate may lie above or below its figure: a small addition leaves house.toml alone. Every other count is exact.
 const LINES_OF_SLACK: usize = 150;
 
@@ -38,10 +36,7 @@ impl Counts {
                         |module: &syn::ItemMod| matches!(module.vis, Visibility::Public(_));
                     matches!(item, Item::Mod(module) if public(module))
                 };
-                self.raise(
-                    "public_modules",
-                    source.items.iter().filter(is_public).count(),
-                );
+                self.raise("public_modules", source.items.iter().filter(is_public).count());
             }
         }
         if let Some((_, [verbs, options])) = TERMINALS.iter().find(|(name, _)| *name == package) {
@@ -65,11 +60,7 @@ impl Counts {
     pub fn of_terminals(&self) -> String {
         let of = |name: &str| self.0.get(name).copied().unwrap_or_default();
         let programs = TERMINALS.map(|(package, [verbs, options])| {
-            format!(
-                "{package} has {} verbs and {} options",
-                of(verbs),
-                of(options)
-            )
+            format!("{package} has {} verbs and {} options", of(verbs), of(options))
         });
         programs.join("; ")
     }
@@ -130,10 +121,7 @@ mod tests {
         counts.raise("lines.seatrial", 9 + LINES_OF_SLACK);
         let of_lines = |counts: &Counts| {
             let faults = counts.beside(|_| Some(9));
-            faults
-                .iter()
-                .filter(|fault| fault.starts_with("lines."))
-                .count()
+            faults.iter().filter(|fault| fault.starts_with("lines.")).count()
         };
         assert_eq!(of_lines(&counts), 1, "the lines of the text come on top");
     }

@@ -100,9 +100,7 @@ impl Modules {
         let edges = self.edges();
         let parents = self.modules.keys().filter_map(|name| name.split_last());
         let parents: BTreeSet<&[String]> = parents.map(|(_, parent)| parent).collect();
-        let circles = parents
-            .iter()
-            .flat_map(|parent| circles_below(parent, &edges));
+        let circles = parents.iter().flat_map(|parent| circles_below(parent, &edges));
         circles.collect()
     }
 
@@ -131,9 +129,7 @@ impl Modules {
                 let import = self.modules[from].1.imports.get(first)?;
                 let through = [import, rest].concat();
                 let leads_on = through != path && depth < DEEPEST;
-                return leads_on
-                    .then(|| self.resolve(from, &through, depth + 1))
-                    .flatten();
+                return leads_on.then(|| self.resolve(from, &through, depth + 1)).flatten();
             }
         };
         // What is neither a module nor imported there is defined there.
@@ -147,14 +143,10 @@ fn below(parent: &[String], child: &str) -> Name {
 
 /// The file that a `#[path = "..."]` names.
 fn path_attribute(module: &ItemMod) -> Option<String> {
-    let named = module
-        .attrs
-        .iter()
-        .filter_map(|attribute| attribute.meta.require_name_value().ok());
-    let value = named
-        .filter(|named| named.path.is_ident("path"))
-        .map(|named| named.value.span())
-        .next();
+    let named =
+        module.attrs.iter().filter_map(|attribute| attribute.meta.require_name_value().ok());
+    let value =
+        named.filter(|named| named.path.is_ident("path")).map(|named| named.value.span()).next();
     Some(value?.source_text()?.trim_matches('"').to_owned())
 }
 
@@ -169,18 +161,13 @@ fn circles_below(parent: &[String], edges: &[Edge]) -> Vec<Circle> {
     let graph = DiGraphMap::<&str, (), RandomState>::from_edges(
         arrows.keys().map(|(from, to)| (from.as_str(), to.as_str())),
     );
-    let circles = tarjan_scc(&graph)
-        .into_iter()
-        .filter(|members| members.len() > 1);
+    let circles = tarjan_scc(&graph).into_iter().filter(|members| members.len() > 1);
     let circles = circles.map(|mut members| {
         members.sort_unstable();
         let is_in = |name: &String| members.contains(&name.as_str());
-        let among = arrows
-            .iter()
-            .filter(|((from, to), _)| is_in(from) && is_in(to));
-        let places = among
-            .map(|((from, to), place)| format!("{from} uses {to} at {place}"))
-            .collect();
+        let among = arrows.iter().filter(|((from, to), _)| is_in(from) && is_in(to));
+        let places =
+            among.map(|((from, to), place)| format!("{from} uses {to} at {place}")).collect();
         let names = [parent.join("::"), members.join(", ")];
         let name = names.join(": ").trim_start_matches(": ").to_owned();
         Circle { name, places }
@@ -225,14 +212,8 @@ mod tests {
     fn exact_a_parent_and_its_children_are_none_but_siblings_below_are() {
         let found = circles(&[
             ("lib.rs", "mod a; mod d { pub fn f() { crate::a::g() } }"),
-            (
-                "a/mod.rs",
-                "mod b; mod c; pub use b::Two; pub fn g() { c::h() }",
-            ),
-            (
-                "a/b.rs",
-                "pub struct Two; fn f() { super::c::h(); super::g() }",
-            ),
+            ("a/mod.rs", "mod b; mod c; pub use b::Two; pub fn g() { c::h() }"),
+            ("a/b.rs", "pub struct Two; fn f() { super::c::h(); super::g() }"),
             ("a/c.rs", "use super::*; pub fn h() -> super::Two {}"),
         ]);
         assert_eq!(found, ["a: b, c"]);

@@ -57,9 +57,7 @@ impl Visit<'_> for Corrections {
             let minuend = of(&difference.left);
             let is_number = matches!(bare(&difference.left), Expr::Lit(_));
             let is_factor = !is_number && factors.iter().any(|factor| of(factor) == minuend);
-            let has_transpose = factors
-                .iter()
-                .any(|factor| of(factor).contains("transpose"));
+            let has_transpose = factors.iter().any(|factor| of(factor).contains("transpose"));
             let is_corrected = is_of_matrix(&difference.left) || is_factor || has_transpose;
             if factors.len() > 1 && is_corrected {
                 self.0.push(line(difference.op.span()));
@@ -108,13 +106,7 @@ mod tests {
         "| a product corrects a matrix | `crates/seatrial-core/src/whitening.rs` (filters) |";
 
     fn faults_in(text: &str) -> usize {
-        faults(
-            "seatrial",
-            Path::new("crates/seatrial/src/a.rs"),
-            text,
-            PLAN,
-        )
-        .len()
+        faults("seatrial", Path::new("crates/seatrial/src/a.rs"), text, PLAN).len()
     }
 
     /// The three filters that once stood in the workspace, and one by matrices.
@@ -135,17 +127,8 @@ mod tests {
     fn exact_owners_tests_and_other_differences_are_none() {
         let filter = "fn f() { p[a][b] -= gain[a] * row[b]; }";
         let of = |package, path: &str| faults(package, Path::new(path), filter, PLAN).len();
-        assert_eq!(
-            of("seatrial-core", "crates/seatrial-core/src/whitening.rs"),
-            0
-        );
-        assert_eq!(
-            of(
-                "seatrial-core",
-                "crates/seatrial-core/src/refine/whitening.rs"
-            ),
-            1
-        );
+        assert_eq!(of("seatrial-core", "crates/seatrial-core/src/whitening.rs"), 0);
+        assert_eq!(of("seatrial-core", "crates/seatrial-core/src/refine/whitening.rs"), 1);
         assert_eq!(of("seatrial-sim", "crates/seatrial-sim/src/plant.rs"), 0);
         for other in [
             "fn f() { let e = y - (a * u + b); let away = psi[k] - gain * r; x[i] -= x[j]; }",

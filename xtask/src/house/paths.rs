@@ -36,11 +36,7 @@ impl Module {
         };
         // `use a::{self as b}`: the name of `self` is that of the module.
         path.pop_if(|name| name == "self");
-        let name = path
-            .last()
-            .filter(|_| name == "self")
-            .cloned()
-            .unwrap_or(name);
+        let name = path.last().filter(|_| name == "self").cloned().unwrap_or(name);
         self.paths.push((line, path.clone()));
         self.imports.insert(name, path);
     }
@@ -49,10 +45,7 @@ impl Module {
     fn add_tokens(&mut self, tokens: &TokenStream) {
         let text = tokens.to_string().replace(" :: ", "::");
         let is_of_path = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
-        for path in text
-            .split(|c| !is_of_path(c))
-            .filter(|path| path.contains("::"))
-        {
+        for path in text.split(|c| !is_of_path(c)).filter(|path| path.contains("::")) {
             let names = path.trim_matches(':').split("::").map(String::from);
             self.paths.push((line(tokens.span()), names.collect()));
         }
@@ -72,10 +65,7 @@ impl Visit<'_> for Module {
 
     fn visit_path(&mut self, path: &Path) {
         if path.leading_colon.is_none() && path.segments.len() > 1 {
-            let names = path
-                .segments
-                .iter()
-                .map(|segment| segment.ident.to_string());
+            let names = path.segments.iter().map(|segment| segment.ident.to_string());
             self.paths.push((line(path.span()), names.collect()));
         }
         visit::visit_path(self, path);
@@ -98,22 +88,12 @@ mod tests {
     fn exact_every_name_of_a_use_tree() {
         let code = "pub use crate::{a::{self, B as C}, d::*}; fn f() { x::y::<Z>(e); g!(h::i(j)) }";
         let mut module = Module::default();
-        syn::parse_file(code)
-            .unwrap()
-            .items
-            .iter()
-            .for_each(|item| module.visit_item(item));
-        let found: Vec<_> = module
-            .imports
-            .iter()
-            .map(|(name, path)| (name.as_str(), path.join("::")))
-            .collect();
+        syn::parse_file(code).unwrap().items.iter().for_each(|item| module.visit_item(item));
+        let found: Vec<_> =
+            module.imports.iter().map(|(name, path)| (name.as_str(), path.join("::"))).collect();
         let expected = [("*", "crate::d"), ("C", "crate::a::B"), ("a", "crate::a")];
         assert_eq!(found, expected.map(|(name, path)| (name, path.to_owned())));
         let paths: Vec<_> = module.paths.iter().map(|p| p.1.join("::")).collect();
-        assert_eq!(
-            paths,
-            ["crate::a", "crate::a::B", "crate::d", "x::y", "h::i"]
-        );
+        assert_eq!(paths, ["crate::a", "crate::a::B", "crate::d", "x::y", "h::i"]);
     }
 }

@@ -39,10 +39,7 @@ pub struct Source {
 /// Lines of blocks of Rust in the docs of a file.
 fn example_lines(text: &str) -> usize {
     let mut is_rust = None;
-    let in_docs = text
-        .lines()
-        .map(str::trim_start)
-        .filter(|line| line.starts_with("//"));
+    let in_docs = text.lines().map(str::trim_start).filter(|line| line.starts_with("//"));
     let in_examples = in_docs.filter(|line| {
         let fence = line.trim_start_matches(['/', '!', ' ']).strip_prefix("```");
         match (fence, is_rust) {
@@ -182,12 +179,9 @@ pub fn is_test(attributes: &[Attribute]) -> bool {
 
 /// Is one of the attributes `name(...)` with this word in it?
 fn holds(attributes: &[Attribute], name: &str, word: &str) -> bool {
-    let lists = attributes
-        .iter()
-        .filter_map(|attribute| attribute.meta.require_list().ok());
-    let mut words = lists
-        .filter(|list| list.path.is_ident(name))
-        .flat_map(|list| list.tokens.clone());
+    let lists = attributes.iter().filter_map(|attribute| attribute.meta.require_list().ok());
+    let mut words =
+        lists.filter(|list| list.path.is_ident(name)).flat_map(|list| list.tokens.clone());
     words.any(|token| token.to_string() == word)
 }
 
@@ -245,10 +239,7 @@ mod tests {
     fn exact_functions_of_production_code_and_their_lines() {
         let source = Source::new(TEXT.to_owned()).unwrap();
         let functions = source.functions;
-        let found: Vec<_> = functions
-            .iter()
-            .map(|f| (f.name.as_str(), f.line, f.lines))
-            .collect();
+        let found: Vec<_> = functions.iter().map(|f| (f.name.as_str(), f.line, f.lines)).collect();
         assert_eq!(found, [("first", 3, 4), ("last", 10, 1)]);
         assert_eq!(source.string_errors, [3]);
         assert_eq!(source.production_lines, TEXT.lines().count() - 8);

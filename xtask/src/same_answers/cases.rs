@@ -24,10 +24,8 @@ const QUICK_LOGS: [&str; 9] = [
 
 /// The ArduRover log's passes: the file beside it has the epochs in the autopilot's time, these are seconds of the log.
 const ROVER_LOG: &str = "native/ardupilot/rover_json_physics.tlog";
-const ROVER_WINDOWS: [[&str; 4]; 2] = [
-    ["86.6", "97", "100.6", "110"],
-    ["125.6", "136", "139.6", "150"],
-];
+const ROVER_WINDOWS: [[&str; 4]; 2] =
+    [["86.6", "97", "100.6", "110"], ["125.6", "136", "139.6", "150"]];
 
 const SCENARIOS: [&str; 12] = [
     "bad_compass",
@@ -78,22 +76,14 @@ fn windows_of(log: &str, firmware: &Value) -> Vec<String> {
             let mut runs = firmware.as_array().into_iter().flatten();
             let run = runs.find(|run| run["file"] == name);
             let edges = run.map(|run| {
-                [
-                    &run["train"][0],
-                    &run["train"][1],
-                    &run["validate"][0],
-                    &run["validate"][1],
-                ]
+                [&run["train"][0], &run["train"][1], &run["validate"][0], &run["validate"][1]]
             });
             let edges = edges.map(|edges| edges.map(Value::to_string));
-            edges
-                .iter()
-                .map(|edges| options(edges.each_ref().map(String::as_str)))
-                .collect()
+            edges.iter().map(|edges| options(edges.each_ref().map(String::as_str))).collect()
         }
-        _ if log == ROVER_LOG => ROVER_WINDOWS
-            .map(|edges| options(edges) + " --rudder-range-deg 35")
-            .into(),
+        _ if log == ROVER_LOG => {
+            ROVER_WINDOWS.map(|edges| options(edges) + " --rudder-range-deg 35").into()
+        }
         _ => Vec::new(),
     }
 }
@@ -116,11 +106,7 @@ fn of_log(log: &str, firmware: &Value, quick: bool) -> Vec<Case> {
         add("compare", &label, &options);
         for more in ["--as-paper", "--online=least-squares"] {
             if !quick {
-                add(
-                    "identify",
-                    &format!("{label}{more}"),
-                    &format!("{options} {more}"),
-                );
+                add("identify", &format!("{label}{more}"), &format!("{options} {more}"));
             }
         }
     }
@@ -145,12 +131,7 @@ fn trials(quick: bool) -> Vec<Case> {
     for seed in 1..=if quick { 1 } else { 3 } {
         for vehicle in ["starfish-6dof", "remus100"] {
             add(vehicle, "", seed, &format!(" --vehicle sim:{vehicle}"));
-            add(
-                vehicle,
-                "-pitch",
-                seed,
-                &format!(" --axis pitch --vehicle sim:{vehicle}"),
-            );
+            add(vehicle, "-pitch", seed, &format!(" --axis pitch --vehicle sim:{vehicle}"));
         }
         add("starfish", "-stop-when", seed, " --stop-when a22:10%,b2:5%");
     }

@@ -40,11 +40,7 @@ impl Document {
             Value::String(text) => *text = text.replace(&*data, "DATA"),
             _ => {}
         });
-        Ok(Self {
-            name: name.to_owned(),
-            exit,
-            value,
-        })
+        Ok(Self { name: name.to_owned(), exit, value })
     }
 }
 
@@ -84,9 +80,7 @@ pub fn first_difference(before: &Value, now: &Value) -> Option<String> {
     match (before, now) {
         (Value::Object(a), Value::Object(b)) => {
             let names: std::collections::BTreeSet<_> = a.keys().chain(b.keys()).collect();
-            names
-                .into_iter()
-                .find_map(|name| here(&format!(".{name}"), a.get(name), b.get(name)))
+            names.into_iter().find_map(|name| here(&format!(".{name}"), a.get(name), b.get(name)))
         }
         (Value::Array(a), Value::Array(b)) => (0..a.len().max(b.len()))
             .find_map(|index| here(&format!("[{index}]"), a.get(index), b.get(index))),

@@ -32,17 +32,11 @@ impl Manifest {
                 "
 ",
             ))[..16];
-            let entry = [
-                sha256(&values.to_string()),
-                sentences.to_owned(),
-                document.exit.to_string(),
-            ];
+            let entry =
+                [sha256(&values.to_string()), sentences.to_owned(), document.exit.to_string()];
             (document.name.clone(), entry)
         };
-        Self {
-            folder: None,
-            entries: documents.iter().map(entry).collect(),
-        }
+        Self { folder: None, entries: documents.iter().map(entry).collect() }
     }
 
     /// Reads a manifest, or the one in a folder of documents.
@@ -63,10 +57,8 @@ impl Manifest {
 
     /// Writes it as text.
     pub fn write(&self, path: &Path) -> Result<()> {
-        let lines = self
-            .entries
-            .iter()
-            .map(|(name, entry)| format!("{} {name}\n", entry.join(" ")));
+        let lines =
+            self.entries.iter().map(|(name, entry)| format!("{} {name}\n", entry.join(" ")));
         let lines: String = lines.collect();
         Ok(shell().write_file(path, format!("{HEADER}\n{lines}"))?)
     }
@@ -97,14 +89,9 @@ pub fn compare(before: &Manifest, now: &Manifest, documents: &[Document], all: b
             Some([_, old, _]) => reworded += usize::from(old != sentences),
         }
     }
-    let gone = before
-        .entries
-        .keys()
-        .filter(|name| all && !now.entries.contains_key(*name));
+    let gone = before.entries.keys().filter(|name| all && !now.entries.contains_key(*name));
     differing.extend(gone.map(|name| format!("{name}: is not made any more")));
-    differing
-        .iter()
-        .for_each(|difference| println!("DIFFERS {difference}"));
+    differing.iter().for_each(|difference| println!("DIFFERS {difference}"));
     println!(
         "{} documents differ; {reworded} others differ only in sentences for people",
         differing.len()
@@ -120,11 +107,10 @@ fn detail(before: &Manifest, document: &Document) -> String {
     let path = folder.join(format!("{}.json", document.name));
     let old = shell().read_file(&path).ok();
     match old.and_then(|text| serde_json::from_str(&text).ok()) {
-        Some(old) => first_difference(
-            &split_sentences(&old).0,
-            &split_sentences(&document.value).0,
-        )
-        .unwrap_or_default(),
+        Some(old) => {
+            first_difference(&split_sentences(&old).0, &split_sentences(&document.value).0)
+                .unwrap_or_default()
+        }
         None => format!(": {} cannot be read", path.display()),
     }
 }

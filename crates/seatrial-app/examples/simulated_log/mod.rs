@@ -11,10 +11,8 @@ use seatrial_sim::{FirstOrderVehicle, VehicleConfig};
 /// Writes the log.
 pub fn write(path: &Path) -> Result<(), Box<dyn Error>> {
     let mut vehicle = FirstOrderVehicle::new(VehicleConfig::starfish(), 1)?;
-    let plan = Plan {
-        thrusts: List::from_slice(&[0.6, 0.8]).expect("room for two"),
-        ..Plan::paper()
-    };
+    let plan =
+        Plan { thrusts: List::from_slice(&[0.6, 0.8]).expect("room for two"), ..Plan::paper() };
     let mut trial = Trial::new(plan)?;
     let mut rows = Vec::new();
     while let Some(sample) = vehicle.next_sample()? {

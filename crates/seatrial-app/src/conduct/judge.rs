@@ -16,11 +16,7 @@ use crate::TrialPlan;
 /// Judges one run after the other, in their order.
 pub(super) enum Judge {
     /// On a thread of its own.
-    Beside {
-        finished: Sender<FinishedRun>,
-        judged: Receiver<thread::Result<Run>>,
-        waiting: usize,
-    },
+    Beside { finished: Sender<FinishedRun>, judged: Receiver<thread::Result<Run>>, waiting: usize },
     /// At once: by the trial alone nothing has to be computed.
     AtOnce(VecDeque<Run>),
 }
@@ -44,37 +40,22 @@ impl Judge {
         let (finished, to_judge) = channel::<FinishedRun>();
         let (tell, judged) = channel();
         scope.spawn(move || {
-            for FinishedRun {
-                run,
-                time_s,
-                result,
-            } in to_judge
-            {
+            for FinishedRun { run, time_s, result } in to_judge {
                 let judge = AssertUnwindSafe(|| run.judged(time_s, &result, &plan));
                 if tell.send(catch_unwind(judge)).is_err() {
                     break;
                 }
             }
         });
-        Self::Beside {
-            finished,
-            judged,
-            waiting: 0,
-        }
+        Self::Beside { finished, judged, waiting: 0 }
     }
 
     /// Takes a run that was validated at this time.
     pub(super) fn take(&mut self, run: OpenRun, time_s: f64, result: RunResult<f64>) {
         match self {
             Self::AtOnce(judged) => judged.push_back(run.judged_by_trial(time_s, &result)),
-            Self::Beside {
-                finished, waiting, ..
-            } => {
-                let run = FinishedRun {
-                    run,
-                    time_s,
-                    result,
-                };
+            Self::Beside { finished, waiting, .. } => {
+                let run = FinishedRun { run, time_s, result };
                 *waiting += usize::from(finished.send(run).is_ok());
             }
         }
@@ -84,9 +65,9 @@ impl Judge {
     pub(super) fn verdict(&mut self) -> Option<Run> {
         match self {
             Self::AtOnce(judged) => judged.pop_front(),
-            Self::Beside {
-                judged, waiting, ..
-            } => judged.try_recv().ok().map(|run| taken(run, waiting)),
+            Self::Beside { judged, waiting, .. } => {
+                judged.try_recv().ok().map(|run| taken(run, waiting))
+            }
         }
     }
 
@@ -95,9 +76,9 @@ impl Judge {
         match self {
             Self::AtOnce(judged) => judged.pop_front(),
             Self::Beside { waiting: 0, .. } => None,
-            Self::Beside {
-                judged, waiting, ..
-            } => judged.recv().ok().map(|run| taken(run, waiting)),
+            Self::Beside { judged, waiting, .. } => {
+                judged.recv().ok().map(|run| taken(run, waiting))
+            }
         }
     }
 }

@@ -74,11 +74,7 @@ pub struct Pace {
 impl Pace {
     /// Seconds of the vehicle in a second of real time.
     pub fn new(factor: f64) -> Self {
-        Self {
-            factor,
-            begun: Instant::now(),
-            first_s: None,
-        }
+        Self { factor, begun: Instant::now(), first_s: None }
     }
 
     /// Waits until this time of the vehicle is due.
@@ -135,13 +131,7 @@ pub fn conduct<V: Vehicle<f64> + ?Sized>(
     watch: &mut dyn Watch,
 ) -> Result<TrialResult<V::Error>, InvalidSetting> {
     let plan = plan.into().checked()?;
-    Ok(conduct_judging(
-        vehicle,
-        &plan,
-        about,
-        watch,
-        Judging::Whole,
-    ))
+    Ok(conduct_judging(vehicle, &plan, about, watch, Judging::Whole))
 }
 
 /// Conducts a trial as [`conduct`] does, of a plan that was checked, with its runs judged as `judging` says.
@@ -236,10 +226,7 @@ impl Runs<'_> {
             self.end(run.stopped(last_s, outcome));
         }
         self.campaign.outcome = trial.outcome();
-        TrialResult {
-            campaign: self.campaign,
-            fault,
-        }
+        TrialResult { campaign: self.campaign, fault }
     }
 
     /// Shows the intervals of the open run, and ends its training where they are narrow enough.
@@ -262,11 +249,7 @@ impl Runs<'_> {
 
     fn heed(&mut self, event: Event<f64>, is_live: bool) {
         match event {
-            Event::RunStarted {
-                number,
-                thrust,
-                attempt,
-            } => {
+            Event::RunStarted { number, thrust, attempt } => {
                 self.open = Some(OpenRun::new(number, thrust, attempt));
                 self.watch.run_started(number, thrust, attempt);
             }

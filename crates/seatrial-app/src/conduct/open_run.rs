@@ -48,13 +48,8 @@ impl OpenRun {
 
     pub(super) fn enter(&mut self, stage: Stage, time_s: f64) {
         self.close_stage(time_s);
-        self.stages.push(StageSpan {
-            stage,
-            window: Window {
-                from_s: time_s,
-                to_s: f64::INFINITY,
-            },
-        });
+        self.stages
+            .push(StageSpan { stage, window: Window { from_s: time_s, to_s: f64::INFINITY } });
     }
 
     fn close_stage(&mut self, time_s: f64) {
@@ -87,10 +82,7 @@ impl OpenRun {
         if trial.plan().axis == Axis::Pitch {
             return None;
         }
-        let training = self
-            .stages
-            .last()
-            .filter(|span| span.stage == Stage::Train)?;
+        let training = self.stages.last().filter(|span| span.stage == Stage::Train)?;
         let now_s = self.last_s()?;
         if now_s < self.next_look_s {
             return None;
@@ -150,15 +142,8 @@ impl OpenRun {
             true => Reason::new(ReasonCode::Ok, "the trial accepted the run"),
             false => Reason::new(ReasonCode::LowR2, "the trial did not accept the run"),
         };
-        let verdict = Verdict {
-            accepted: result.accepted,
-            reasons: vec![reason.clone()],
-        };
-        Run {
-            surge_speed_m_s: result.surge_speed_m_s,
-            verdict,
-            ..self.without_model(reason)
-        }
+        let verdict = Verdict { accepted: result.accepted, reasons: vec![reason.clone()] };
+        Run { surge_speed_m_s: result.surge_speed_m_s, verdict, ..self.without_model(reason) }
     }
 
     fn identification(
@@ -167,10 +152,7 @@ impl OpenRun {
         plan: &TrialPlan,
     ) -> Result<seatrial::Identification, IdentifyError> {
         let window = |wanted: Stage| {
-            self.stages
-                .iter()
-                .find(|span| span.stage == wanted)
-                .map(|span| span.window)
+            self.stages.iter().find(|span| span.stage == wanted).map(|span| span.window)
         };
         let (Some(training), Some(validation)) = (window(Stage::Train), window(Stage::Validate))
         else {
@@ -188,10 +170,7 @@ impl OpenRun {
             servo,
             ..Settings::of(&settings)
         };
-        let data = Some(ValidationData {
-            record: &record,
-            window: validation,
-        });
+        let data = Some(ValidationData { record: &record, window: validation });
         let mut identification = match plan.axis {
             Axis::Yaw => assess(&record, training, data, pass, used)?,
             Axis::Pitch => pitch::assess(&record, training, data, pass, used)?,
@@ -283,10 +262,9 @@ fn mended(samples: &[Sample<f64>], is_refused: &[bool]) -> Record {
         let sample = &samples[k];
         let share = (sample.time_s - before.time_s) / (after.time_s - before.time_s);
         let turned = Real::wrapped(after.heading_rad - before.heading_rad);
-        (0.0..1.0).contains(&share).then_some(Sample {
-            heading_rad: before.heading_rad + share * turned,
-            ..*sample
-        })
+        (0.0..1.0)
+            .contains(&share)
+            .then_some(Sample { heading_rad: before.heading_rad + share * turned, ..*sample })
     };
     (0..samples.len())
         .filter_map(|k| taken(k).copied().or_else(|| between(k)))
@@ -301,10 +279,7 @@ fn pass_behind_servo(
     result: &RunResult<f64>,
     plan: &TrialPlan,
 ) -> Result<Pass, IdentifyError> {
-    let before = Window {
-        from_s: f64::NEG_INFINITY,
-        to_s: training.from_s,
-    };
+    let before = Window { from_s: f64::NEG_INFINITY, to_s: training.from_s };
     let segment = Segment {
         settling: record.window(before),
         training: record.window(training),
@@ -313,8 +288,5 @@ fn pass_behind_servo(
     };
     let pass = online::estimate(&segment, plan.estimator_settings(), true)
         .map_err(IdentifyError::Setting)?;
-    Ok(Pass {
-        rejected: result.rejected.into(),
-        ..pass
-    })
+    Ok(Pass { rejected: result.rejected.into(), ..pass })
 }

@@ -110,9 +110,7 @@ impl IdentificationDocument {
             loop_timing: model.and_then(|model| model.loop_timing),
             valid_range: model.and_then(|model| model.valid_range),
             first_answer: CourseChange::of_all(
-                speed_rows(found)
-                    .into_iter()
-                    .filter_map(|row| row.course_change),
+                speed_rows(found).into_iter().filter_map(|row| row.course_change),
             ),
             verdict: found.verdict().clone(),
             models: found.models.clone(),

@@ -73,13 +73,7 @@ type Piece = (usize, u64, Work);
 
 impl<'a> Queue<'a> {
     fn new(sources: &'a [Source], options: &'a Options) -> Self {
-        Self {
-            sources,
-            options,
-            next: 0,
-            runs: None,
-            bytes_before: 0,
-        }
+        Self { sources, options, next: 0, runs: None, bytes_before: 0 }
     }
 
     /// The next piece of work of which nothing is kept: no such run, and not all of its log.
@@ -297,12 +291,7 @@ mod tests {
             panic!("{made:?}");
         };
         assert_eq!(row.error.as_deref(), Some("panic"));
-        assert!(
-            row.error_text
-                .as_ref()
-                .unwrap()
-                .contains("index out of range")
-        );
+        assert!(row.error_text.as_ref().unwrap().contains("index out of range"));
         assert_eq!(row.source, "run.csv");
     }
 }

@@ -184,10 +184,7 @@ fn locked(path: &Path, resume: bool) -> Result<File, JournalError> {
         .append(true)
         .create(true)
         .open(path)
-        .map_err(|source| JournalError::NotSaved {
-            path: path.to_owned(),
-            source,
-        })?;
+        .map_err(|source| JournalError::NotSaved { path: path.to_owned(), source })?;
     match file.try_lock() {
         Ok(()) => Ok(file),
         Err(_) => Err(JournalError::InUse(path.to_owned())),
@@ -326,11 +323,7 @@ impl Journal {
             == (entry.bytes, entry.modified_ns, &entry.etag);
         let is_new = is_same && self.done.insert((source, entry.run));
         if is_new {
-            self.places.push(Place {
-                source,
-                run: entry.run,
-                offset: self.length,
-            });
+            self.places.push(Place { source, run: entry.run, offset: self.length });
         }
         is_new
     }
@@ -370,10 +363,7 @@ impl Journal {
     }
 
     fn not_saved(&self, source: io::Error) -> JournalError {
-        JournalError::NotSaved {
-            path: self.path.clone(),
-            source,
-        }
+        JournalError::NotSaved { path: self.path.clone(), source }
     }
 
     /// Writes the Parquet file, puts it in its place in one step, and removes the journal.
@@ -382,9 +372,7 @@ impl Journal {
         if is_object(&out) {
             let not_saved = |source| self.not_saved(source);
             let mut file = tempfile::tempfile().map_err(not_saved)?;
-            let summary = self
-                .write_table(&file)
-                .map_err(|source| self.not_saved(source))?;
+            let summary = self.write_table(&file).map_err(|source| self.not_saved(source))?;
             objects::put(&out, &mut file)?;
             return self.end(summary);
         }
@@ -394,10 +382,7 @@ impl Journal {
             Ok(())
         });
         saved.map_err(|failed| match failed {
-            OutputError::NotSaved { path, error } => JournalError::NotSaved {
-                path,
-                source: error,
-            },
+            OutputError::NotSaved { path, error } => JournalError::NotSaved { path, source: error },
             refused @ OutputError::Refused { .. } => JournalError::Output(refused),
         })?;
         self.end(summary)
@@ -410,10 +395,7 @@ impl Journal {
 
     fn write_table(&mut self, file: &File) -> io::Result<Summary> {
         self.places.sort_unstable();
-        let mut summary = Summary {
-            done_before: self.done_before,
-            ..Summary::default()
-        };
+        let mut summary = Summary { done_before: self.done_before, ..Summary::default() };
         let mut table = TableWriter::new(file, &self.settings)?;
         let mut journal = BufReader::new(self.file.try_clone()?);
         let mut line = Vec::new();

@@ -77,10 +77,7 @@ pub(super) fn rows_of_log(source: &Source, options: &Options) -> Vec<Row> {
 
 /// The rows of a run.
 pub(super) fn rows_of_run(source: &Source, run: Run, options: &Options) -> Vec<Row> {
-    let blank = Row {
-        run: Some(run.id.clone()),
-        ..blank(source)
-    };
+    let blank = Row { run: Some(run.id.clone()), ..blank(source) };
     match run.open().and_then(|log| rows(log, &blank, options)) {
         Ok(mut rows) => {
             rows.iter_mut().for_each(|row| row.sha256 = None);
@@ -142,29 +139,20 @@ fn rows(mut log: LogReader, blank: &Row, options: &Options) -> Result<Vec<Row>, 
     let description = log.description().clone();
     let start = (log.start_unix_s()).map(|start_s| (start_s * 1e6).round() as i64);
     let mut rows = Vec::new();
-    let mut record = Record {
-        rudder_unit: description.rudder_unit,
-        ..Record::default()
-    };
+    let mut record = Record { rudder_unit: description.rudder_unit, ..Record::default() };
     let mut done_until_s = f64::NEG_INFINITY;
     while let Some(sample) = log.next() {
         record.samples.push(sample?);
         if record.samples.len() == STRETCH_SAMPLES {
             let from_s = record.samples[NEW_SAMPLES].time_s;
-            let new = Window {
-                from_s: done_until_s,
-                to_s: from_s,
-            };
+            let new = Window { from_s: done_until_s, to_s: from_s };
             judge_units(&mut record, &log);
             rows.extend(manoeuvres(&record, new, options));
             record.samples.drain(..NEW_SAMPLES);
             done_until_s = from_s;
         }
     }
-    let rest = Window {
-        from_s: done_until_s,
-        to_s: f64::INFINITY,
-    };
+    let rest = Window { from_s: done_until_s, to_s: f64::INFINITY };
     judge_units(&mut record, &log);
     rows.extend(manoeuvres(&record, rest, options));
     if rows.is_empty() {
@@ -202,10 +190,7 @@ fn without_manoeuvre(blank: &Row, samples: u64) -> Row {
     let mut row = Row::default();
     row.failed(
         "not_identified",
-        format!(
-            "{}: no manoeuvre with rudder to both sides in {samples} samples",
-            blank.source
-        ),
+        format!("{}: no manoeuvre with rudder to both sides in {samples} samples", blank.source),
     );
     row
 }
@@ -251,13 +236,7 @@ fn whole(record: &Record, segments: &[Segment], options: &Options) -> Row {
     if let [segment] = segments {
         row.manoeuvre = Some(segment.kind.to_string());
     }
-    estimate(
-        &mut row,
-        &RecordSurvey::of(record),
-        Window::ALL,
-        None,
-        options,
-    );
+    estimate(&mut row, &RecordSurvey::of(record), Window::ALL, None, options);
     row
 }
 
@@ -269,10 +248,8 @@ fn one(survey: &RecordSurvey, single: &Single, options: &Options) -> Row {
         rudder_amplitude_rad: Some(single.segment.amplitude_rad),
         ..Row::default()
     };
-    let held_out = single.validation.map(|window| ValidationData {
-        record: survey.record(),
-        window,
-    });
+    let held_out =
+        single.validation.map(|window| ValidationData { record: survey.record(), window });
     estimate(&mut row, survey, single.training, held_out, options);
     row
 }

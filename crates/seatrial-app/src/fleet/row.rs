@@ -39,11 +39,7 @@ impl Row {
 
     /// Puts a verdict in.
     pub(super) fn judged(&mut self, verdict: &Verdict) {
-        let codes: Vec<String> = verdict
-            .reasons
-            .iter()
-            .map(|r| r.kind().to_string())
-            .collect();
+        let codes: Vec<String> = verdict.reasons.iter().map(|r| r.kind().to_string()).collect();
         self.accepted = Some(verdict.accepted);
         self.verdict = codes.first().cloned();
         self.reasons = Some(codes);

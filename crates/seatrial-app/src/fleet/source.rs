@@ -78,10 +78,8 @@ pub fn find(inputs: &[String], out: &Path) -> Result<LogFiles, NotFound> {
         } else if path.exists() {
             found.insert(path.to_path_buf());
         } else {
-            let pattern = glob::glob(input).map_err(|source| NotFound::Pattern {
-                pattern: input.clone(),
-                source,
-            })?;
+            let pattern = glob::glob(input)
+                .map_err(|source| NotFound::Pattern { pattern: input.clone(), source })?;
             found.extend(pattern.flatten().filter(|path| path.is_file()));
             fit_no_text(input, &mut found);
         }
@@ -91,20 +89,11 @@ pub fn find(inputs: &[String], out: &Path) -> Result<LogFiles, NotFound> {
             found.retain(|source| !is_table(&source.path));
         }
         if found.is_empty() {
-            return Err(NotFound::Nothing {
-                input: input.clone(),
-            });
+            return Err(NotFound::Nothing { input: input.clone() });
         }
-        sources.extend(
-            found
-                .into_iter()
-                .map(|source| (source.path.clone(), source)),
-        );
+        sources.extend(found.into_iter().map(|source| (source.path.clone(), source)));
     }
-    Ok(LogFiles {
-        sources: sources.into_values().collect(),
-        passed_over,
-    })
+    Ok(LogFiles { sources: sources.into_values().collect(), passed_over })
 }
 
 /// Adds the files of a pattern whose names are no text, which the library of patterns passes over in silence.
@@ -118,10 +107,8 @@ fn fit_no_text(pattern: &str, found: &mut BTreeSet<PathBuf>) {
         true => usize::MAX,
         false => rest.matches('/').count(),
     };
-    let options = glob::MatchOptions {
-        require_literal_separator: true,
-        ..glob::MatchOptions::new()
-    };
+    let options =
+        glob::MatchOptions { require_literal_separator: true, ..glob::MatchOptions::new() };
     let mut folders = vec![(PathBuf::from(root), 0)];
     while let Some((folder, below)) = folders.pop() {
         let named = match folder.as_os_str().is_empty() {
@@ -183,8 +170,5 @@ fn walk(folder: &Path, paths: &mut BTreeSet<PathBuf>) -> Result<usize, NotFound>
 }
 
 fn io_error(path: &Path, source: io::Error) -> NotFound {
-    NotFound::Io {
-        path: path.to_path_buf(),
-        source,
-    }
+    NotFound::Io { path: path.to_path_buf(), source }
 }

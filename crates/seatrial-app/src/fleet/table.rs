@@ -148,13 +148,9 @@ fn write<T: DataType>(
     repeated: Option<&[i16]>,
 ) -> io::Result<()> {
     let Some(mut writer) = group.next_column()? else {
-        return Err(io::Error::other(
-            "the schema has fewer columns than it was given",
-        ));
+        return Err(io::Error::other("the schema has fewer columns than it was given"));
     };
-    writer
-        .typed::<T>()
-        .write_batch(values, Some(levels), repeated)?;
+    writer.typed::<T>().write_batch(values, Some(levels), repeated)?;
     writer.close()?;
     Ok(())
 }

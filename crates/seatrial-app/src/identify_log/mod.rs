@@ -170,27 +170,18 @@ struct LogModels {
 impl LogModels {
     fn identifications(&mut self) -> impl Iterator<Item = &mut Identification> {
         let of_speeds = self.models.iter_mut().flatten();
-        of_speeds
-            .filter_map(|model| model.identification.as_mut())
-            .chain(self.model.as_deref_mut())
+        of_speeds.filter_map(|model| model.identification.as_mut()).chain(self.model.as_deref_mut())
     }
 
     /// The lag that was given is known, and 0 of a measured angle.
     fn behind(&mut self, servo: Servo) {
         self.identifications().for_each(|i| i.behind(servo));
         let of_speeds = self.models.iter_mut().flatten().map(|m| &mut m.verdict);
-        of_speeds
-            .chain([&mut self.verdict])
-            .for_each(Verdict::lag_is_known);
+        of_speeds.chain([&mut self.verdict]).for_each(Verdict::lag_is_known);
     }
 
     fn refused(reason: Reason) -> Self {
-        Self {
-            models: None,
-            law: None,
-            model: None,
-            verdict: Verdict::refused(reason),
-        }
+        Self { models: None, law: None, model: None, verdict: Verdict::refused(reason) }
     }
 }
 
@@ -275,10 +266,7 @@ impl IdentifiedLog {
             Some(_) => "u in m/s",
             None => "u the thrust, 1 is full",
         };
-        Some(format!(
-            "{}, {unit}: speeds with little excitation borrow from the others",
-            self.law?
-        ))
+        Some(format!("{}, {unit}: speeds with little excitation borrow from the others", self.law?))
     }
 
     /// May the models be used? Of several it is no better than the verdict on any of those that may be.

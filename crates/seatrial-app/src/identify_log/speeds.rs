@@ -100,10 +100,7 @@ fn refuse_contradictions(models: &mut [SpeedModel]) {
     if reasons.is_empty() {
         return;
     }
-    let refused = Verdict {
-        accepted: false,
-        reasons,
-    };
+    let refused = Verdict { accepted: false, reasons };
     for model in models.iter_mut().filter(|model| model.verdict.accepted) {
         model.verdict = refused.clone();
         if let Some(identification) = &mut model.identification {
@@ -142,18 +139,10 @@ pub(super) fn whole_verdict(models: &[SpeedModel]) -> Verdict {
     }
     let names: Vec<String> = models.iter().map(SpeedModel::figure).collect();
     let parts = models.iter().zip(&names);
-    let parts: Vec<Part> = parts
-        .map(|(model, name)| Part {
-            name,
-            verdict: &model.verdict,
-        })
-        .collect();
+    let parts: Vec<Part> =
+        parts.map(|(model, name)| Part { name, verdict: &model.verdict }).collect();
     let unit = models.first().map_or("", SpeedModel::unit);
-    let accepted: Vec<Part> = parts
-        .iter()
-        .filter(|p| p.verdict.accepted)
-        .copied()
-        .collect();
+    let accepted: Vec<Part> = parts.iter().filter(|p| p.verdict.accepted).copied().collect();
     if !accepted.is_empty() {
         return whole(&accepted, unit, missing(&parts, unit));
     }
@@ -161,20 +150,14 @@ pub(super) fn whole_verdict(models: &[SpeedModel]) -> Verdict {
     let given: Vec<_> = reasons.iter().map(Reason::kind).collect();
     let rest = remarks(&parts, unit, |_| true).into_iter();
     reasons.extend(rest.filter(|reason| !given.contains(&reason.kind())));
-    Verdict {
-        accepted: false,
-        reasons,
-    }
+    Verdict { accepted: false, reasons }
 }
 
 /// Manoeuvres that differ, in a log that has neither speed nor thrust, may be of several speeds: that comes first, unless the heading is coarse.
 fn name_unknown_speed(verdict: &mut Verdict, proposal: &Proposal) {
     let is_unknown = proposal.thrust.is_none() && proposal.surge_speed_m_s.is_none();
     let differ = is_unknown && !verdict.accepted && verdict.has(&ReasonCode::ManoeuvresDiffer);
-    let coarse = verdict
-        .reasons
-        .iter()
-        .position(|reason| reason.code == ReasonCode::Quantised);
+    let coarse = verdict.reasons.iter().position(|reason| reason.code == ReasonCode::Quantised);
     if let Some(coarse) = coarse.filter(|_| differ) {
         // Coarse steps make them differ at any speed.
         let coarse = verdict.reasons.remove(coarse);
@@ -229,10 +212,8 @@ impl SpeedModel {
         proposal: Proposal,
         settings: &IdentifySettings,
     ) -> Result<Self, Error> {
-        let held_out = proposal.validation.map(|window| ValidationData {
-            record: &log.record,
-            window,
-        });
+        let held_out =
+            proposal.validation.map(|window| ValidationData { record: &log.record, window });
         let (identification, joined, verdict) =
             match record.identify_joined(&proposal.training, held_out, settings) {
                 Ok((mut identification, joined)) => {

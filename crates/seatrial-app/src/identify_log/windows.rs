@@ -75,9 +75,8 @@ impl Windows {
 
     /// The training window, and that for validation where one is asked for.
     fn chosen(&self) -> Result<(Window, Option<Window>), Error> {
-        let validation = self
-            .has_validation()
-            .then(|| window(self.validate_from_s, self.validate_to_s));
+        let validation =
+            self.has_validation().then(|| window(self.validate_from_s, self.validate_to_s));
         let same_log = validation.filter(|_| self.validate_on.is_none());
         let from_s = self.from_s;
         // Without an end, training goes on until the validation data begin.
@@ -132,13 +131,7 @@ impl Windows {
         {
             return Err(other_unit(&path.display().to_string()));
         }
-        Ok(Logs {
-            log,
-            training,
-            validation,
-            validation_log,
-            parts: Vec::new(),
-        })
+        Ok(Logs { log, training, validation, validation_log, parts: Vec::new() })
     }
 }
 
@@ -171,9 +164,7 @@ impl Logs {
         })?;
         self.log.record = joined;
         let parts = sources.into_iter().zip(windows);
-        self.parts = parts
-            .map(|(source, window)| Part { source, window })
-            .collect();
+        self.parts = parts.map(|(source, window)| Part { source, window }).collect();
         Ok(())
     }
 
@@ -194,8 +185,5 @@ impl Logs {
 }
 
 fn window(from_s: Option<f64>, to_s: Option<f64>) -> Window {
-    Window {
-        from_s: from_s.unwrap_or(f64::NEG_INFINITY),
-        to_s: to_s.unwrap_or(f64::INFINITY),
-    }
+    Window { from_s: from_s.unwrap_or(f64::NEG_INFINITY), to_s: to_s.unwrap_or(f64::INFINITY) }
 }

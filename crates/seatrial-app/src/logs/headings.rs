@@ -42,11 +42,7 @@ impl OtherHeading {
         choice.columns.insert(Quantity::Heading, column.clone());
         let other = read_again(path, settings, &choice, samples);
         let late_s = other.and_then(|other| heading_later_s(samples, &other));
-        (late_s.is_some() || !is_said).then_some(Self {
-            read,
-            column,
-            late_s,
-        })
+        (late_s.is_some() || !is_said).then_some(Self { read, column, late_s })
     }
 
     /// One line, with the option that takes the other.
@@ -83,9 +79,7 @@ impl OtherHeading {
         // A late heading is what looks like a rudder that lags.
         let is_else = |reason: &Reason| reason.kind() != ReasonCode::ModelOrder.into();
         verdict.reasons.retain(is_else);
-        verdict
-            .reasons
-            .insert(usize::from(verdict.accepted), reason);
+        verdict.reasons.insert(usize::from(verdict.accepted), reason);
         verdict
     }
 }

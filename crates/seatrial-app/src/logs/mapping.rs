@@ -71,10 +71,7 @@ impl Mapping {
             .map_err(|error| Error::Input(format!("{}: {error}", path.display())))?;
         let document: Document = toml::from_str(&text)
             .map_err(|error| Error::Input(format!("{}: {error}", path.display())))?;
-        let mut mapping = Self {
-            path: path.to_path_buf(),
-            ..Self::default()
-        };
+        let mut mapping = Self { path: path.to_path_buf(), ..Self::default() };
         for (quantity, entry) in document.channels {
             let line = 1 + text[..entry.span().start].matches('\n').count();
             mapping.lines.insert(quantity, line);
@@ -111,14 +108,10 @@ impl Mapping {
             }
             choice.full_rudder_rad = Some(full_deg.to_radians());
         }
-        choice
-            .units
-            .extend(channel.unit.map(|unit| (quantity, unit)));
+        choice.units.extend(channel.unit.map(|unit| (quantity, unit)));
         let sign = if channel.reversed { -1.0 } else { 1.0 };
-        let correction = Correction {
-            scale: sign * channel.scale.unwrap_or(1.0),
-            offset: channel.offset,
-        };
+        let correction =
+            Correction { scale: sign * channel.scale.unwrap_or(1.0), offset: channel.offset };
         let is_corrected = correction.scale != 1.0 || correction.offset.is_some();
         if quantity == Quantity::Time && (correction.scale < 0.0 || correction.offset.is_some()) {
             return Err(InvalidChannel::CorrectedTime);
@@ -131,10 +124,7 @@ impl Mapping {
 
     fn error(&self, quantity: Quantity, what: impl std::fmt::Display) -> Error {
         let line = self.lines.get(&quantity).copied().unwrap_or(1);
-        Error::Input(format!(
-            "{} line {line}, channels.{quantity}: {what}",
-            self.path.display()
-        ))
+        Error::Input(format!("{} line {line}, channels.{quantity}: {what}", self.path.display()))
     }
 
     /// What the file says, where the options say nothing.
@@ -145,12 +135,8 @@ impl Mapping {
             named.columns.contains_key(quantity) || named.half_differences.contains_key(quantity)
         };
         let (columns, pairs) = (own.columns.into_iter(), own.half_differences.into_iter());
-        options
-            .columns
-            .extend(columns.filter(|(quantity, _)| !is_named(quantity)));
-        options
-            .half_differences
-            .extend(pairs.filter(|(quantity, _)| !is_named(quantity)));
+        options.columns.extend(columns.filter(|(quantity, _)| !is_named(quantity)));
+        options.half_differences.extend(pairs.filter(|(quantity, _)| !is_named(quantity)));
         for (quantity, unit) in own.units {
             options.units.entry(quantity).or_insert(unit);
         }

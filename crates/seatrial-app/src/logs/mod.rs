@@ -160,9 +160,7 @@ impl ReadSettings {
 /// Refuses a number that is given, by the name that it has there, and is not above 0.
 pub fn above_zero(name: &str, value: Option<f64>) -> Result<(), Error> {
     match value.filter(|value| !value.is_finite() || *value <= 0.0) {
-        Some(value) => Err(Error::Setting(format!(
-            "{name} {value}: expected a number above 0"
-        ))),
+        Some(value) => Err(Error::Setting(format!("{name} {value}: expected a number above 0"))),
         None => Ok(()),
     }
 }
@@ -280,10 +278,7 @@ fn read_again(
     if path == Path::new("-") {
         return None;
     }
-    let kept = Window {
-        from_s: samples.first()?.time_s,
-        to_s: samples.last()?.time_s,
-    };
+    let kept = Window { from_s: samples.first()?.time_s, to_s: samples.last()?.time_s };
     let rows = seatrial_logs::open_in(path, &settings.held, choice).ok()?;
     let rows = rows.filter_map(Result::ok);
     Some(rows.filter(|s| kept.contains(s.time_s)).collect())

@@ -41,8 +41,7 @@ impl MostExcited {
         if self.recent.len() == MOST_SAMPLES / CHUNK_SAMPLES {
             self.recent.pop_front();
         }
-        self.recent
-            .push_back(Rc::new(std::mem::take(&mut self.growing)));
+        self.recent.push_back(Rc::new(std::mem::take(&mut self.growing)));
         let total = |of: fn(&Chunk) -> f64| self.recent.iter().map(|chunk| of(chunk)).sum::<f64>();
         let count = total(|chunk| chunk.samples.len() as f64);
         let mean = total(|chunk| chunk.rudder_sum) / count;
@@ -77,11 +76,7 @@ mod tests {
         for k in 0..1_500_000 {
             let excited = (900_000..1_000_000).contains(&k);
             let rudder_rad = if excited && k / 40 % 2 == 0 { 0.3 } else { 0.0 };
-            segment.push(Sample {
-                time_s: f64::from(k) * 0.05,
-                rudder_rad,
-                ..Sample::default()
-            });
+            segment.push(Sample { time_s: f64::from(k) * 0.05, rudder_rad, ..Sample::default() });
         }
         let record = segment.into_record();
         assert_eq!(record.samples.len(), MOST_SAMPLES);
@@ -93,10 +88,7 @@ mod tests {
     fn io_a_short_log_is_kept_whole() {
         let mut segment = MostExcited::default();
         for k in 0..120_001 {
-            segment.push(Sample {
-                time_s: f64::from(k),
-                ..Sample::default()
-            });
+            segment.push(Sample { time_s: f64::from(k), ..Sample::default() });
         }
         let record = segment.into_record();
         assert_eq!(record.samples.len(), 120_001);

@@ -40,10 +40,8 @@ impl MirroredMotor {
         let sums = read_again(path, settings, &choice, samples)?;
         let correlation = correlation(&sums)?;
         let stands_still = range(&sums) > STANDS_STILL * range(samples);
-        (stands_still && correlation.abs() > LEAST_CORRELATION).then(|| Self {
-            pair: pair.clone(),
-            mirrored: usize::from(correlation > 0.0),
-        })
+        (stands_still && correlation.abs() > LEAST_CORRELATION)
+            .then(|| Self { pair: pair.clone(), mirrored: usize::from(correlation > 0.0) })
     }
 
     /// The mirrored motor is why the rudder hardly moved.

@@ -40,9 +40,6 @@ impl Source {
 
     /// What the log is and how it was read.
     pub fn description(&self) -> LogDescription {
-        LogDescription {
-            rudder_unit: self.rudder_unit,
-            ..self.description.clone()
-        }
+        LogDescription { rudder_unit: self.rudder_unit, ..self.description.clone() }
     }
 }

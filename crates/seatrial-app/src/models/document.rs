@@ -135,11 +135,7 @@ impl NoModel {
 /// The models of an identification, or of the accepted runs of a trial; `surge_speed_m_s` is that of a single model; without, the
 /// speed at which it was seen.
 pub fn of_document(path: &Path, surge_speed_m_s: Option<f64>) -> Result<Models, Error> {
-    of_document_text(
-        path.display().to_string(),
-        &read_text(path)?,
-        surge_speed_m_s,
-    )
+    of_document_text(path.display().to_string(), &read_text(path)?, surge_speed_m_s)
 }
 
 /// [`of_document`] of one that is at hand; `origin` is what messages call it.
@@ -175,9 +171,7 @@ fn of_stored(
 ) -> Result<Models, Error> {
     let rudder_unit = document.source.rudder_unit;
     let trial = document.trial();
-    let full_rudder = document
-        .full_rudder
-        .or(given(document.source.full_rudder_rad));
+    let full_rudder = document.full_rudder.or(given(document.source.full_rudder_rad));
     let (limit, runs) = match document.campaign {
         Some(campaign) => (campaign.rudder_limit_rad, Some(campaign.runs)),
         None => (document.rudder_limit_rad, document.runs.or(document.models)),
@@ -259,24 +253,19 @@ impl Models {
                 continue;
             }
             let point = run.point().map_err(said)?;
-            self.points
-                .retain(|p| run.thrust.is_none() || p.point.thrust != run.thrust);
+            self.points.retain(|p| run.thrust.is_none() || p.point.thrust != run.thrust);
             self.points.push(point);
         }
         for run in refused {
             let has_another = |p: &ModelPoint| p.point.thrust == run.thrust;
             if run.thrust.is_none() || !self.points.iter().any(has_another) {
                 let name = place(run.thrust, run.surge_speed_m_s);
-                self.cautions.push(format!(
-                    "{name} has no accepted run, and so no model of its own"
-                ));
+                self.cautions
+                    .push(format!("{name} has no accepted run, and so no model of its own"));
             }
         }
         if self.points.is_empty() {
-            return Err(Error::Input(format!(
-                "{}: no accepted run in this trial",
-                self.origin
-            )));
+            return Err(Error::Input(format!("{}: no accepted run in this trial", self.origin)));
         }
         Ok(())
     }
@@ -291,10 +280,7 @@ impl Models {
         if let Ok(model) = head.model() {
             head.check(None, is_accepted).map_err(said)?;
             let models = runs.iter().filter_map(|run| run.identification.as_ref());
-            if !models
-                .filter_map(|of| of.model().ok())
-                .any(|of| of == model)
-            {
+            if !models.filter_map(|of| of.model().ok()).any(|of| of == model) {
                 let wrong = "the model above the others is none of them: take the document as seatrial wrote it";
                 return Err(said(NoModel::Wrong(wrong.into())));
             }
@@ -396,17 +382,12 @@ impl StoredIdentification {
             },
             valid_range: self.valid_range,
             surge_speed_m_s,
-            training_s: self
-                .training
-                .map(|training| training.to_s - training.from_s),
+            training_s: self.training.map(|training| training.to_s - training.from_s),
             amounts: vec![
                 ("heading_noise_rad", of_heading),
                 ("disturbance_rad_s2", of_sea),
                 ("delay_s", timing.map(|t| t.delay_s)),
-                (
-                    "sample_interval_s",
-                    timing.and_then(|t| t.sample_interval_s),
-                ),
+                ("sample_interval_s", timing.and_then(|t| t.sample_interval_s)),
                 ("rudder_lag_s", Some(self.rudder_lag_s())),
                 ("the variance of steady_log_gain", of_turn),
             ],
@@ -465,9 +446,7 @@ impl StoredIdentification {
         let is_beyond = method == Some(&EstimateMethod::WeighedHypotheses);
         Some(SteadyTurn {
             log_gain: found.steady_log_gain.filter(|_| !is_beyond)?,
-            at: found
-                .steady_rudder_rad
-                .map(|rudder_rad| (found.model, rudder_rad)),
+            at: found.steady_rudder_rad.map(|rudder_rad| (found.model, rudder_rad)),
         })
     }
 
@@ -491,10 +470,8 @@ impl StoredRefined {
 
     /// Of a22, b2 and C0.
     fn intervals(&self) -> [Option<[f64; 2]>; 3] {
-        self.interval_95
-            .as_ref()
-            .map_or_else(Default::default, |ends| {
-                [ends.a22_per_s, ends.b2_per_s2, ends.c0_rad_per_s2]
-            })
+        self.interval_95.as_ref().map_or_else(Default::default, |ends| {
+            [ends.a22_per_s, ends.b2_per_s2, ends.c0_rad_per_s2]
+        })
     }
 }

@@ -77,10 +77,7 @@ impl TrialOrigin {
             Some(number) => format!("Campaign {number}"),
             None => "Trial".into(),
         };
-        text += &format!(
-            " on vehicle {}, configuration {}",
-            self.vehicle, self.configuration
-        );
+        text += &format!(" on vehicle {}, configuration {}", self.vehicle, self.configuration);
         if let Some(started) = &self.started {
             text += &format!(", {started}");
         }
@@ -148,10 +145,7 @@ impl ModelPoint {
     pub fn estimate(&self, quantity: impl Fn(&YawModel<f64>) -> Option<f64>) -> Option<Estimate> {
         let value = quantity(&self.point.model).filter(|value| value.is_finite())?;
         let interval = |covariance| interval_95(&self.point.model, covariance, &quantity);
-        Some(Estimate {
-            value,
-            interval_95: self.covariance.as_ref().and_then(interval),
-        })
+        Some(Estimate { value, interval_95: self.covariance.as_ref().and_then(interval) })
     }
 
     /// `80 %`, `1.63 m/s` or `model` for messages.
@@ -174,11 +168,7 @@ impl Models {
     pub fn given(model: YawModel<f64>, surge_speed_m_s: Option<f64>) -> Self {
         Self {
             origin: "the model given".into(),
-            points: vec![ModelPoint::exact(SchedulePoint {
-                thrust: None,
-                surge_speed_m_s,
-                model,
-            })],
+            points: vec![ModelPoint::exact(SchedulePoint { thrust: None, surge_speed_m_s, model })],
             rudder_limit_rad: DEFAULT_RUDDER_LIMIT_RAD,
             rudder_unit: RudderUnit::Rad,
             full_rudder: None,
@@ -220,10 +210,7 @@ impl Models {
     /// What the source says against its models, and where they are used beyond what they were seen for.
     pub fn warnings(&self) -> Vec<String> {
         let against = self.cautions.iter().chain(&self.rejected).cloned();
-        against
-            .chain(self.beyond_range())
-            .chain(self.passed_over.clone())
-            .collect()
+        against.chain(self.beyond_range()).chain(self.passed_over.clone()).collect()
     }
 
     /// Where the rudder limit or the speed is beyond what a model was seen with, in words.
@@ -267,10 +254,7 @@ impl Models {
                 )))
             }
             _ => {
-                self.full_rudder = Some(FullRudder {
-                    angle_rad,
-                    is_assumed: false,
-                });
+                self.full_rudder = Some(FullRudder { angle_rad, is_assumed: false });
                 Ok(self)
             }
         }
@@ -302,10 +286,7 @@ fn read_text(path: &Path) -> Result<String, Error> {
 
 /// A rudder at full steering that a source states.
 fn given(full_rudder_rad: Option<f64>) -> Option<FullRudder> {
-    full_rudder_rad.map(|angle_rad| FullRudder {
-        angle_rad,
-        is_assumed: false,
-    })
+    full_rudder_rad.map(|angle_rad| FullRudder { angle_rad, is_assumed: false })
 }
 
 /// Where the rudder is a fraction of full, so is its limit.

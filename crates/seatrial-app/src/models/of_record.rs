@@ -24,11 +24,7 @@ impl Models {
         let at = |share: f64| speeds.get((share * speeds.len() as f64) as usize).copied();
         let refused = |why: String| {
             let known: Vec<String> = self.points.iter().map(ModelPoint::name).collect();
-            Error::Setting(format!(
-                "{}: models of {}; {why}",
-                self.origin,
-                known.join(", ")
-            ))
+            Error::Setting(format!("{}: models of {}; {why}", self.origin, known.join(", ")))
         };
         // A few samples on the way from one speed to the next are none of it.
         let (Some(low), Some(middle), Some(high)) = (at(0.05), at(0.5), at(0.95)) else {
@@ -67,17 +63,11 @@ mod tests {
                 model: YawModel::from_theta([-speed, speed, 0.0]),
             })
         };
-        Models {
-            points: vec![point(1.0), point(2.0)],
-            ..Models::given(YawModel::default(), None)
-        }
+        Models { points: vec![point(1.0), point(2.0)], ..Models::given(YawModel::default(), None) }
     }
 
     fn going(speeds: &[f64]) -> Vec<Sample<f64>> {
-        let sample = |speed: &f64| Sample {
-            surge_speed_m_s: Some(*speed),
-            ..Sample::default()
-        };
+        let sample = |speed: &f64| Sample { surge_speed_m_s: Some(*speed), ..Sample::default() };
         speeds.iter().map(sample).collect()
     }
 

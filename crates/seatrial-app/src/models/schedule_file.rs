@@ -88,9 +88,7 @@ impl ScheduleFilePoint {
             c0_rad_per_s2: model.c0_rad_per_s2,
             a22_interval_95_per_s: refined.map(|refined| refined.interval_95.a22_per_s),
             covariance: refined.map(|refined| refined.covariance),
-            gain_a22_per_s: identification
-                .gain_vehicle()
-                .map(|vehicle| vehicle.a22_per_s),
+            gain_a22_per_s: identification.gain_vehicle().map(|vehicle| vehicle.a22_per_s),
             delay_s: timing.map(|timing| timing.delay_s),
             sample_interval_s: timing.and_then(|timing| timing.sample_interval_s),
             may_be_unstable: identification.verdict.has(&ReasonCode::Unstable),
@@ -103,10 +101,7 @@ impl ScheduleFilePoint {
             intervals: [self.a22_interval_95_per_s, None, None],
             covariance: self.covariance,
             gain_a22_per_s: self.gain_a22_per_s,
-            amounts: vec![
-                ("delay_s", self.delay_s),
-                ("sample_interval_s", self.sample_interval_s),
-            ],
+            amounts: vec![("delay_s", self.delay_s), ("sample_interval_s", self.sample_interval_s)],
             ..ModelStatement::default()
         }
     }
@@ -183,16 +178,11 @@ pub fn of_schedule_file(path: &Path) -> Result<Models, Error> {
 /// What is wrong with the points together, where something is: a schedule has one model for a thrust or a speed.
 fn contradiction(points: &[ScheduleFilePoint]) -> Option<String> {
     if points.len() > CAPACITY {
-        return Some(format!(
-            "{} points: a schedule holds at most {CAPACITY}",
-            points.len()
-        ));
+        return Some(format!("{} points: a schedule holds at most {CAPACITY}", points.len()));
     }
     let key = |point: &ScheduleFilePoint| (point.thrust, point.surge_speed_m_s);
     let (second, first) = points.iter().enumerate().find_map(|(i, point)| {
-        let first = points[..i]
-            .iter()
-            .position(|other| key(other) == key(point))?;
+        let first = points[..i].iter().position(|other| key(other) == key(point))?;
         Some((i, first))
     })?;
     Some(format!(
@@ -212,9 +202,7 @@ pub fn write_schedule_file(models: &[SpeedModel], log: &Source) -> Result<String
         point: accepted.filter_map(ScheduleFilePoint::of).collect(),
     };
     if schedule.point.is_empty() {
-        return Err(Error::Rejected(
-            "no model was accepted, and no schedule is written".into(),
-        ));
+        return Err(Error::Rejected("no model was accepted, and no schedule is written".into()));
     }
     toml::to_string(&schedule).map_err(|error| Error::Setting(error.to_string()))
 }

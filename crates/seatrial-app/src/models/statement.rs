@@ -100,9 +100,7 @@ impl ModelStatement {
         };
         let is_one = is_finite
             && variances.iter().all(|variance| *variance >= 0.0)
-            && [(0, 1), (0, 2), (1, 2)]
-                .into_iter()
-                .all(|(i, j)| is_correlated(i, j));
+            && [(0, 1), (0, 2), (1, 2)].into_iter().all(|(i, j)| is_correlated(i, j));
         if !is_one {
             return Some(format!(
                 "covariance of [a22, b2, C0]: expected finite numbers, the same on both sides of the diagonal, with variances of at least 0 and correlations within 1, found {covariance:?}"
@@ -135,11 +133,7 @@ impl ModelStatement {
         let form = model.nomoto();
         let checked = [
             ("nomoto T", self.nomoto.map(|n| n.t_s), form.map(|n| n.t_s)),
-            (
-                "nomoto K",
-                self.nomoto.map(|n| n.k_per_s),
-                form.map(|n| n.k_per_s),
-            ),
+            ("nomoto K", self.nomoto.map(|n| n.k_per_s), form.map(|n| n.k_per_s)),
             ("delta0", self.delta0_rad, model.delta0_rad()),
         ];
         let differs = |(_, stated, follows): &(_, Option<f64>, Option<f64>)| match (stated, follows)
@@ -191,9 +185,7 @@ impl ModelStatement {
         };
         let (name, amount) =
             amounts.find(|(name, amount)| !(*amount >= 0.0 && *amount <= most(name)))?;
-        Some(format!(
-            "{name} is {amount}: expected at least 0, and no delay beyond the training"
-        ))
+        Some(format!("{name} is {amount}: expected at least 0, and no delay beyond the training"))
     }
 }
 
@@ -278,13 +270,7 @@ mod tests {
         assert!(of([-1e300, 1e300], 0.1).wrong().is_some());
         assert!(of([-1.25, -0.75], 1e30).wrong().is_some());
         let (inf, nan) = (f64::INFINITY, f64::NAN);
-        let none = [
-            [-0.75, -1.25],
-            [-0.9, -0.8],
-            [-inf, 0.0],
-            [-1.5, nan],
-            [-1.5, inf],
-        ];
+        let none = [[-0.75, -1.25], [-0.9, -0.8], [-inf, 0.0], [-1.5, nan], [-1.5, inf]];
         for a22 in none {
             assert!(of(a22, 0.1).wrong().is_some(), "{a22:?}");
         }

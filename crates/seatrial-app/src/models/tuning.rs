@@ -20,11 +20,7 @@ pub struct TuningPoint {
 
 impl From<&ModelPoint> for TuningPoint {
     fn from(point: &ModelPoint) -> Self {
-        Self {
-            at: point.point,
-            allowance: point.allowance,
-            covariance: point.covariance,
-        }
+        Self { at: point.point, allowance: point.allowance, covariance: point.covariance }
     }
 }
 
@@ -59,9 +55,7 @@ impl Models {
             RudderUnit::Rad => self.full_rudder.map(|full| full.angle_rad),
             RudderUnit::FullRudder => Some(1.0),
         };
-        Ok(schedule
-            .with_full_rudder(full_rudder_rad)
-            .noting(self.notes()))
+        Ok(schedule.with_full_rudder(full_rudder_rad).noting(self.notes()))
     }
 
     /// The largest rudder that every record has seen.

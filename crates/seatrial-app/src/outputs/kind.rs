@@ -91,9 +91,8 @@ fn marked(head: &[u8]) -> Option<String> {
 
 /// As in `"schema": "seatrial.truth.v1"`, in `# PX4 rover parameters by seatrial` and in `// name, by seatrial`.
 fn kind_of_line(line: &str) -> Option<String> {
-    let schema = line
-        .split_once("schema")
-        .map(|(_, rest)| rest.trim_start_matches(['"', ':', '=', ' ']));
+    let schema =
+        line.split_once("schema").map(|(_, rest)| rest.trim_start_matches(['"', ':', '=', ' ']));
     if let Some(schema) = schema.filter(|schema| schema.starts_with("seatrial.")) {
         return schema.split('"').next().map(str::to_owned);
     }

@@ -133,9 +133,7 @@ impl Outputs {
         path: &Path,
         write: impl FnOnce(&mut File) -> io::Result<()>,
     ) -> Result<(), OutputError> {
-        let kept = self
-            .kept(path)?
-            .filter(|kept| *kept != ProtectedFile::Foreign);
+        let kept = self.kept(path)?.filter(|kept| *kept != ProtectedFile::Foreign);
         if let Some(ProtectedFile::Logbook) = kept {
             return Err(ProtectedFile::Logbook.refused(path));
         }
@@ -198,9 +196,7 @@ pub fn replace(
     }
     let place = place_of(path);
     if is_another(&place, before) {
-        return Err(io::Error::other(
-            "another file was put in its place, and would be lost",
-        ));
+        return Err(io::Error::other("another file was put in its place, and would be lost"));
     }
     let mut beside = beside(&place)?;
     write(beside.as_file_mut())?;
@@ -221,10 +217,7 @@ fn is_another(_: &Path, _: &File) -> bool {
 }
 
 fn not_saved(path: &Path, error: io::Error) -> OutputError {
-    OutputError::NotSaved {
-        path: path.into(),
-        error,
-    }
+    OutputError::NotSaved { path: path.into(), error }
 }
 
 impl ProtectedFile {
@@ -249,9 +242,7 @@ impl ProtectedFile {
 
 fn kept_at(path: &Path) -> Option<ProtectedFile> {
     let name = path.to_str().unwrap_or_default();
-    let logbook = BESIDE_A_LOGBOOK
-        .iter()
-        .find_map(|ending| name.strip_suffix(ending));
+    let logbook = BESIDE_A_LOGBOOK.iter().find_map(|ending| name.strip_suffix(ending));
     if logbook.is_some_and(|logbook| is_database(Path::new(logbook))) || is_database(path) {
         return Some(ProtectedFile::Logbook);
     }
@@ -356,10 +347,7 @@ fn put(file: NamedTempFile, place: &Path) -> io::Result<File> {
 }
 
 fn has_same_bytes(one: &Path, other: &Path) -> io::Result<bool> {
-    Ok(
-        fs::metadata(one)?.len() == fs::metadata(other)?.len()
-            && fs::read(one)? == fs::read(other)?,
-    )
+    Ok(fs::metadata(one)?.len() == fs::metadata(other)?.len() && fs::read(one)? == fs::read(other)?)
 }
 
 #[cfg(all(test, unix))]
@@ -393,9 +381,7 @@ mod tests {
         assert_eq!(fs::read_to_string(at("hard")).unwrap(), PLAN);
         assert!(!at("new").exists());
         // Named once, a link leads to the file that is written.
-        Outputs::of(vec![at("link")])
-            .save(&at("link"), ANOTHER.as_bytes())
-            .unwrap();
+        Outputs::of(vec![at("link")]).save(&at("link"), ANOTHER.as_bytes()).unwrap();
         assert_eq!(fs::read_to_string(at("plan.toml")).unwrap(), ANOTHER);
         assert!(at("link").is_symlink());
     }
@@ -429,10 +415,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let place = folder.path().join("out");
         let gains = "# PX4 rover parameters by seatrial\nA 1\n";
-        let (json, other) = (
-            r#"{"schema":"seatrial.truth.v1"}"#,
-            r#"{"schema": "seatrial.model.v1"}"#,
-        );
+        let (json, other) =
+            (r#"{"schema":"seatrial.truth.v1"}"#, r#"{"schema": "seatrial.model.v1"}"#);
         let page = "<html><meta name=\"generator\" content=\"seatrial\">";
         let table = "place,quantity,unit,printed\n1,2,3,4\n";
         let own = [PLAN, gains, json, other, page];
@@ -498,10 +482,8 @@ mod tests {
 
     #[test]
     fn io_an_error_names_no_file_that_nobody_asked_for() {
-        let told = Outputs::default()
-            .save(Path::new("/proc/page.html"), b"a")
-            .unwrap_err()
-            .to_string();
+        let told =
+            Outputs::default().save(Path::new("/proc/page.html"), b"a").unwrap_err().to_string();
         assert!(!told.contains(".part"), "{told}");
     }
 

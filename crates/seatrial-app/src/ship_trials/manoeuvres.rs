@@ -65,10 +65,7 @@ impl SimulatedManoeuvres {
         let zig_zags = self.zig_zags.iter().chain([&self.modified]).flatten();
         let zig_zags = zig_zags.flat_map(zig_zag_indices);
         let circles = self.circles.iter().flat_map(circle_indices);
-        zig_zags
-            .chain(circles)
-            .chain(self.others.iter().cloned())
-            .collect()
+        zig_zags.chain(circles).chain(self.others.iter().cloned()).collect()
     }
 }
 
@@ -194,19 +191,14 @@ impl<'a> Helm<'a> {
             interval_95: None,
         };
         vec![
-            index(
-                "residual yaw rate, from starboard",
-                out(self.sense * limit_rad),
-            ),
+            index("residual yaw rate, from starboard", out(self.sense * limit_rad)),
             index("residual yaw rate, from port", out(-self.sense * limit_rad)),
         ]
     }
 
     fn spiral(&self, limit_rad: f64) -> Vec<Index> {
         let sides = [(1.0, "yaw rate to starboard"), (-1.0, "yaw rate to port")];
-        let angles = SPIRAL_DEG
-            .into_iter()
-            .filter(|deg| deg.to_radians() <= limit_rad);
+        let angles = SPIRAL_DEG.into_iter().filter(|deg| deg.to_radians() <= limit_rad);
         angles
             .flat_map(|degrees| sides.map(|(side, name)| (degrees, side, name)))
             .map(|(degrees, side, name)| Index {

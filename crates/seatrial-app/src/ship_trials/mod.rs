@@ -121,11 +121,7 @@ fn add_intervals(
     thrust: f64,
     wanted: &ManoeuvreRequest,
 ) {
-    if vehicle
-        .speeds
-        .iter()
-        .any(|speed| speed.covariance.is_none())
-    {
+    if vehicle.speeds.iter().any(|speed| speed.covariance.is_none()) {
         return;
     }
     let drawn: Vec<Vec<Index>> = (0..wanted.draws)
@@ -137,10 +133,8 @@ fn add_intervals(
     for index in indices {
         let same =
             |other: &&Index| (&other.manoeuvre, other.name) == (&index.manoeuvre, index.name);
-        let mut values: Vec<f64> = drawn
-            .iter()
-            .filter_map(|indices| Some(indices.iter().find(same)?.value))
-            .collect();
+        let mut values: Vec<f64> =
+            drawn.iter().filter_map(|indices| Some(indices.iter().find(same)?.value)).collect();
         values.sort_by(f64::total_cmp);
         let enough = values.len() as f64 >= SHARE_OF_DRAWS * wanted.draws as f64;
         index.interval_95 = (enough && values.len() >= 40)
@@ -165,10 +159,7 @@ fn notes(vehicle: &IdentifiedVehicle, thrust: f64) -> Vec<String> {
         "Stopping is not predicted: it needs reverse thrust, which the trial does not have. The inertia stop is with the propeller's thrust at zero.".to_owned(),
     ];
     let seen = vehicle.speeds.iter().filter_map(|p| p.seen_rudder_rad);
-    if let Some(seen_rad) = seen
-        .reduce(f64::min)
-        .filter(|s| 1.1 * s < vehicle.rudder.limit_rad)
-    {
+    if let Some(seen_rad) = seen.reduce(f64::min).filter(|s| 1.1 * s < vehicle.rudder.limit_rad) {
         notes.push(format!(
             "The records had at most {} deg of rudder; figures beyond it are extrapolated.",
             three_figures(seen_rad.to_degrees())
@@ -181,11 +172,7 @@ fn notes(vehicle: &IdentifiedVehicle, thrust: f64) -> Vec<String> {
                 .to_owned(),
         );
     }
-    if vehicle
-        .speeds
-        .iter()
-        .any(|speed| speed.covariance.is_none())
-    {
+    if vehicle.speeds.iter().any(|speed| speed.covariance.is_none()) {
         notes.push("No intervals: the covariance of the model is not known.".to_owned());
     }
     let known =
@@ -278,9 +265,7 @@ fn add_recorded(document: &mut ShipManoeuvres, one: &RecordedManoeuvre, ship: Op
         }
         RecordedManoeuvre::Stopping(stop) => {
             document.surge_speed_m_s = stop.surge_speed_m_s;
-            let judged = document
-                .length_m
-                .and_then(|length_m| stopping_criterion(length_m, stop));
+            let judged = document.length_m.and_then(|length_m| stopping_criterion(length_m, stop));
             (read::stopping_indices(stop), judged.into_iter().collect())
         }
         _ => return,
@@ -311,20 +296,12 @@ fn zig_zag_indices(zig_zag: &ZigZag) -> Vec<Index> {
     };
     let mut indices = vec![
         index("initial turning time", "s", zig_zag.initial_turning_time_s),
-        index(
-            "initial turning track",
-            "m",
-            zig_zag.initial_turning_track_m,
-        ),
+        index("initial turning track", "m", zig_zag.initial_turning_track_m),
     ];
     for (name, overshoot) in OVERSHOOTS.into_iter().zip(&zig_zag.overshoots_rad) {
         indices.push(index(name, "deg", overshoot.to_degrees()));
     }
-    indices.extend(
-        zig_zag
-            .period_s
-            .map(|period_s| index("period", "s", period_s)),
-    );
+    indices.extend(zig_zag.period_s.map(|period_s| index("period", "s", period_s)));
     indices
 }
 
@@ -334,10 +311,7 @@ fn circle_indices(circle: &TurningCircle) -> Vec<Index> {
         Side::Port => "port",
     };
     let index = |name, unit, value| Index {
-        manoeuvre: format!(
-            "turning circle, {:.0} deg to {side}",
-            circle.rudder_rad.to_degrees()
-        ),
+        manoeuvre: format!("turning circle, {:.0} deg to {side}", circle.rudder_rad.to_degrees()),
         name,
         unit,
         value,

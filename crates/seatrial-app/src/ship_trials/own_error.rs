@@ -71,9 +71,7 @@ impl OwnError {
 
     /// Widens the intervals of overshoots.
     pub(super) fn widen(&self, indices: &mut [Index]) {
-        let overshoots = indices
-            .iter_mut()
-            .filter(|index| index.name.ends_with("overshoot angle"));
+        let overshoots = indices.iter_mut().filter(|index| index.name.ends_with("overshoot angle"));
         for index in overshoots {
             let [low, high] = index.interval_95.unwrap_or([index.value; 2]);
             let factor = |side: f64| (1.0 + self.mean + side * self.half_width).max(0.0);

@@ -3,21 +3,12 @@
 use seatrial::sea_trials::ship_manoeuvres::{Index, PullOut, Spiral, Stopping};
 
 fn index(manoeuvre: &str, name: &'static str, unit: &'static str, value: f64) -> Index {
-    Index {
-        manoeuvre: manoeuvre.to_owned(),
-        name,
-        unit,
-        value,
-        interval_95: None,
-    }
+    Index { manoeuvre: manoeuvre.to_owned(), name, unit, value, interval_95: None }
 }
 
 pub(super) fn pull_out_indices(out: &PullOut) -> Vec<Index> {
     let sides = [
-        (
-            "residual yaw rate, from starboard",
-            out.from_starboard_rad_s,
-        ),
+        ("residual yaw rate, from starboard", out.from_starboard_rad_s),
         ("residual yaw rate, from port", out.from_port_rad_s),
     ];
     let known = sides.into_iter();
@@ -52,12 +43,7 @@ pub(super) fn spiral_indices(spiral: &Spiral) -> Vec<Index> {
     let found = spiral.loop_width.into_iter().flat_map(|found| {
         [
             index("spiral", "loop width", "deg", found.width_rad.to_degrees()),
-            index(
-                "spiral",
-                "loop height",
-                "deg/s",
-                found.height_rad_s.to_degrees(),
-            ),
+            index("spiral", "loop height", "deg/s", found.height_rad_s.to_degrees()),
         ]
     });
     points.chain(found).collect()

@@ -39,11 +39,7 @@ pub fn page(
         plan_text: &entry.plan,
         provenance: &provenance,
     };
-    let command = next::after_trial(
-        campaign,
-        entry.id,
-        logbook.path(),
-        circumstances.firmware.as_deref(),
-    );
+    let command =
+        next::after_trial(campaign, entry.id, logbook.path(), circumstances.firmware.as_deref());
     render(campaign, &about, &command)
 }

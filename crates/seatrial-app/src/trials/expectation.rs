@@ -86,11 +86,7 @@ impl PriorOverrides {
         plan: &Plan<f64>,
         warnings: &mut Vec<String>,
     ) -> Result<PriorSpeed, Error> {
-        let SchedulePoint {
-            surge_speed_m_s,
-            model,
-            ..
-        } = point_at(models, thrust, warnings)?;
+        let SchedulePoint { surge_speed_m_s, model, .. } = point_at(models, thrust, warnings)?;
         let designed = HeadingGain::design(&model, DAMPING_RATIO);
         let hold_gain = match (self.hold_gain, designed) {
             (Some(gain), _) => gain,
@@ -116,15 +112,11 @@ impl PriorOverrides {
 /// The noise that was found at the nearest thrust, or what is usual.
 fn noise_near(models: &Models, thrust: f64, model: &YawModel<f64>, rudder_limit_rad: f64) -> Noise {
     let away = |point: &SchedulePoint<f64>| (point.thrust.unwrap_or(thrust) - thrust).abs();
-    let nearest = models
-        .points
-        .iter()
-        .min_by(|a, b| away(&a.point).total_cmp(&away(&b.point)));
+    let nearest = models.points.iter().min_by(|a, b| away(&a.point).total_cmp(&away(&b.point)));
     let full_rudder_rad_s2 = model.b2_per_s2.abs() * rudder_limit_rad;
-    let [heading_rad, disturbance_rad_s2] = nearest.and_then(|point| point.noise).unwrap_or([
-        DEFAULT_NOISE_RAD,
-        DEFAULT_DISTURBANCE_SHARE * full_rudder_rad_s2,
-    ]);
+    let [heading_rad, disturbance_rad_s2] = nearest
+        .and_then(|point| point.noise)
+        .unwrap_or([DEFAULT_NOISE_RAD, DEFAULT_DISTURBANCE_SHARE * full_rudder_rad_s2]);
     let time_s = DEFAULT_DISTURBANCE_TIME / model.a22_per_s.abs();
     Noise {
         heading_rad,

@@ -51,10 +51,7 @@ impl Criteria {
 /// The models that others are compared with.
 pub fn reference(models: &ComparedModels) -> Result<Reference, Error> {
     if let Some(why) = &models.without_model {
-        return Err(Error::Rejected(format!(
-            "{}: no model to compare with: {why}",
-            models.origin
-        )));
+        return Err(Error::Rejected(format!("{}: no model to compare with: {why}", models.origin)));
     }
     Reference::new(models.models.clone())
         .map_err(|error| Error::Input(format!("{}: {error}", models.origin)))
@@ -94,10 +91,7 @@ fn differ(was: &ComparedModels, now: &ComparedModels) -> Option<(&'static str, &
         return Some(OTHER_UNIT);
     }
     let side = |models: &ComparedModels| {
-        let mut signs = models
-            .models
-            .iter()
-            .map(|point| point.model.b2_per_s2.signum());
+        let mut signs = models.models.iter().map(|point| point.model.b2_per_s2.signum());
         let first = signs.next()?;
         signs.all(|sign| sign == first).then_some(first)
     };
@@ -121,12 +115,7 @@ impl Missions {
     pub fn new(models: &ComparedModels, settings: HealthSettings) -> Result<Self, Error> {
         let watch = Watch::new(reference(models)?, settings)
             .map_err(|error| Error::Input(format!("{}: {error}", models.origin)))?;
-        Ok(Self {
-            watch,
-            rudder_unit: models.rudder_unit,
-            started: None,
-            logs: Vec::new(),
-        })
+        Ok(Self { watch, rudder_unit: models.rudder_unit, started: None, logs: Vec::new() })
     }
 
     /// Takes the next log, or a window of it. One that began before the last is refused, or whose rudder is in another unit.

@@ -31,10 +31,7 @@ pub fn after_trial(
             let angle = full_rudder.map_or(String::new(), |full| {
                 format!(" --full-rudder-deg {:.4}", full.angle_rad.to_degrees())
             });
-            format!(
-                "seatrial commission --vehicle {} {place}{angle}",
-                campaign.vehicle
-            )
+            format!("seatrial commission --vehicle {} {place}{angle}", campaign.vehicle)
         }
     }
 }
@@ -52,11 +49,7 @@ pub fn is_looked_into(campaign: &Campaign) -> bool {
 
 /// The command that prints every run and every remark of the campaign of this number.
 pub fn remarks_of_trial(number: CampaignId, logbook: &Path) -> String {
-    format!(
-        "seatrial logbook {} --logbook {}",
-        number.0,
-        logbook.display()
-    )
+    format!("seatrial logbook {} --logbook {}", number.0, logbook.display())
 }
 
 /// The command that makes the page of the campaign of this number in a logbook.

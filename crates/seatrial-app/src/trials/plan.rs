@@ -53,9 +53,7 @@ impl Changes {
     pub fn plan(&self) -> Result<CheckedPlan, Error> {
         let setting = |message: String| Error::Setting(message);
         if self.file.is_some() && self.time_constant_s.is_some() {
-            return Err(setting(
-                "a plan file and a time constant: give one of them".into(),
-            ));
+            return Err(setting("a plan file and a time constant: give one of them".into()));
         }
         let mut plan = *load_plan(self.file.as_deref(), Some(Axis::Yaw))?;
         let sample_interval_s = self.sample_interval_s.unwrap_or(plan.sample_interval_s);
@@ -84,11 +82,7 @@ impl Changes {
             if amplitude.is_none() && self.period_s.is_none() {
                 continue;
             }
-            let Excitation::Doublet {
-                amplitude_rad,
-                period_s,
-            } = &mut manoeuvre.excitation
-            else {
+            let Excitation::Doublet { amplitude_rad, period_s } = &mut manoeuvre.excitation else {
                 return Err(Error::Setting(
                     "amplitudes and periods are set for doublets only; edit the plan file".into(),
                 ));
@@ -101,8 +95,7 @@ impl Changes {
 }
 
 fn checked(plan: TrialPlan) -> Result<CheckedPlan, Error> {
-    plan.checked()
-        .map_err(|error| Error::Setting(format!("the plan: {error}")))
+    plan.checked().map_err(|error| Error::Setting(format!("the plan: {error}")))
 }
 
 /// What vehicle is expected: models, else a simulated vehicle by name, else [`DEFAULT_VEHICLE`].
@@ -140,11 +133,7 @@ impl ExpectedVehicle {
         let mut belief = match &self.models {
             Some(models) => {
                 let (prior, warnings) = self.stated.of_models(models, plan)?;
-                Belief {
-                    origin: models.origin.clone(),
-                    prior,
-                    warnings,
-                }
+                Belief { origin: models.origin.clone(), prior, warnings }
             }
             None => Belief::of_simulator(name, plan)?,
         };
@@ -172,10 +161,7 @@ impl ExpectedVehicle {
         let simulator = self.models.is_none().then_some(name);
         let planned = plan.plan;
         let speed_at = |thrust: f64| {
-            let alone = Plan {
-                thrusts: List::from_slice(&[thrust])?,
-                ..planned
-            };
+            let alone = Plan { thrusts: List::from_slice(&[thrust])?, ..planned };
             let belief = self.belief(&alone, time_constant_s).ok()?;
             belief.prior.speeds.first().copied()
         };
@@ -303,21 +289,14 @@ pub fn plan_trial(
         ));
     }
     let mut plan = changes.plan()?;
-    let Belief {
-        origin,
-        mut prior,
-        warnings,
-    } = expected.belief(&plan, changes.time_constant_s)?;
+    let Belief { origin, mut prior, warnings } = expected.belief(&plan, changes.time_constant_s)?;
     Budget::of(Budget::OWN_SAMPLES)
         .check(&plan, &prior)
         .map_err(|error| Error::Setting(error.to_string()))?;
-    let recommendation = wanted.target.map(|target| Recommendations {
-        target,
-        doublets: recommend(&plan, &prior, target),
-    });
-    let wants_design = wanted
-        .adopt
-        .is_some_and(|adopt| adopt != Adopt::Recommended);
+    let recommendation = wanted
+        .target
+        .map(|target| Recommendations { target, doublets: recommend(&plan, &prior, target) });
+    let wants_design = wanted.adopt.is_some_and(|adopt| adopt != Adopt::Recommended);
     let comparison = (wanted.comparison || wants_design).then(|| compare_designs(&plan, &prior));
     if let Some(adopt) = wanted.adopt {
         let mut adopting = *plan;
@@ -336,10 +315,7 @@ pub fn plan_trial(
     Ok(PlannedTrial {
         schema: "seatrial.plan.v1",
         plan,
-        preview: ExpectedTrial {
-            vehicle: origin,
-            preview,
-        },
+        preview: ExpectedTrial { vehicle: origin, preview },
         comparison,
         recommendation,
         surge,

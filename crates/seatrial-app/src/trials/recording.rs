@@ -87,10 +87,7 @@ pub struct Recording {
 
 enum Rows {
     /// On disk up to the last row (CSV) or the last second of the vehicle's time (MCAP).
-    Streamed {
-        writer: Box<dyn RowWriter + Send>,
-        flush_due_s: f64,
-    },
+    Streamed { writer: Box<dyn RowWriter + Send>, flush_due_s: f64 },
     /// Parquet begins to be readable with its end: written anew whenever a run is over.
     Kept { rows: Vec<Row>, file: File },
 }
@@ -115,15 +112,9 @@ impl Recording {
                 #[cfg(not(feature = "mcap"))]
                 Format::Mcap => return Err(io::ErrorKind::Unsupported.into()),
             };
-            Ok(Rows::Streamed {
-                writer,
-                flush_due_s: f64::NEG_INFINITY,
-            })
+            Ok(Rows::Streamed { writer, flush_due_s: f64::NEG_INFINITY })
         };
-        Ok(Self {
-            rows: start().map_err(not_saved(path))?,
-            path: path.into(),
-        })
+        Ok(Self { rows: start().map_err(not_saved(path))?, path: path.into() })
     }
 
     /// Takes a row.
@@ -133,10 +124,7 @@ impl Recording {
                 rows.push(row);
                 Ok(())
             }
-            Rows::Streamed {
-                writer,
-                flush_due_s,
-            } => {
+            Rows::Streamed { writer, flush_due_s } => {
                 let time_s = row.sample.time_s;
                 let written = writer.write(&row);
                 // Also where the vehicle's clock jumped back or is not a number.

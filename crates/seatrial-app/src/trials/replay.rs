@@ -45,20 +45,13 @@ pub struct FirstDifference {
 impl Replay {
     /// Conducts the trial again, with this plan, until something differs.
     pub fn of(plan: impl Into<TrialPlan>, recording: &Recording) -> Result<Self, InvalidSetting> {
-        let about = Campaign {
-            runs: Vec::new(),
-            outcome: None,
-            ..recording.campaign.clone()
-        };
+        let about = Campaign { runs: Vec::new(), outcome: None, ..recording.campaign.clone() };
         let mut vehicle = RecordedVehicle {
             steps: recording.steps.iter(),
             sample_after: sample_after_last_result(recording),
             outcome: recording.campaign.outcome,
         };
-        let mut comparison = Comparison {
-            recording,
-            replay: Self::default(),
-        };
+        let mut comparison = Comparison { recording, replay: Self::default() };
         conduct(&mut vehicle, plan, about, &mut comparison)?;
         Ok(comparison.replay)
     }
@@ -82,10 +75,7 @@ fn sample_after_last_result(recording: &Recording) -> Option<Sample<f64>> {
     let is_missing = ended_s.is_finite() && ended_s > last.sample.time_s;
     let mut steps = recording.steps.iter().rev().map(|(_, step)| step.sample);
     let sample = steps.find(|sample| sample.heading_rad.is_finite())?;
-    is_missing.then_some(Sample {
-        time_s: ended_s,
-        ..sample
-    })
+    is_missing.then_some(Sample { time_s: ended_s, ..sample })
 }
 
 /// Was the run stopped by something that the record does not hold, because the process was killed?
@@ -129,9 +119,7 @@ struct Comparison<'a> {
 impl Comparison<'_> {
     fn differs(&mut self, run: Option<u32>, found: String) {
         let sample = self.replay.samples;
-        self.replay
-            .first_difference
-            .get_or_insert(FirstDifference { sample, run, found });
+        self.replay.first_difference.get_or_insert(FirstDifference { sample, run, found });
     }
 }
 

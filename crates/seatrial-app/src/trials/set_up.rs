@@ -25,22 +25,12 @@ pub struct Finding {
 impl Finding {
     /// A finding that all is well.
     pub fn good(what: &'static str, found: impl Into<String>) -> Self {
-        Self {
-            what,
-            is_good: true,
-            found: found.into(),
-            action: String::new(),
-        }
+        Self { what, is_good: true, found: found.into(), action: String::new() }
     }
 
     /// Something is wrong.
     pub fn bad(what: &'static str, found: impl Into<String>, action: impl Into<String>) -> Self {
-        Self {
-            what,
-            is_good: false,
-            found: found.into(),
-            action: action.into(),
-        }
+        Self { what, is_good: false, found: found.into(), action: action.into() }
     }
 }
 
@@ -80,10 +70,7 @@ fn folder(logbook: &Path) -> Finding {
 /// Can the logbook be read, where there is one?
 fn logbook(path: &Path) -> Finding {
     if !path.exists() {
-        return Finding::good(
-            "logbook",
-            format!("{} is made by the first trial", path.display()),
-        );
+        return Finding::good("logbook", format!("{} is made by the first trial", path.display()));
     }
     let looked = || -> Result<_, Error> {
         let logbook = Logbook::open_read_only(path)?;
@@ -187,11 +174,8 @@ mod tests {
         assert!(earlier_trial(&path).is_good);
         std::fs::write(&path, "no logbook".repeat(99)).expect("written");
         std::fs::write(place.path().join("seatrial.restore.toml"), "").expect("written");
-        let findings = [
-            folder(&place.path().join("none/seatrial.db")),
-            logbook(&path),
-            earlier_trial(&path),
-        ];
+        let findings =
+            [folder(&place.path().join("none/seatrial.db")), logbook(&path), earlier_trial(&path)];
         assert!(findings.iter().all(|f| !f.is_good && !f.action.is_empty()));
         assert!(findings[2].action.contains("seatrial vehicle restore"));
     }

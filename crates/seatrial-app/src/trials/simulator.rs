@@ -17,10 +17,7 @@ use crate::trials::order::{Preflight, Terms, TrialVehicle, VehicleError, Vehicle
 /// The simulators that need no file.
 pub const BUILT_IN: [(&str, &str); 3] = [
     ("sim:starfish", "the paper's vehicle, first order in yaw"),
-    (
-        "sim:starfish-6dof",
-        "the paper's vehicle in six degrees of freedom",
-    ),
+    ("sim:starfish-6dof", "the paper's vehicle in six degrees of freedom"),
     ("sim:remus100", "REMUS 100 in six degrees of freedom"),
 ];
 
@@ -34,10 +31,7 @@ impl Simulator {
     /// Refuses a vehicle that cannot be made or cannot play the faults.
     pub fn new(name: &str, scenario: Option<&Path>) -> Result<Self, VehicleError> {
         rehearsed(name, scenario, 1, Axis::Yaw)?;
-        Ok(Self {
-            name: name.into(),
-            scenario: scenario.map(PathBuf::from),
-        })
+        Ok(Self { name: name.into(), scenario: scenario.map(PathBuf::from) })
     }
 }
 
@@ -57,10 +51,7 @@ impl TrialVehicle for Simulator {
 
     fn full_rudder(&self) -> Option<FullRudder> {
         let helm = config(&self.name).ok()?.helm();
-        Some(FullRudder {
-            angle_rad: helm.rudder_limit_rad,
-            is_assumed: false,
-        })
+        Some(FullRudder { angle_rad: helm.rudder_limit_rad, is_assumed: false })
     }
 
     fn rudder_lag_s(&self) -> f64 {
@@ -83,10 +74,7 @@ impl TrialVehicle for Simulator {
     fn inspect(&self, _: &Plan<f64>) -> Result<Preflight, VehicleError> {
         let found = vehicle(&self.name, 1).map(|_| "simulated".to_owned());
         let passed = found.is_ok();
-        let mut preflight = Preflight {
-            vehicle: self.name.clone(),
-            ..Preflight::default()
-        };
+        let mut preflight = Preflight { vehicle: self.name.clone(), ..Preflight::default() };
         let text = found.unwrap_or_else(|error| error.to_string());
         preflight.check("vehicle", passed, text);
         Ok(preflight)
@@ -211,9 +199,7 @@ pub fn prior(name: &str, plan: &Plan<f64>, budget: &Budget) -> Result<Prior, Veh
     Ok(Prior {
         speeds: speeds.collect::<Result<_, VehicleError>>()?,
         speed_before_m_s: Some(truth(helm.initial_thrust)?.surge_speed_m_s),
-        surge_time_constant_s: config
-            .surge_time_constant_s()
-            .map_err(VehicleError::unreachable)?,
+        surge_time_constant_s: config.surge_time_constant_s().map_err(VehicleError::unreachable)?,
         heading_rad: helm.initial_heading_rad,
         depth_m: Some(config.depth_m()),
         rudder_limit_rad: helm.rudder_limit_rad,

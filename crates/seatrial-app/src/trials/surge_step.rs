@@ -33,9 +33,7 @@ pub(crate) fn add_surge_step(
     simulator: Option<&str>,
     speed_at: &dyn Fn(f64) -> Option<PriorSpeed>,
 ) -> Result<SurgeStep, Error> {
-    let time_constant_s = stated
-        .time_constant_s
-        .unwrap_or_else(|| default_time_constant_s(prior));
+    let time_constant_s = stated.time_constant_s.unwrap_or_else(|| default_time_constant_s(prior));
     if !(time_constant_s > 0.0 && time_constant_s.is_finite()) {
         return Err(Error::Setting(
             "surge: no time constant of the speed follows from the model; say it".into(),
@@ -96,10 +94,7 @@ fn simulated_noise_m_s(name: &str) -> Result<f64, Error> {
 /// square, as of a hull whose forces grow with the square of the speed (Nomoto's K' and T').
 fn scaled(prior: &Prior, thrust: f64) -> Option<PriorSpeed> {
     let away = |speed: &&PriorSpeed| (speed.thrust - thrust).abs();
-    let nearest = prior
-        .speeds
-        .iter()
-        .min_by(|a, b| away(a).total_cmp(&away(b)))?;
+    let nearest = prior.speeds.iter().min_by(|a, b| away(a).total_cmp(&away(b)))?;
     let ratio = thrust / nearest.thrust;
     let mut speed = PriorSpeed {
         thrust,

@@ -55,9 +55,8 @@ pub(super) fn sdf(vehicle: &IdentifiedVehicle, at: &IdentifiedSpeed) -> String {
         let _ = writeln!(text, "  {}", line.replace("--", "- -"));
     }
     let speeds = vehicle.speeds.iter();
-    let table: Vec<String> = speeds
-        .map(|p| format!("{:?}: {:?}", p.thrust, p.surge_speed_m_s))
-        .collect();
+    let table: Vec<String> =
+        speeds.map(|p| format!("{:?}: {:?}", p.thrust, p.surge_speed_m_s)).collect();
     let name = model_name(&vehicle.name);
     let _ = write!(
         text,

@@ -51,9 +51,7 @@ fn of_speed(vehicle: &IdentifiedVehicle, speed: &IdentifiedSpeed) -> Result<Stri
     let velocity = speed.surge_speed_m_s;
     let rudder = &vehicle.rudder;
     // A rudder that moves at a constant rate is late by half the time that it takes.
-    let moving_s = rudder
-        .rate_limit_rad_s
-        .map_or(0.0, |rate| 0.5 * limit_rad / rate);
+    let moving_s = rudder.rate_limit_rad_s.map_or(0.0, |rate| 0.5 * limit_rad / rate);
     let late_s = rudder.lag_s + rudder.delay_s + moving_s;
     let rate = move |side| {
         move |model: &YawModel<f64>| Some(Turn::new(model, limit_rad, side).ok()?.yaw_rate_rad_s)
@@ -75,10 +73,8 @@ fn of_speed(vehicle: &IdentifiedVehicle, speed: &IdentifiedSpeed) -> Result<Stri
         let wider = radius(Side::Starboard)(model)?.max(radius(Side::Port)(model)?);
         Some(wider + velocity * (1.0 / model.a22_per_s.abs() + late_s))
     };
-    let mut text = format!(
-        "\n[[speed]]\nthrust = {:?}\nsurge_speed_m_s = {velocity:?}\n",
-        speed.thrust
-    );
+    let mut text =
+        format!("\n[[speed]]\nthrust = {:?}\nsurge_speed_m_s = {velocity:?}\n", speed.thrust);
     let mut write = |name: &str, of: &dyn Fn(&YawModel<f64>) -> Option<f64>| {
         let model = speed.model();
         let value = of(&model).ok_or_else(|| {
@@ -88,9 +84,7 @@ fn of_speed(vehicle: &IdentifiedVehicle, speed: &IdentifiedSpeed) -> Result<Stri
             ))
         })?;
         let _ = writeln!(text, "{name} = {value:?}");
-        let interval = speed
-            .covariance
-            .and_then(|covariance| interval_95(&model, &covariance, of));
+        let interval = speed.covariance.and_then(|covariance| interval_95(&model, &covariance, of));
         if let Some([low, high]) = interval {
             let _ = writeln!(text, "{name}_95 = [{low:?}, {high:?}]");
         }

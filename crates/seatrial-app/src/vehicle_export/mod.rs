@@ -216,10 +216,9 @@ pub fn check_usable(
     let unsure = || ros2_control::unsure(vehicle, &operating_point(vehicle, thrust));
     match rejected.cloned().or_else(unsure) {
         None => Ok(()),
-        Some(why) => Err(Error::Rejected(format!(
-            "{}: no file of gains is written: {why}",
-            vehicle.name
-        ))),
+        Some(why) => {
+            Err(Error::Rejected(format!("{}: no file of gains is written: {why}", vehicle.name)))
+        }
     }
 }
 
@@ -240,11 +239,8 @@ fn operating_point(vehicle: &IdentifiedVehicle, thrust: Option<f64>) -> Identifi
 /// Where the numbers come from and what the file cannot carry, a line each.
 fn head(vehicle: &IdentifiedVehicle, cannot: &[String]) -> Vec<String> {
     let provenance = &vehicle.provenance;
-    let mut lines = vec![format!(
-        "{}, by seatrial {}",
-        plain(&vehicle.name),
-        env!("CARGO_PKG_VERSION")
-    )];
+    let mut lines =
+        vec![format!("{}, by seatrial {}", plain(&vehicle.name), env!("CARGO_PKG_VERSION"))];
     let mut about = |what: &str, text: &str| {
         if !text.is_empty() {
             lines.push(format!("{what}: {}", plain(text)));
@@ -280,10 +276,7 @@ fn plain(text: &str) -> String {
 
 /// Text in an attribute of XML.
 fn attribute(text: &str) -> String {
-    let text = text
-        .replace(char::is_control, " ")
-        .replace('&', "&amp;")
-        .replace('<', "&lt;");
+    let text = text.replace(char::is_control, " ").replace('&', "&amp;").replace('<', "&lt;");
     text.replace('>', "&gt;").replace('"', "&quot;")
 }
 

@@ -11,23 +11,11 @@ struct Words {
     infinite: &'static str,
 }
 
-const PYTHON: Words = Words {
-    none: "None",
-    infinite: "float(\"inf\")",
-};
+const PYTHON: Words = Words { none: "None", infinite: "float(\"inf\")" };
 /// An FMU's parameters are numbers: 0 says that there is none.
-const C: Words = Words {
-    none: "0.0",
-    infinite: "0.0",
-};
-const JULIA: Words = Words {
-    none: "nothing",
-    infinite: "Inf",
-};
-const OCTAVE: Words = Words {
-    none: "[]",
-    infinite: "Inf",
-};
+const C: Words = Words { none: "0.0", infinite: "0.0" };
+const JULIA: Words = Words { none: "nothing", infinite: "Inf" };
+const OCTAVE: Words = Words { none: "[]", infinite: "Inf" };
 
 pub(super) fn numpy(vehicle: &IdentifiedVehicle) -> String {
     let template = include_str!("templates/numpy.py");
@@ -107,9 +95,7 @@ fn filled(template: &str, head: &str, vehicle: &IdentifiedVehicle, words: &Words
         ("@TURNING@", known(surge.turning_drag_m, "0.0")),
     ]
     .iter()
-    .fold(template.to_owned(), |text, (place, value)| {
-        text.replace(place, value)
-    })
+    .fold(template.to_owned(), |text, (place, value)| text.replace(place, value))
 }
 
 /// A number as every language reads floating point.

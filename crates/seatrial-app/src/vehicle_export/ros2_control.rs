@@ -122,11 +122,7 @@ pub(super) fn yaml(vehicle: &IdentifiedVehicle, at: &IdentifiedSpeed) -> Result<
          yaw_rate_controller:\n      type: \"pid_controller/PidController\"\n    \
          diff_drive_controller:\n      type: \"diff_drive_controller/DiffDriveController\"\n    \
          tricycle_controller:\n      type: \"tricycle_controller/TricycleController\"",
-        if at.b2_per_s2 > 0.0 {
-            "minus"
-        } else {
-            "equal to"
-        },
+        if at.b2_per_s2 > 0.0 { "minus" } else { "equal to" },
         (1.0 / figures.interval_s).round().max(1.0)
     );
     let limit_rad = vehicle.rudder.limit_rad;
@@ -201,9 +197,7 @@ fn tricycle(vehicle: &IdentifiedVehicle, at: &IdentifiedSpeed, figures: &Figures
     let rate = vehicle
         .rudder
         .rate_limit_rad_s
-        .map_or(String::new(), |rate| {
-            format!("      max_velocity: {rate:?}\n")
-        });
+        .map_or(String::new(), |rate| format!("      max_velocity: {rate:?}\n"));
     format!(
         "tricycle_controller:\n  ros__parameters:\n    traction_joint_name: \"thruster_joint\"\n    steering_joint_name: \"rudder_joint\"\n    \
          wheelbase: {:?}\n    wheel_radius: 1.0\n    traction:\n      max_velocity: {:?}\n      max_acceleration: {surge:?}\n      \
@@ -234,11 +228,7 @@ pub(super) fn urdf(vehicle: &IdentifiedVehicle, at: &IdentifiedSpeed) -> String 
          <param name=\"max\">{:?}</param>\n    </command_interface>\n    <state_interface name=\"velocity\"/>\n  </joint>\n  \
          <sensor name=\"heading\">\n    <state_interface name=\"position\"/>\n    <state_interface name=\"velocity\"/>\n  </sensor>\n\
          </ros2_control>\n",
-        if at.b2_per_s2 > 0.0 {
-            "minus"
-        } else {
-            "equal to"
-        },
+        if at.b2_per_s2 > 0.0 { "minus" } else { "equal to" },
         attribute(&plain(&vehicle.name)),
         -limit_rad,
         at.surge_speed_m_s

@@ -46,25 +46,16 @@ pub fn verdict(kind: Kind, sea: Sea, seed: u64) -> Option<Verdict> {
     config.sensors.compass.noise_rad = sea.noise_deg.to_radians();
     config.disturbance.standard_deviation_rad_s2 = sea.disturbance.0;
     config.disturbance.correlation_time_s = sea.disturbance.1;
-    let thrust = *[0.6, 0.7, 0.8, 0.9, 1.0]
-        .get(random.random_range(0..5_usize))
-        .unwrap();
-    let plan = Plan {
-        thrusts: List::from_slice(&[thrust]).unwrap(),
-        max_repeats: 0,
-        ..Plan::paper()
-    };
+    let thrust = *[0.6, 0.7, 0.8, 0.9, 1.0].get(random.random_range(0..5_usize)).unwrap();
+    let plan =
+        Plan { thrusts: List::from_slice(&[thrust]).unwrap(), max_repeats: 0, ..Plan::paper() };
     if kind == Kind::Reversed {
         config.heading_hold.gain = -config.heading_hold.gain;
         for point in &mut config.speeds {
             point.b2_per_s2 = -point.b2_per_s2;
         }
     }
-    let truth = FirstOrderVehicle::new(config.clone(), seed)
-        .unwrap()
-        .truth(thrust)
-        .model
-        .theta();
+    let truth = FirstOrderVehicle::new(config.clone(), seed).unwrap().truth(thrust).model.theta();
     match kind {
         Kind::SoundRun | Kind::Reversed => trial_verdict(config, plan, f64::INFINITY, seed),
         Kind::Saturated => trial_verdict(config, plan, 0.26 * random.random_range(0.4..0.7), seed),
@@ -113,13 +104,8 @@ fn trial(config: VehicleConfig, plan: Plan<f64>, limit_rad: f64, seed: u64) -> C
         limit_rad,
         commanded_rad: None,
     };
-    let about = Campaign {
-        seed: Some(seed),
-        ..Campaign::of("sim", &plan)
-    };
-    conduct(&mut vehicle, plan, about, &mut NoWatch)
-        .unwrap()
-        .campaign
+    let about = Campaign { seed: Some(seed), ..Campaign::of("sim", &plan) };
+    conduct(&mut vehicle, plan, about, &mut NoWatch).unwrap().campaign
 }
 
 /// The verdict on the run, where the trial took it.
@@ -147,21 +133,12 @@ fn validated_verdict(
     let model = YawModel::from_theta(theta);
     let validation = validation::validate(model, &run.record, window).unwrap();
     let own = validation_estimate(&run.record.usable(window));
-    Some(judge_validation(
-        &model,
-        validation,
-        own.as_ref(),
-        Vec::new(),
-    ))
+    Some(judge_validation(&model, validation, own.as_ref(), Vec::new()))
 }
 
 fn heading_keeping(config: VehicleConfig, thrust: f64, seed: u64) -> Option<Verdict> {
     let mut vehicle = FirstOrderVehicle::new(config, seed).unwrap();
-    let hold = Action {
-        steering: Steering::HoldHeading(0.0),
-        thrust: Some(thrust),
-        outcome: None,
-    };
+    let hold = Action { steering: Steering::HoldHeading(0.0), thrust: Some(thrust), outcome: None };
     let mut record = Record::default();
     while record.samples.last().is_none_or(|last| last.time_s < 43.0) {
         let Ok(sample) = vehicle.next_sample();
@@ -169,16 +146,8 @@ fn heading_keeping(config: VehicleConfig, thrust: f64, seed: u64) -> Option<Verd
         let Ok(()) = vehicle.act(&hold);
     }
     let window = |from_s, to_s| Window { from_s, to_s };
-    let held_out = ValidationData {
-        record: &record,
-        window: window(26.5, 43.0),
-    };
-    identify(
-        &record,
-        window(10.0, 26.5),
-        Some(held_out),
-        &IdentifySettings::default(),
-    )
-    .ok()
-    .map(|found| found.verdict)
+    let held_out = ValidationData { record: &record, window: window(26.5, 43.0) };
+    identify(&record, window(10.0, 26.5), Some(held_out), &IdentifySettings::default())
+        .ok()
+        .map(|found| found.verdict)
 }

@@ -10,11 +10,7 @@ use crate::output::{Failure, Output, say};
 /// The values of `--vehicle-type`.
 pub const VEHICLE_TYPES: [(VehicleType, &str, &str); 2] = [
     (VehicleType::Surface, "surface", "A boat"),
-    (
-        VehicleType::Underwater,
-        "underwater",
-        "An underwater vehicle",
-    ),
+    (VehicleType::Underwater, "underwater", "An underwater vehicle"),
 ];
 
 /// Writes the export to its file or on standard output.

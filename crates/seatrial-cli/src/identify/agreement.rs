@@ -114,10 +114,7 @@ fn cli_a_log_gets_one_outcome_in_all_places() {
         let page = log_page::page(log, path);
         let banner = page.split("</section>").next().unwrap_or_default();
         let capital = sentence(word);
-        assert!(
-            banner.contains(&format!("</span> {capital}</h2>")),
-            "{name}: {word}\n{banner}"
-        );
+        assert!(banner.contains(&format!("</span> {capital}</h2>")), "{name}: {word}\n{banner}");
 
         for reader in [Reader::Terminal, Reader::Dashboard, Reader::Python] {
             let document = IdentificationDocument::of(log).addressed_to(reader);
@@ -126,18 +123,10 @@ fn cli_a_log_gets_one_outcome_in_all_places() {
             let json = serde_json::to_value(&document).expect("JSON");
             let printed = json["verdict"]["outcome"].as_str().expect("an outcome");
             assert_eq!(printed.replace('_', " "), word, "{name}");
-            assert_eq!(
-                json["verdict"]["accepted"],
-                Exit::of(log.verdict()) == Exit::Done
-            );
+            assert_eq!(json["verdict"]["accepted"], Exit::of(log.verdict()) == Exit::Done);
         }
     }
-    for outcome in [
-        Outcome::Use,
-        Outcome::UseWithCare,
-        Outcome::NotValidated,
-        Outcome::DoNotUse,
-    ] {
+    for outcome in [Outcome::Use, Outcome::UseWithCare, Outcome::NotValidated, Outcome::DoNotUse] {
         assert!(outcomes.contains(&outcome), "no log is {}", outcome.name());
     }
 }
@@ -153,10 +142,7 @@ fn cli_a_narrow_screen_drops_the_parameters_before_the_gain() {
     let found = identify_log(&log, &Options::default()).expect("a log");
     for (width, has_parameters) in [(60, false), (80, true), (200, true)] {
         let text = super::text(&found, "seatrial identify run.csv", None, width);
-        let heading = text
-            .lines()
-            .find(|line| line.contains("K_p"))
-            .expect("a table");
+        let heading = text.lines().find(|line| line.contains("K_p")).expect("a table");
         let columns: Vec<&str> = heading.split_whitespace().collect();
         for column in ["speed", "T", "K", "overshoot", "K_p", "verdict"] {
             assert!(columns.contains(&column), "{width}: {column}\n{text}");
@@ -167,22 +153,14 @@ fn cli_a_narrow_screen_drops_the_parameters_before_the_gain() {
             80 => &["C0, R^2."],
             _ => &[],
         };
-        let notes = text
-            .lines()
-            .filter(|line| line.contains("On a wider screen"));
+        let notes = text.lines().filter(|line| line.contains("On a wider screen"));
         let notes: Vec<&str> = notes.collect();
         assert_eq!(notes.len(), left_out.len(), "{width}\n{text}");
         for (note, left_out) in notes.iter().zip(left_out) {
             assert!(note.ends_with(left_out), "{width}\n{text}");
         }
         let flat = seatrial_dev::unwrapped(&text);
-        assert!(
-            flat.contains("A 40 deg course change will overshoot by 0 to 3 deg"),
-            "{text}"
-        );
-        assert!(
-            text.lines().all(|line| line.chars().count() <= width),
-            "{width}\n{text}"
-        );
+        assert!(flat.contains("A 40 deg course change will overshoot by 0 to 3 deg"), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= width), "{width}\n{text}");
     }
 }

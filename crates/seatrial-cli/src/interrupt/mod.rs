@@ -32,9 +32,7 @@ pub fn interrupted() -> std::io::Result<Arc<AtomicBool>> {
 
 /// Was the program asked to end, where that does not end it at once?
 pub fn is_asked() -> bool {
-    ASKED
-        .get()
-        .is_some_and(|asked| asked.load(Ordering::Relaxed))
+    ASKED.get().is_some_and(|asked| asked.load(Ordering::Relaxed))
 }
 
 /// Longest a file may still be written once the program was asked to end.

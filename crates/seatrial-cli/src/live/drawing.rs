@@ -13,11 +13,8 @@ use seatrial_core::Stage;
 use super::{Parameter, Picture, Strip};
 
 /// The names of the stages, in order.
-const STAGES: [(Stage, &str); 3] = [
-    (Stage::Settle, "settle"),
-    (Stage::Train, "train"),
-    (Stage::Validate, "validate"),
-];
+const STAGES: [(Stage, &str); 3] =
+    [(Stage::Settle, "settle"), (Stage::Train, "train"), (Stage::Validate, "validate")];
 
 /// From so many columns on, numbers and limits stand beside the strips.
 const WIDE: u16 = 120;
@@ -42,12 +39,9 @@ impl Tint {
 
 pub(super) fn render(frame: &mut Frame, picture: &Picture, colour: bool) {
     let tint = Tint(colour);
-    let [head, body, hint] = Layout::vertical([
-        Constraint::Length(3),
-        Constraint::Min(0),
-        Constraint::Length(1),
-    ])
-    .areas(frame.area());
+    let [head, body, hint] =
+        Layout::vertical([Constraint::Length(3), Constraint::Min(0), Constraint::Length(1)])
+            .areas(frame.area());
     draw_head(frame, picture, head, tint);
     if body.width >= WIDE {
         let [strips, side] = Layout::horizontal([Constraint::Min(0), Constraint::Length(SIDE)])
@@ -57,10 +51,7 @@ pub(super) fn render(frame: &mut Frame, picture: &Picture, colour: bool) {
         let [numbers, limits] =
             Layout::vertical([Constraint::Length(5), Constraint::Min(0)]).areas(side);
         draw_numbers(frame, picture, numbers);
-        frame.render_widget(
-            Paragraph::new(limit_bars(picture, side.width, tint)),
-            limits,
-        );
+        frame.render_widget(Paragraph::new(limit_bars(picture, side.width, tint)), limits);
     } else {
         let limits = match body.height + 4 >= TALL {
             true => limit_bars(picture, body.width, tint),
@@ -76,10 +67,7 @@ pub(super) fn render(frame: &mut Frame, picture: &Picture, colour: bool) {
         draw_numbers(frame, picture, numbers);
         frame.render_widget(Paragraph::new(limits), bars);
     }
-    frame.render_widget(
-        Line::from("Ctrl-C aborts and hands the vehicle back").dim(),
-        hint,
-    );
+    frame.render_widget(Line::from("Ctrl-C aborts and hands the vehicle back").dim(), hint);
 }
 
 /// What runs, its stages and how long they take.
@@ -130,18 +118,15 @@ fn draw_strips(frame: &mut Frame, picture: &Picture, place: Rect, tint: Tint) {
 }
 
 fn number_text(strip: &Strip) -> String {
-    let value = strip.points.last().map_or_else(
-        || "-".to_owned(),
-        |(_, value)| format!("{value:.*}", strip.decimals),
-    );
+    let value = strip
+        .points
+        .last()
+        .map_or_else(|| "-".to_owned(), |(_, value)| format!("{value:.*}", strip.decimals));
     let number = format!("{:<8}{value:>8} {}", strip.name, strip.unit);
     match span(strip) {
         Some([low, high]) => {
             let decimals = strip.decimals;
-            format!(
-                "{number}\n{:>NUMBER_END$}",
-                format!("{low:.decimals$} to {high:.decimals$}")
-            )
+            format!("{number}\n{:>NUMBER_END$}", format!("{low:.decimals$} to {high:.decimals$}"))
         }
         None => number,
     }
@@ -173,13 +158,7 @@ fn draw_curve(frame: &mut Frame, strip: &Strip, place: Rect, tint: Tint) {
         .paint(|context| {
             for pair in strip.points.windows(2) {
                 let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
-                context.draw(&Stroke {
-                    x1,
-                    y1,
-                    x2,
-                    y2,
-                    color: colour,
-                });
+                context.draw(&Stroke { x1, y1, x2, y2, color: colour });
             }
         });
     frame.render_widget(canvas, place);
@@ -189,10 +168,7 @@ fn draw_curve(frame: &mut Frame, strip: &Strip, place: Rect, tint: Tint) {
 fn draw_numbers(frame: &mut Frame, picture: &Picture, place: Rect) {
     // While the vehicle settles there is no estimate, only where the last one stood.
     if picture.stage == Some(Stage::Settle) {
-        frame.render_widget(
-            Paragraph::new("the estimate begins with the training"),
-            place,
-        );
+        frame.render_widget(Paragraph::new("the estimate begins with the training"), place);
         return;
     }
     let mut lines: Vec<Line> = picture.parameters.iter().map(parameter_line).collect();
@@ -201,16 +177,10 @@ fn draw_numbers(frame: &mut Frame, picture: &Picture, place: Rect) {
 }
 
 fn parameter_line(parameter: &Parameter) -> Line<'static> {
-    let Parameter {
-        name,
-        value,
-        interval,
-        unit,
-    } = parameter;
+    let Parameter { name, value, interval, unit } = parameter;
     let value = within(*value, *interval);
-    let bounds = interval.map_or_else(String::new, |[low, high]| {
-        format!("  95 %: {}", bounds_text([low, high]))
-    });
+    let bounds = interval
+        .map_or_else(String::new, |[low, high]| format!("  95 %: {}", bounds_text([low, high])));
     Line::from(format!("{name:>4} {value:>9} {unit:<8}{bounds}"))
 }
 
@@ -277,9 +247,7 @@ mod tests {
             unit,
             decimals: 1,
             least_span: 1.0,
-            points: (0..200)
-                .map(|k| (f64::from(k), f64::from(k % 50)))
-                .collect(),
+            points: (0..200).map(|k| (f64::from(k), f64::from(k % 50))).collect(),
         };
         let parameter = |name, unit| Parameter {
             name,
@@ -319,15 +287,9 @@ mod tests {
     /// The rows of the view on a terminal of this size.
     fn drawn(width: u16, height: u16) -> Vec<String> {
         let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("a terminal");
-        terminal
-            .draw(|frame| render(frame, &picture(), true))
-            .expect("it draws");
+        terminal.draw(|frame| render(frame, &picture(), true)).expect("it draws");
         let buffer = terminal.backend().buffer().clone();
-        let row = |y: u16| {
-            (0..width)
-                .map(|x| buffer[(x, y)].symbol().to_owned())
-                .collect()
-        };
+        let row = |y: u16| (0..width).map(|x| buffer[(x, y)].symbol().to_owned()).collect();
         (0..height).map(row).collect()
     }
 

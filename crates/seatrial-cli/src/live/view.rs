@@ -28,9 +28,7 @@ impl View {
     pub fn start() -> Option<Self> {
         let rows = ratatui::crossterm::terminal::size()
             .map_or(USUAL_ROWS, |(_, rows)| rows.saturating_sub(ROWS_ABOVE));
-        let options = TerminalOptions {
-            viewport: Viewport::Inline(rows.max(FEWEST_ROWS)),
-        };
+        let options = TerminalOptions { viewport: Viewport::Inline(rows.max(FEWEST_ROWS)) };
         Some(Self {
             terminal: Terminal::with_options(CrosstermBackend::new(stderr()), options).ok()?,
             colour: std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty()),
@@ -39,9 +37,7 @@ impl View {
 
     /// Draws the picture of the moment.
     pub fn draw(&mut self, picture: &Picture) {
-        let _ = self
-            .terminal
-            .draw(|frame| render(frame, picture, self.colour));
+        let _ = self.terminal.draw(|frame| render(frame, picture, self.colour));
     }
 
     /// Prints lines that stay above the drawing.

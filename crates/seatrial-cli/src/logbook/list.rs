@@ -17,10 +17,7 @@ struct List {
 
 /// Prints the list.
 pub(super) fn list(logbook: &Logbook, output: &Output) -> Result<Exit, Failure> {
-    let list = List {
-        schema: "seatrial.logbook_list.v1",
-        campaigns: logbook.campaigns()?,
-    };
+    let list = List { schema: "seatrial.logbook_list.v1", campaigns: logbook.campaigns()? };
     output.print(&list, || text(logbook, &list.campaigns, width()))?;
     Ok(Exit::Done)
 }
@@ -57,11 +54,6 @@ fn verdict_cells(logbook: &Logbook, entry: &CampaignEntry) -> Result<[String; 2]
     let campaign = logbook.campaign_of(entry)?;
     let whole = campaign.verdict();
     let runs = campaign.runs.iter();
-    let accepted = runs
-        .filter(|run| run.verdict_within(&whole).accepted)
-        .count();
-    Ok([
-        whole.outcome().name().into(),
-        format!("{accepted} of {}", entry.runs),
-    ])
+    let accepted = runs.filter(|run| run.verdict_within(&whole).accepted).count();
+    Ok([whole.outcome().name().into(), format!("{accepted} of {}", entry.runs)])
 }

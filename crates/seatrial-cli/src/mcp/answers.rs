@@ -107,10 +107,7 @@ pub fn inspect(asked: &LogQuestion) -> Answer {
     let cause = found.verdict.cause().map_or("", |cause| &cause.text);
     let say = match outcome {
         Outcome::DoNotUse => format!("No model can be identified: {cause}"),
-        _ => format!(
-            "A model may be identified from this log: {}.",
-            outcome.name()
-        ),
+        _ => format!("A model may be identified from this log: {}.", outcome.name()),
     };
     answer(say, &found)
 }
@@ -125,24 +122,13 @@ pub fn identify(asked: &LogQuestion) -> Answer {
 /// Every method on a log, and the verdict that `identify` has of it.
 pub fn compare(asked: &LogQuestion) -> Answer {
     let options = asked.options()?;
-    let compared = compare_log(
-        &asked.log,
-        &options.windows,
-        &options.reading,
-        None,
-        &mut NoObserver,
-    );
+    let compared =
+        compare_log(&asked.log, &options.windows, &options.reading, None, &mut NoObserver);
     let compared = compared.map_err(words)?;
     let identified = identify_log(&asked.log, &options).map_err(words)?;
     let verdict = ReportedVerdict::of(identified.verdict());
-    let say = format!(
-        "The methods side by side; none of them is a verdict. {}",
-        verdict.say
-    );
-    answer(
-        say,
-        &json!({"comparison": compared.document, "verdict": verdict}),
-    )
+    let say = format!("The methods side by side; none of them is a verdict. {}", verdict.say);
+    answer(say, &json!({"comparison": compared.document, "verdict": verdict}))
 }
 
 /// Two states of a vehicle.
@@ -162,11 +148,7 @@ pub fn health(asked: &HealthQuestion) -> Answer {
     let models = |name: &str| compared_models(name, &logbook, &reading, &mut NoObserver);
     let was = models(&asked.reference).map_err(words)?;
     let now = models(&asked.now).map_err(words)?;
-    let criteria = Criteria {
-        false_alarms: 0.05,
-        tolerated: None,
-        offset_counts: None,
-    };
+    let criteria = Criteria { false_alarms: 0.05, tolerated: None, offset_counts: None };
     let settings = criteria.between_trials().map_err(words)?;
     let change = change(&was, &reference(&was).map_err(words)?, &now, &settings);
     answer(change.because.clone(), &Comparison::of(&was, &now, &change))
@@ -189,10 +171,7 @@ pub struct PlanQuestion {
 
 /// A plan and what to expect of it.
 pub fn plan(asked: &PlanQuestion) -> Answer {
-    if asked
-        .time_constant_s
-        .is_some_and(|time| !(time > 0.0 && time.is_finite()))
-    {
+    if asked.time_constant_s.is_some_and(|time| !(time > 0.0 && time.is_finite())) {
         return Err("time_constant_s: expected a number above 0".into());
     }
     let target = asked.target.as_deref().map(seatrial::preview::parse_target);
@@ -211,10 +190,7 @@ pub fn plan(asked: &PlanQuestion) -> Answer {
         time_constant_s: asked.time_constant_s,
         ..Changes::default()
     };
-    let wanted = PreviewRequest {
-        target,
-        ..PreviewRequest::default()
-    };
+    let wanted = PreviewRequest { target, ..PreviewRequest::default() };
     let found = plan_trial(&changes, &expected, wanted).map_err(words)?;
     let toml = toml::to_string_pretty(&found.plan).map_err(|error| error.to_string())?;
     let say = match found.will_do() {
@@ -223,10 +199,7 @@ pub fn plan(asked: &PlanQuestion) -> Answer {
             "On the vehicle that is expected the plan will not do: it leaves its envelope, tells too little, or the target is out of reach."
         }
     };
-    answer(
-        say,
-        &json!({"will_do": found.will_do(), "plan_toml": toml, "expected": found}),
-    )
+    answer(say, &json!({"will_do": found.will_do(), "plan_toml": toml, "expected": found}))
 }
 
 /// A code.
@@ -267,9 +240,6 @@ pub fn simulate(asked: &SimulateQuestion) -> Answer {
     let conducted = rehearse(&mut vehicle, name, seed, plan);
     let conducted = conducted.map_err(|error| format!("the plan: {error}"))?;
     let found = ReportedTrial::of(&conducted.campaign);
-    let say = format!(
-        "A rehearsal on {name}, of no real vehicle. {}",
-        found.verdict.say
-    );
+    let say = format!("A rehearsal on {name}, of no real vehicle. {}", found.verdict.say);
     answer(say, &found)
 }

@@ -38,9 +38,7 @@ pub struct Args {
 /// Answers until standard input ends.
 pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
     if output.json {
-        return Err(Failure::usage(
-            "mcp: its messages are JSON already; leave --json out",
-        ));
+        return Err(Failure::usage("mcp: its messages are JSON already; leave --json out"));
     }
     let lock = match args.allow_vehicle {
         true => Lock::AskedAtTheTerminal,
@@ -64,18 +62,12 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
 /// The next line, or what is wrong with it; `None` at the end.
 fn next_line(input: &mut impl BufRead) -> std::io::Result<Option<Result<Vec<u8>, Fault>>> {
     let mut line = Vec::new();
-    if (&mut *input)
-        .take(LONGEST_MESSAGE)
-        .read_until(b'\n', &mut line)?
-        == 0
-    {
+    if (&mut *input).take(LONGEST_MESSAGE).read_until(b'\n', &mut line)? == 0 {
         return Ok(None);
     }
     if line.last() != Some(&b'\n') && line.len() as u64 == LONGEST_MESSAGE {
         input.skip_until(b'\n')?;
-        return Ok(Some(Err(Fault::request(
-            "the message is longer than 1 MiB",
-        ))));
+        return Ok(Some(Err(Fault::request("the message is longer than 1 MiB"))));
     }
     Ok(Some(Ok(line)))
 }

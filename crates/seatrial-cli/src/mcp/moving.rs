@@ -59,10 +59,7 @@ pub fn run(verb: &str, asked: &VehicleQuestion, lock: Lock) -> Answer {
     let said = String::from_utf8_lossy(&done.stderr).into_owned();
     match serde_json::from_slice(&done.stdout) {
         Ok(document) => Ok(Content {
-            say: format!(
-                "{verb} ended; its verdict is in the document. {}",
-                said.trim()
-            ),
+            say: format!("{verb} ended; its verdict is in the document. {}", said.trim()),
             document,
         }),
         Err(_) => Err(said.trim().to_owned()),
@@ -84,10 +81,7 @@ fn agreed(arguments: &[String]) -> Result<(), String> {
         format!("refused: no terminal at which a person could agree ({error})")
     };
     let (mut screen, keyboard) = terminal().map_err(no_terminal)?;
-    let shown: Vec<String> = arguments
-        .iter()
-        .map(|a| a.escape_debug().to_string())
-        .collect();
+    let shown: Vec<String> = arguments.iter().map(|a| a.escape_debug().to_string()).collect();
     writeln!(
         screen,
         "\nAn assistant wants to MOVE A VEHICLE:\n  seatrial {}\nType yes to let it; anything else refuses.",

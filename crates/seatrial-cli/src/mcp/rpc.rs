@@ -22,18 +22,12 @@ pub struct Fault {
 impl Fault {
     /// A message that is no JSON.
     fn parse(message: String) -> Self {
-        Self {
-            code: -32700,
-            message,
-        }
+        Self { code: -32700, message }
     }
 
     /// JSON that is no request.
     pub fn request(message: &str) -> Self {
-        Self {
-            code: -32600,
-            message: message.into(),
-        }
+        Self { code: -32600, message: message.into() }
     }
 
     /// A method that there is not.
@@ -48,10 +42,7 @@ impl Fault {
 
     /// Parameters that do not fit.
     pub fn params(message: impl std::fmt::Display) -> Self {
-        Self {
-            code: -32602,
-            message: message.to_string(),
-        }
+        Self { code: -32602, message: message.to_string() }
     }
 
     /// As the answer to the message with this id.

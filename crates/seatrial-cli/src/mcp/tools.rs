@@ -136,9 +136,7 @@ pub fn call(params: &Value, lock: Lock) -> Result<Value, Fault> {
         other => {
             let names: Vec<&str> = TOOLS.iter().map(|tool| tool.name).collect();
             let known = names.join(", ");
-            return Err(Fault::params(format!(
-                "no tool {other:?}; there are {known}"
-            )));
+            return Err(Fault::params(format!("no tool {other:?}; there are {known}")));
         }
     };
     Ok(shown(answer))

@@ -77,21 +77,9 @@ pub struct Args {
 
 /// The manoeuvres that the plan may take over.
 const ADOPTED: [(Adopt, &str, &str); 4] = [
-    (
-        Adopt::Recommended,
-        "recommended",
-        "The doublet recommended for the --target, for all speeds",
-    ),
-    (
-        Adopt::ThreeTwoOneOne,
-        "3-2-1-1",
-        "The 3-2-1-1 of the comparison",
-    ),
-    (
-        Adopt::Designed,
-        "designed",
-        "The manoeuvre designed within the envelope",
-    ),
+    (Adopt::Recommended, "recommended", "The doublet recommended for the --target, for all speeds"),
+    (Adopt::ThreeTwoOneOne, "3-2-1-1", "The 3-2-1-1 of the comparison"),
+    (Adopt::Designed, "designed", "The manoeuvre designed within the envelope"),
     (
         Adopt::DesignedCalm,
         "designed-calm",

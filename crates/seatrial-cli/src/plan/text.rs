@@ -47,20 +47,14 @@ pub(super) fn text(document: &PlannedTrial, written: Option<&Path>) -> String {
     }
     if let Some(file) = written {
         let file = file.display();
-        let _ = write!(
-            text,
-            "\nWritten {file}\nNext    seatrial trial --plan {file}\n"
-        );
+        let _ = write!(text, "\nWritten {file}\nNext    seatrial trial --plan {file}\n");
     }
     wrapped(&text, width())
 }
 
 fn surge_text(surge: &SurgeStep) -> String {
     let said = |found: &ExpectedSurge| {
-        let (length, lag) = (
-            found.drag_length_factor_95,
-            found.thrust_lag_half_width_95_s,
-        );
+        let (length, lag) = (found.drag_length_factor_95, found.thrust_lag_half_width_95_s);
         match (length, lag) {
             (None, _) => "nothing of drag length and lag".into(),
             (Some(factor), None) => {
@@ -144,15 +138,8 @@ fn preview_text(ExpectedTrial { vehicle, preview }: &ExpectedTrial, plan: &Plan<
 }
 
 /// Columns that a narrow screen does without, first those that fewest people miss.
-const DISPENSABLE: [&str; 7] = [
-    "disturbance",
-    "noise",
-    "radius",
-    "settle",
-    "train",
-    "validate",
-    "C0",
-];
+const DISPENSABLE: [&str; 7] =
+    ["disturbance", "noise", "radius", "settle", "train", "validate", "C0"];
 
 fn speeds_table(preview: &Preview) -> Table {
     let mut table = Table::under(
@@ -164,11 +151,7 @@ fn speeds_table(preview: &Preview) -> Table {
         let relative =
             |index: usize| percent(expected.and_then(|e| e.relative_half_width_95[index]));
         let radius = expected.and_then(|e| {
-            let widths = e
-                .steady_turning_radius_m
-                .iter()
-                .flatten()
-                .map(relative_width);
+            let widths = e.steady_turning_radius_m.iter().flatten().map(relative_width);
             widths.reduce(f64::max)
         });
         let noise = speed.prior.noise;
@@ -182,18 +165,10 @@ fn speeds_table(preview: &Preview) -> Table {
             relative(0),
             relative(1),
             number(expected.map(|e| e.half_width_95[2]), 4),
-            percent(
-                expected
-                    .and_then(|e| e.proportional_gain)
-                    .as_ref()
-                    .map(relative_width),
-            ),
+            percent(expected.and_then(|e| e.proportional_gain).as_ref().map(relative_width)),
             percent(radius),
             format!("{:.2}", noise.heading_rad.to_degrees()),
-            format!(
-                "{:.2e}, {:.1}",
-                noise.disturbance_rad_s2, noise.disturbance_time_s
-            ),
+            format!("{:.2e}, {:.1}", noise.disturbance_rad_s2, noise.disturbance_time_s),
         ]);
     }
     table
@@ -210,10 +185,8 @@ fn comparison_text(comparison: &Comparison) -> String {
     );
     for design in &comparison.designs {
         for speed in &design.speeds {
-            let [a22, b2, _] = speed
-                .expected
-                .map_or([None; 3], |e| e.relative_half_width_95)
-                .map(percent);
+            let [a22, b2, _] =
+                speed.expected.map_or([None; 3], |e| e.relative_half_width_95).map(percent);
             table.row(vec![
                 design.name.replace('_', ", "),
                 format!("{:.0}", 100.0 * speed.thrust),
@@ -261,22 +234,13 @@ fn recommendation_text(recommendation: &Recommendations) -> String {
     for doublet in &recommendation.doublets {
         let widths = [doublet.nine_of_ten_within, doublet.relative_half_width_95];
         let mut row = vec![
-            doublet
-                .thrust
-                .map_or("all".into(), |thrust| format!("{:.0}", 100.0 * thrust)),
+            doublet.thrust.map_or("all".into(), |thrust| format!("{:.0}", 100.0 * thrust)),
             format!("{:.1}", doublet.amplitude_rad.to_degrees()),
             format!("{:.2}", doublet.period_s),
         ];
         row.extend(widths.iter().flatten().map(|width| percent(Some(*width))));
         row.push(format!("{:.0}", doublet.heading_excursion_rad.to_degrees()));
-        row.push(
-            if doublet.reachable {
-                ""
-            } else {
-                "NOT REACHABLE"
-            }
-            .into(),
-        );
+        row.push(if doublet.reachable { "" } else { "NOT REACHABLE" }.into());
         table.row(row);
     }
     if recommendation.doublets.is_empty() {

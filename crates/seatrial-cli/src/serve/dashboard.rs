@@ -50,10 +50,7 @@ pub fn run(args: &Args, output: &Output) -> Result<Exit, Failure> {
         .collect::<Result<_, Failure>>()?;
     let server = start(&settings, vehicles, autopilots)?;
     let url = server.url();
-    let served = DashboardDocument {
-        schema: "seatrial.served.v1",
-        url: &url,
-    };
+    let served = DashboardDocument { schema: "seatrial.served.v1", url: &url };
     output.print(&served, || url.clone())?;
     interrupted.recv().map_err(Failure::internal)?;
     server.stop();
@@ -108,11 +105,7 @@ fn qr_code(url: &str) -> String {
     let Ok(code) = QrCode::new(url) else {
         return String::new();
     };
-    code.render::<Dense1x2>()
-        .dark_color(Dense1x2::Light)
-        .light_color(Dense1x2::Dark)
-        .build()
-        + "\n"
+    code.render::<Dense1x2>().dark_color(Dense1x2::Light).light_color(Dense1x2::Dark).build() + "\n"
 }
 
 /// A dashboard that goes with a trial.
@@ -145,9 +138,7 @@ fn address(listen: &str) -> Result<SocketAddr, Failure> {
     let mut found = listen
         .to_socket_addrs()
         .map_err(|error| Failure::usage(format!("--listen {listen}: {error}; {expected}")))?;
-    found
-        .next()
-        .ok_or_else(|| Failure::usage(format!("--listen {listen}: {expected}")))
+    found.next().ok_or_else(|| Failure::usage(format!("--listen {listen}: {expected}")))
 }
 
 #[cfg(test)]
@@ -161,10 +152,7 @@ mod tests {
         // Version 2 has 25 modules and a margin of four on each side.
         let picture: Vec<&str> = said.lines().take_while(|l| !l.contains("phone")).collect();
         assert_eq!(picture.len(), 17, "{said}");
-        assert!(
-            picture.iter().all(|line| line.chars().count() == 33),
-            "{said}"
-        );
+        assert!(picture.iter().all(|line| line.chars().count() == 33), "{said}");
         let unknown = way_in(None, "7K3M-Q0XV");
         assert!(unknown.contains("not known") && !unknown.contains('\u{2588}'));
     }

@@ -218,12 +218,8 @@ fn conduct(args: &Args, times_faster: Option<f64>, output: &Output) -> Result<Ex
         sinks.views.push(shown);
         server
     });
-    let ended = order::begin(
-        vehicle.as_ref(),
-        args.order(plan, times_faster, stop),
-        sinks,
-    )?
-    .conduct();
+    let ended =
+        order::begin(vehicle.as_ref(), args.order(plan, times_faster, stop), sinks)?.conduct();
     if let Some(server) = server {
         server.stop();
     }
@@ -237,13 +233,7 @@ fn finish(
     ended: OrderResult,
     output: &Output,
 ) -> Result<Exit, Failure> {
-    let OrderResult {
-        number,
-        mut campaign,
-        is_kept,
-        mut unsaved,
-        ..
-    } = ended;
+    let OrderResult { number, mut campaign, is_kept, mut unsaved, .. } = ended;
     if (args.report.is_some() || args.trace)
         && let Err(error) = Logbook::open_read_only(&args.logbook)
             .and_then(|logbook| logbook.fill(number, &mut campaign))
@@ -292,10 +282,7 @@ fn report_page(args: &Args, plan: &TrialPlan, number: CampaignId, campaign: &Cam
     });
     // A logbook that cannot be read any more was told of already; the trial is reported all the same.
     kept.unwrap_or_else(|_| {
-        let about = About {
-            plan: Some(&plan.plan),
-            ..About::default()
-        };
+        let about = About { plan: Some(&plan.plan), ..About::default() };
         let command = next::after_trial(campaign, number, &args.logbook, None);
         render(campaign, &about, &command)
     })
@@ -303,14 +290,10 @@ fn report_page(args: &Args, plan: &TrialPlan, number: CampaignId, campaign: &Cam
 
 /// Refuses what goes with a simulated vehicle.
 fn only_simulated(args: &Args) -> Result<(), Failure> {
-    for (option, given) in [
-        ("--scenario", args.scenario.is_some()),
-        ("--realtime", args.realtime),
-    ] {
+    for (option, given) in [("--scenario", args.scenario.is_some()), ("--realtime", args.realtime)]
+    {
         if given {
-            return Err(Failure::usage(format!(
-                "{option} goes with a simulated vehicle"
-            )));
+            return Err(Failure::usage(format!("{option} goes with a simulated vehicle")));
         }
     }
     Ok(())

@@ -25,12 +25,7 @@ pub(super) struct Terminal {
 
 impl Terminal {
     pub(super) fn new(vehicle: &str) -> Self {
-        Self {
-            live: Live::LOG,
-            vehicle: vehicle.into(),
-            intervals: None,
-            samples: VecDeque::new(),
-        }
+        Self { live: Live::LOG, vehicle: vehicle.into(), intervals: None, samples: VecDeque::new() }
     }
 
     fn picture(&self, trial: &Trial<f64>) -> Picture {
@@ -81,18 +76,10 @@ impl Terminal {
                 let value = value(sample).filter(|value| value.is_finite())?;
                 Some((sample.time_s, value))
             });
-            Strip {
-                name,
-                unit,
-                decimals,
-                least_span,
-                points: known.collect(),
-            }
+            Strip { name, unit, decimals, least_span, points: known.collect() }
         };
         let mut strips = vec![
-            strip("heading", "deg", 1, 5.0, |s| {
-                Some(s.heading_rad.to_degrees())
-            }),
+            strip("heading", "deg", 1, 5.0, |s| Some(s.heading_rad.to_degrees())),
             strip("rudder", "deg", 1, 5.0, |s| Some(s.rudder_rad.to_degrees())),
             strip("speed", "m/s", 2, 0.2, |s| s.surge_speed_m_s),
             strip("depth", "m", 2, 0.5, |s| s.depth_m),
@@ -118,11 +105,8 @@ fn unwrapped(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
 /// Time until the trial ends without repeats, s: settling takes the shortest time that the plan allows.
 fn left_s(trial: &Trial<f64>) -> f64 {
     let (plan, status) = (trial.plan(), trial.status());
-    let [settle_s, train_s, validate_s] = [
-        plan.settle.at_least_s,
-        plan.training.duration_s(),
-        plan.validation.duration_s(),
-    ];
+    let [settle_s, train_s, validate_s] =
+        [plan.settle.at_least_s, plan.training.duration_s(), plan.validation.duration_s()];
     let of_this_speed_s = match status.stage {
         Some(Stage::Settle) => (settle_s - status.elapsed_s).max(0.0) + train_s + validate_s,
         Some(Stage::Train) => status.remaining_s + validate_s,
@@ -188,11 +172,7 @@ impl Watch for Terminal {
 
     fn interval(&mut self, refined: &Refined) {
         let interval = refined.interval_95;
-        self.intervals = Some([
-            interval.a22_per_s,
-            interval.b2_per_s2,
-            interval.c0_rad_per_s2,
-        ]);
+        self.intervals = Some([interval.a22_per_s, interval.b2_per_s2, interval.c0_rad_per_s2]);
     }
 
     fn run_ended(&mut self, run: &mut Run) {

@@ -24,11 +24,7 @@ pub(super) fn run_line(run: &Run) -> String {
 
 fn aborted_text(campaign: &Campaign) -> String {
     let place = campaign.runs.last().map_or(String::new(), |run| {
-        format!(
-            " in run {} at {:.0} % thrust",
-            run.number,
-            100.0 * run.thrust
-        )
+        format!(" in run {} at {:.0} % thrust", run.number, 100.0 * run.thrust)
     });
     format!("The trial was aborted{place} and the vehicle handed back; what was recorded is kept.")
 }
@@ -50,20 +46,15 @@ pub(super) fn text(
     if let Some(why) = campaign.changed_by_the_whole(&verdict) {
         text += &labelled("", &why, width);
     }
-    let rows: Vec<SpeedRow> = campaign
-        .deciding_runs()
-        .into_iter()
-        .map(|run| run_row(campaign, run, &verdict))
-        .collect();
+    let rows: Vec<SpeedRow> =
+        campaign.deciding_runs().into_iter().map(|run| run_row(campaign, run, &verdict)).collect();
     text += &promise_text(&rows, width);
     text += &speed_table(&rows, RudderUnit::Rad, width).map_or(String::new(), |table| table + "\n");
     let remarks = logbook.map(|logbook| next::remarks_of_trial(number, logbook));
     text += &cause_text(&verdict, &remarks.unwrap_or_default(), width);
     if campaign.is_rehearsal() {
-        let about = format!(
-            "a rehearsal: the numbers are those of {}, not of a boat",
-            campaign.vehicle
-        );
+        let about =
+            format!("a rehearsal: the numbers are those of {}, not of a boat", campaign.vehicle);
         text += &labelled("About  ", &about, width);
     }
     if let Some(logbook) = logbook {
@@ -76,11 +67,7 @@ pub(super) fn text(
         && next::is_looked_into(campaign)
     {
         return text
-            + &labelled(
-                "Next   ",
-                &format!("look at {} in a browser", report.display()),
-                width,
-            );
+            + &labelled("Next   ", &format!("look at {} in a browser", report.display()), width);
     }
     let Some(logbook) = logbook else {
         return text;

@@ -6,15 +6,7 @@ use serde_json::json;
 use super::server::Server;
 
 /// Fields of `ServiceMetadata` in BlueOS's helper that have no default; all are text.
-const NEEDED: [&str; 7] = [
-    "name",
-    "description",
-    "icon",
-    "company",
-    "version",
-    "webpage",
-    "api",
-];
+const NEEDED: [&str; 7] = ["name", "description", "icon", "company", "version", "webpage", "api"];
 
 #[test]
 fn cli_blueos_lists_the_dashboard_without_a_token() {
@@ -23,10 +15,7 @@ fn cli_blueos_lists_the_dashboard_without_a_token() {
     server.token = None;
     let (status, page) = server.ask_page("/").send();
     let title = "<title>seatrial</title>";
-    assert!(
-        status == 200 && page.as_str().unwrap().contains(title),
-        "{page}"
-    );
+    assert!(status == 200 && page.as_str().unwrap().contains(title), "{page}");
     let (status, service) = server.ask_page("/register_service").send();
     assert_eq!(status, 200, "{service}");
     for field in NEEDED {
@@ -53,8 +42,5 @@ fn cli_a_folder_for_uploads_that_is_not_there_is_named() {
         .unwrap();
     let said = text(&served.stderr);
     assert_eq!(served.status.code(), Some(2), "{said}");
-    assert!(
-        said.contains("/nowhere") && said.contains("TMPDIR"),
-        "{said}"
-    );
+    assert!(said.contains("/nowhere") && said.contains("TMPDIR"), "{said}");
 }

@@ -35,11 +35,7 @@ fn cli_a_killed_campaign_is_closed_and_goes_on() {
 
     let lease = server.control("Ben");
     let go_on = |campaign: u32| {
-        server
-            .ask("POST", "/trial/go-on")
-            .lease(&lease)
-            .json(&json!({"campaign": campaign}))
-            .send()
+        server.ask("POST", "/trial/go-on").lease(&lease).json(&json!({"campaign": campaign})).send()
     };
     let (status, trial) = go_on(1);
     assert_eq!((status, &trial["campaign"]), (201, &json!(2)), "{trial}");
@@ -51,10 +47,7 @@ fn cli_a_killed_campaign_is_closed_and_goes_on() {
     assert_eq!((status, &refused["code"]), (422, &json!("nothing_left")));
     let gone_on = &server.get("/audit")[1];
     assert_eq!(gone_on["command"], "go_on");
-    assert!(
-        gone_on["details"].to_string().contains("campaign"),
-        "{gone_on}"
-    );
+    assert!(gone_on["details"].to_string().contains("campaign"), "{gone_on}");
     drop(server);
 
     let verified = program()
@@ -62,9 +55,5 @@ fn cli_a_killed_campaign_is_closed_and_goes_on() {
         .arg(folder.path().join("seatrial.db"))
         .output()
         .unwrap();
-    assert!(
-        verified.status.success(),
-        "{}",
-        String::from_utf8_lossy(&verified.stderr)
-    );
+    assert!(verified.status.success(), "{}", String::from_utf8_lossy(&verified.stderr));
 }

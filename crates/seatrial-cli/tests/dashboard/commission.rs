@@ -42,31 +42,19 @@ fn cli_a_commission_of_the_dashboard_is_shown_agreed_to_and_reported() {
     let mut order = json!({"vehicle": boat.address, "campaign": 1});
     let ask = |path: &str, order: &Value| server.ask("POST", path).lease(&lease).json(order).send();
     let (status, preview) = ask("/commission/preview", &order);
-    assert_eq!(
-        (status, &preview["ready"]),
-        (200, &json!(true)),
-        "{preview}"
-    );
+    assert_eq!((status, &preview["ready"]), (200, &json!(true)), "{preview}");
     let parameters = preview["proposed"]["parameters"].as_array().unwrap();
-    let feed_forward = parameters
-        .iter()
-        .find(|one| one["name"] == "ATC_STR_RAT_FF");
+    let feed_forward = parameters.iter().find(|one| one["name"] == "ATC_STR_RAT_FF");
     assert_eq!(feed_forward.unwrap()["from"], 0.2, "{preview}");
     assert!(!folder.path().join("seatrial.restore.toml").exists());
 
     // It is agreed to, by who has control, with what was shown.
     let (status, refused) = ask("/commission", &order);
-    assert_eq!(
-        (status, &refused["code"]),
-        (422, &json!("agreement_needed"))
-    );
+    assert_eq!((status, &refused["code"]), (422, &json!("agreement_needed")));
     order["agreed"] = json!(true);
     order["proposal"] = json!("another");
     let (status, refused) = ask("/commission", &order);
-    assert_eq!(
-        (status, &refused["code"]),
-        (409, &json!("proposal_changed"))
-    );
+    assert_eq!((status, &refused["code"]), (409, &json!("proposal_changed")));
     let (status, refused) = server.ask("POST", "/commission").json(&order).send();
     assert_eq!(status, 409, "{refused}");
 
@@ -85,10 +73,7 @@ fn cli_a_commission_of_the_dashboard_is_shown_agreed_to_and_reported() {
     }
     let shown = server.get("/commission?after=10");
     let sample = shown["samples"][5].clone();
-    assert!(
-        sample["heading_rad"].is_number() && sample["wanted_rad"].is_number(),
-        "{sample}"
-    );
+    assert!(sample["heading_rad"].is_number() && sample["wanted_rad"].is_number(), "{sample}");
     assert_eq!(server.ask("POST", "/trial/abort").send().0, 204);
     let messages = viewer.until(|message| {
         kind(message) == "commission" && message["commission"]["running"] == false
@@ -118,12 +103,7 @@ fn cli_a_commission_of_the_dashboard_is_shown_agreed_to_and_reported() {
     undone(&server, &boat, &lease);
     let audit = server.get("/audit");
     let commands = audit.as_array().unwrap().iter();
-    assert_eq!(
-        commands
-            .filter(|entry| entry["command"] == "commission")
-            .count(),
-        5
-    );
+    assert_eq!(commands.filter(|entry| entry["command"] == "commission").count(), 5);
 }
 
 /// The old gains are shown beside those that the commission left, agreed to by who has control, and put back once.
@@ -139,24 +119,13 @@ fn undone(server: &Server, boat: &Boat, lease: &str) {
     let parameters = shown["parameters"].as_array().unwrap().clone();
     let named = |name: &str| parameters.iter().find(|one| one["name"] == name).cloned();
     let feed_forward = named("ATC_STR_RAT_FF").unwrap();
-    assert!(
-        feed_forward["to"] == 0.2 && feed_forward["from"] != 0.2,
-        "{shown}"
-    );
+    assert!(feed_forward["to"] == 0.2 && feed_forward["from"] != 0.2, "{shown}");
 
     let agreed = json!({"vehicle": boat.address, "undo": shown["undo"], "agreed": true});
-    let (status, refused) = ask(
-        "undo",
-        &json!({"vehicle": boat.address, "undo": shown["undo"]}),
-    );
-    assert_eq!(
-        (status, &refused["code"]),
-        (422, &json!("agreement_needed"))
-    );
-    let (status, refused) = ask(
-        "undo",
-        &json!({"vehicle": boat.address, "undo": "x", "agreed": true}),
-    );
+    let (status, refused) = ask("undo", &json!({"vehicle": boat.address, "undo": shown["undo"]}));
+    assert_eq!((status, &refused["code"]), (422, &json!("agreement_needed")));
+    let (status, refused) =
+        ask("undo", &json!({"vehicle": boat.address, "undo": "x", "agreed": true}));
     assert_eq!((status, &refused["code"]), (409, &json!("undo_changed")));
     let (status, refused) = server.ask("POST", "/commission/undo").json(&agreed).send();
     assert_eq!(status, 409, "{refused}");

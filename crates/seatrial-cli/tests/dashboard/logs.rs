@@ -9,18 +9,12 @@ use super::server::Server;
 fn cli_a_log_is_read_and_a_large_one_is_not() {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("run.csv");
-    let made = program()
-        .args(["sim", "log", "--seed", "1", "--out"])
-        .arg(&log)
-        .output()
-        .unwrap();
+    let made = program().args(["sim", "log", "--seed", "1", "--out"]).arg(&log).output().unwrap();
     assert!(made.status.success());
     let server = Server::start(folder.path(), &["--largest-log", "1"]);
     let log = std::fs::read(log).unwrap();
-    let (status, found) = server
-        .ask("POST", "/logs/identify?name=run.csv")
-        .bytes(log.clone())
-        .send();
+    let (status, found) =
+        server.ask("POST", "/logs/identify?name=run.csv").bytes(log.clone()).send();
     assert_eq!(status, 200, "{found}");
     assert_eq!(found["document"]["schema"], "seatrial.identification.v1");
     assert_eq!(found["document"]["source"]["path"], "run.csv");
@@ -30,26 +24,16 @@ fn cli_a_log_is_read_and_a_large_one_is_not() {
         assert_eq!(values.len(), rows, "{column}");
         assert!(values[100].is_number(), "{column}");
     }
-    let (status, found) = server
-        .ask("POST", "/logs/inspect?name=run.csv")
-        .bytes(log)
-        .send();
-    assert_eq!(
-        (status, &found["document"]["schema"]),
-        (200, &json!("seatrial.inspection.v1"))
-    );
+    let (status, found) = server.ask("POST", "/logs/inspect?name=run.csv").bytes(log).send();
+    assert_eq!((status, &found["document"]["schema"]), (200, &json!("seatrial.inspection.v1")));
 
-    let (status, refused) = server
-        .ask("POST", "/logs/identify")
-        .bytes(b"not a log".to_vec())
-        .send();
+    let (status, refused) =
+        server.ask("POST", "/logs/identify").bytes(b"not a log".to_vec()).send();
     assert_eq!((status, &refused["code"]), (422, &json!("log_refused")));
     let said = refused["message"].as_str().unwrap();
     assert!(!said.contains("/tmp"), "no path of the server: {said}");
-    let (status, refused) = server
-        .ask("POST", "/logs/identify")
-        .bytes(vec![b'1'; 1_000_001])
-        .send();
+    let (status, refused) =
+        server.ask("POST", "/logs/identify").bytes(vec![b'1'; 1_000_001]).send();
     assert_eq!((status, &refused["code"]), (413, &json!("too_large")));
 }
 
@@ -85,10 +69,7 @@ fn cli_a_slocum_log_is_answered_as_in_the_terminal() {
     assert_eq!(status, 200, "{found}");
     let terminal = program().args(["identify", "--json"]).arg(&log).output();
     let terminal: serde_json::Value = serde_json::from_slice(&terminal.unwrap().stdout).unwrap();
-    assert_eq!(
-        found["document"]["verdict"]["outcome"],
-        terminal["verdict"]["outcome"]
-    );
+    assert_eq!(found["document"]["verdict"]["outcome"], terminal["verdict"]["outcome"]);
     assert_eq!(
         found["document"]["verdict"]["reasons"][0]["code"],
         terminal["verdict"]["reasons"][0]["code"]
@@ -104,16 +85,10 @@ fn cli_a_log_with_names_of_its_own_is_read_as_chosen() {
         command.args(arguments).current_dir(folder.path());
         command.output().unwrap()
     };
-    assert!(
-        seatrial(&["sim", "log", "--seed", "1", "--out", "run.csv"])
-            .status
-            .success()
-    );
+    assert!(seatrial(&["sim", "log", "--seed", "1", "--out", "run.csv"]).status.success());
     let log = std::fs::read_to_string(folder.path().join("run.csv")).unwrap();
     let (head, rows) = log.split_once('\n').unwrap();
-    let head = head
-        .replace("heading_rad", "alpha")
-        .replace("rudder_rad", "beta");
+    let head = head.replace("heading_rad", "alpha").replace("rudder_rad", "beta");
     let log = format!("{head}\n{rows}");
     std::fs::write(folder.path().join("odd.csv"), &log).unwrap();
 
@@ -130,10 +105,7 @@ fn cli_a_log_with_names_of_its_own_is_read_as_chosen() {
     assert!(said.contains("rudder") && said.contains("`beta`"), "{said}");
     let (status, refused) = identify("&heading=alpha&rudder=beta&units=heading=furlong");
     assert_eq!(status, 422);
-    assert!(
-        refused["message"].as_str().unwrap().contains("furlong"),
-        "{refused}"
-    );
+    assert!(refused["message"].as_str().unwrap().contains("furlong"), "{refused}");
 
     let request =
         "&heading=alpha&rudder=beta&units=heading=rad,rudder=fraction&rudder_range_deg=57.3";
@@ -157,10 +129,7 @@ fn cli_a_log_with_names_of_its_own_is_read_as_chosen() {
     let same: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(found["document"], same);
     let (status, found) = server
-        .ask(
-            "POST",
-            "/logs/inspect?heading=alpha&rudder=beta&units=heading=rad,rudder=rad",
-        )
+        .ask("POST", "/logs/inspect?heading=alpha&rudder=beta&units=heading=rad,rudder=rad")
         .bytes(log.clone().into_bytes())
         .send();
     assert_eq!(status, 200, "{found}");
@@ -192,9 +161,7 @@ fn cli_a_log_with_coordinates_gives_its_track() {
     };
     let rows: Vec<String> = log.lines().skip(1).map(row).collect();
     let head = log.lines().next().unwrap();
-    let head = head
-        .replace("north_m", "latitude")
-        .replace("east_m", "longitude");
+    let head = head.replace("north_m", "latitude").replace("east_m", "longitude");
     let located = format!("{head}\n{}\n", rows.join("\n"));
 
     let server = Server::start(folder.path(), &[]);
@@ -203,18 +170,11 @@ fn cli_a_log_with_coordinates_gives_its_track() {
         request.bytes(log.as_bytes().to_vec())
     };
     let (status, found) = ask("identify", &located).send();
-    assert_eq!(
-        (status, &found["is_located"]),
-        (200, &json!(true)),
-        "{found}"
-    );
+    assert_eq!((status, &found["is_located"]), (200, &json!(true)), "{found}");
     let (status, gpx) = ask("track/gpx", &located).send_for_bytes();
     let gpx = String::from_utf8(gpx).unwrap();
     assert_eq!(status, 200, "{gpx}");
-    let points: Vec<&str> = gpx
-        .lines()
-        .filter(|line| line.starts_with("<trkpt"))
-        .collect();
+    let points: Vec<&str> = gpx.lines().filter(|line| line.starts_with("<trkpt")).collect();
     // 225 s of log, a point a second.
     assert!((220..=226).contains(&points.len()), "{}", points.len());
     let last = rows.last().unwrap().split(',').nth(north).unwrap();
@@ -230,11 +190,7 @@ fn cli_a_log_with_coordinates_gives_its_track() {
     std::fs::write(folder.path().join("located.csv"), &located).unwrap();
     let inspect = |log: &str, track: &str| {
         let line = ["inspect", log, "--track", track];
-        program()
-            .args(line)
-            .current_dir(folder.path())
-            .output()
-            .unwrap()
+        program().args(line).current_dir(folder.path()).output().unwrap()
     };
     let written = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
     assert!(inspect("located.csv", "track.gpx").status.success());

@@ -23,16 +23,7 @@ impl Boat {
         let place = listener.local_addr().unwrap().to_string();
         drop(listener);
         let process = program()
-            .args([
-                "sim",
-                "serve",
-                "--speed",
-                speed,
-                "--seconds",
-                "600",
-                "--tcp",
-                &place,
-            ])
+            .args(["sim", "serve", "--speed", speed, "--seconds", "600", "--tcp", &place])
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn()
@@ -42,10 +33,7 @@ impl Boat {
             assert!(begun.elapsed() < PATIENCE);
             std::thread::sleep(Duration::from_millis(20));
         }
-        Self {
-            process,
-            address: format!("mavlink:tcp:{place}"),
-        }
+        Self { process, address: format!("mavlink:tcp:{place}") }
     }
 }
 
@@ -72,24 +60,11 @@ fn cli_a_trial_on_an_autopilot_is_agreed_to_and_aborted_by_the_button() {
     plan["thrusts"] = json!([0.6]);
     let mut order = json!({"vehicle": boat.address, "plan": plan});
     let (status, preflight) = server.ask("POST", "/preflight").json(&order).send();
-    assert_eq!(
-        (status, &preflight["ready"]),
-        (200, &json!(true)),
-        "{preflight}"
-    );
+    assert_eq!((status, &preflight["ready"]), (200, &json!(true)), "{preflight}");
     assert!(!preflight["changes"].as_array().unwrap().is_empty());
-    let start = |order: &Value| {
-        server
-            .ask("POST", "/trial")
-            .lease(&lease)
-            .json(order)
-            .send()
-    };
+    let start = |order: &Value| server.ask("POST", "/trial").lease(&lease).json(order).send();
     let (status, refused) = start(&order);
-    assert_eq!(
-        (status, &refused["code"]),
-        (422, &json!("agreement_needed"))
-    );
+    assert_eq!((status, &refused["code"]), (422, &json!("agreement_needed")));
 
     order["agreed"] = json!(true);
     let mut viewer = server.viewer(&json!({"lease": lease}));
@@ -97,10 +72,7 @@ fn cli_a_trial_on_an_autopilot_is_agreed_to_and_aborted_by_the_button() {
     viewer.until(|message| message["stage"] == "train");
     viewer.until(|message| {
         let samples = message["samples"].as_array();
-        samples.is_some_and(|s| {
-            s.iter()
-                .any(|s| s["rudder_rad"].as_f64().unwrap().abs() > 0.2)
-        })
+        samples.is_some_and(|s| s.iter().any(|s| s["rudder_rad"].as_f64().unwrap().abs() > 0.2))
     });
     let (status, trial) = server.ask("POST", "/trial/abort").send();
     assert_eq!(status, 202, "{trial}");

@@ -44,38 +44,23 @@ fn cli_trials_are_started_watched_compared_and_downloaded() {
         json!({"vehicle": "sim:starfish", "seed": 1, "configuration": "clean", "note": "calm"});
     assert_eq!(server.start_trial(&lease, &order), 1);
     let seen = viewer.until(|message| kind(message) == "trial_ended");
-    let count = |wanted: &str| {
-        seen.iter()
-            .filter(|message| kind(message) == wanted)
-            .count()
-    };
+    let count = |wanted: &str| seen.iter().filter(|message| kind(message) == wanted).count();
     assert_eq!(count("control"), 1);
     assert_eq!(count("trial_started"), 1);
-    let ended: Vec<&Value> = seen
-        .iter()
-        .filter(|message| kind(message) == "run_ended")
-        .collect();
+    let ended: Vec<&Value> = seen.iter().filter(|message| kind(message) == "run_ended").collect();
     assert!(ended.len() >= 5, "{}", ended.len());
     assert_eq!(count("stage_started"), 3 * ended.len());
     let run = &ended[0]["run"];
-    assert!(
-        run["model"]["a22_per_s"]["interval_95"][0].is_number(),
-        "{run}"
-    );
+    assert!(run["model"]["a22_per_s"]["interval_95"][0].is_number(), "{run}");
     assert!(ended[0]["validation"]["time_s"].as_array().unwrap().len() > 100);
     let numbers: Vec<u64> = seen
         .iter()
         .filter(|message| kind(message) != "heartbeat")
         .map(|message| message["sequence"].as_u64().unwrap())
         .collect();
-    assert!(
-        numbers.windows(2).all(|pair| pair[1] == pair[0] + 1),
-        "{numbers:?}"
-    );
+    assert!(numbers.windows(2).all(|pair| pair[1] == pair[0] + 1), "{numbers:?}");
     let samples = || {
-        seen.iter()
-            .filter(|m| kind(m) == "samples")
-            .flat_map(|m| m["samples"].as_array().unwrap())
+        seen.iter().filter(|m| kind(m) == "samples").flat_map(|m| m["samples"].as_array().unwrap())
     };
     assert!(samples().count() > 1000);
     assert!(samples().any(|sample| sample["simulated_heading_rad"].is_number()));
@@ -90,36 +75,16 @@ fn cli_trials_are_started_watched_compared_and_downloaded() {
     assert_eq!(campaigns[1]["state"], "finished");
     let compared = server.get("/compare?a=1&b=2");
     assert_eq!(compared["thrusts"].as_array().unwrap().len(), 5);
-    assert_eq!(
-        compared["thrusts"][0]["differences"]
-            .as_array()
-            .unwrap()
-            .len(),
-        7
-    );
+    assert_eq!(compared["thrusts"][0]["differences"].as_array().unwrap().len(), 7);
     assert!(compared["what_changed"]["reasons"][0]["text"].is_string());
     let schedule = server.get("/campaigns/1/schedule?speed_m_s=1.3");
-    assert!(
-        schedule["at"]["proportional_gain"]["value"]
-            .as_f64()
-            .unwrap()
-            > 0.0,
-        "{schedule}"
-    );
+    assert!(schedule["at"]["proportional_gain"]["value"].as_f64().unwrap() > 0.0, "{schedule}");
     assert!(schedule["points"][0]["point"]["steady_turning_radius_m"][0]["interval_95"].is_array());
     let series = server.get("/campaigns/1/runs/1/series");
-    assert!(
-        series["simulated_heading_rad"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .any(Value::is_number)
-    );
+    assert!(series["simulated_heading_rad"].as_array().unwrap().iter().any(Value::is_number));
 
     let download = |name: &str| {
-        let (status, file) = server
-            .ask("GET", &format!("/campaigns/1/{name}"))
-            .send_for_bytes();
+        let (status, file) = server.ask("GET", &format!("/campaigns/1/{name}")).send_for_bytes();
         assert_eq!(status, 200, "{name}");
         file
     };
@@ -128,36 +93,19 @@ fn cli_trials_are_started_watched_compared_and_downloaded() {
     assert!(download("samples.csv").starts_with(b"time_s,heading_rad,rudder_rad"));
     assert!(download("samples.mcap").starts_with(b"\x89MCAP"));
     assert!(
-        String::from_utf8(download("gains.param?rehearsal=true"))
-            .unwrap()
-            .contains("ATC_STR_RAT_")
+        String::from_utf8(download("gains.param?rehearsal=true")).unwrap().contains("ATC_STR_RAT_")
     );
 
     // The operator's word goes before the verdict, and one speed is run again.
     let review = json!({"accepted": false, "note": "a ferry passed"});
-    let (status, run) = server
-        .ask("POST", "/campaigns/1/runs/1/review")
-        .lease(&lease)
-        .json(&review)
-        .send();
+    let (status, run) =
+        server.ask("POST", "/campaigns/1/runs/1/review").lease(&lease).json(&review).send();
     assert_eq!(status, 200, "{run}");
-    assert_eq!(
-        (&run["accepted"], &run["review"]["by"]),
-        (&json!(false), &json!("Anna"))
-    );
+    assert_eq!((&run["accepted"], &run["review"]["by"]), (&json!(false), &json!("Anna")));
     let detail = server.get("/campaigns/1");
-    assert!(
-        !detail["counting_runs"]
-            .as_array()
-            .unwrap()
-            .contains(&json!(1))
-    );
+    assert!(!detail["counting_runs"].as_array().unwrap().contains(&json!(1)));
     let again = json!({"campaign": 1, "thrust": 0.6});
-    let (status, trial) = server
-        .ask("POST", "/trial/repeat")
-        .lease(&lease)
-        .json(&again)
-        .send();
+    let (status, trial) = server.ask("POST", "/trial/repeat").lease(&lease).json(&again).send();
     assert_eq!(
         (status, &trial["seed"], &trial["configuration"]),
         (201, &json!(2), &json!("clean")),
@@ -166,12 +114,8 @@ fn cli_trials_are_started_watched_compared_and_downloaded() {
     assert_eq!(server.wait_for_end()["runs"].as_array().unwrap().len(), 1);
 
     let audit = server.get("/audit");
-    let commands: Vec<&str> = audit
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|c| c["command"].as_str().unwrap())
-        .collect();
+    let commands: Vec<&str> =
+        audit.as_array().unwrap().iter().map(|c| c["command"].as_str().unwrap()).collect();
     assert_eq!(
         commands,
         [
@@ -238,23 +182,11 @@ fn cli_only_who_may_does() {
     let is = |status: u16, code: &str| (status, code.to_owned());
     let ask = |token: Option<&str>, server: &mut Server, method: &str, path: &str| {
         server.token = token.map(String::from);
-        server
-            .ask(method, path)
-            .json(&json!({"name": "Eve"}))
-            .send()
+        server.ask(method, path).json(&json!({"name": "Eve"})).send()
     };
-    assert_eq!(
-        code(ask(None, &mut server, "GET", "/status")),
-        is(401, "token_needed")
-    );
-    assert_eq!(
-        code(ask(Some("guess"), &mut server, "GET", "/status")),
-        is(401, "token_needed")
-    );
-    assert_eq!(
-        ask(Some(&viewer), &mut server, "GET", "/status").1["role"],
-        "viewer"
-    );
+    assert_eq!(code(ask(None, &mut server, "GET", "/status")), is(401, "token_needed"));
+    assert_eq!(code(ask(Some("guess"), &mut server, "GET", "/status")), is(401, "token_needed"));
+    assert_eq!(ask(Some(&viewer), &mut server, "GET", "/status").1["role"], "viewer");
     assert_eq!(
         code(ask(Some(&viewer), &mut server, "POST", "/control")),
         is(403, "operators_only")
@@ -266,37 +198,18 @@ fn cli_only_who_may_does() {
 
     // A page of another site, and one whose name was made to resolve to us.
     server.token = Some(operator.clone());
-    let post = || {
-        server
-            .ask("POST", "/control")
-            .json(&json!({"name": "Anna"}))
-    };
+    let post = || server.ask("POST", "/control").json(&json!({"name": "Anna"}));
     assert_eq!(
         code(post().header("Origin", "http://evil.example").send()),
         is(403, "origin_refused")
     );
-    assert_eq!(
-        code(post().host("evil.example").send()),
-        is(403, "host_refused")
-    );
-    let own = post()
-        .host("boat.local:80")
-        .header("Origin", "http://boat.local:80")
-        .send();
+    assert_eq!(code(post().host("evil.example").send()), is(403, "host_refused"));
+    let own = post().host("boat.local:80").header("Origin", "http://boat.local:80").send();
     assert_eq!(own.0, 200, "{}", own.1);
     // The second operator is told who has control.
-    let (status, taken) = server
-        .ask("POST", "/control")
-        .json(&json!({"name": "Ben"}))
-        .send();
+    let (status, taken) = server.ask("POST", "/control").json(&json!({"name": "Ben"})).send();
     assert_eq!(status, 409);
-    assert!(
-        taken["message"]
-            .as_str()
-            .unwrap()
-            .starts_with("Anna has control since"),
-        "{taken}"
-    );
+    assert!(taken["message"].as_str().unwrap().starts_with("Anna has control since"), "{taken}");
     assert_eq!(
         code(server.ask("POST", "/trial").json(&starfish(1)).send()),
         is(409, "control_taken")
@@ -313,10 +226,7 @@ fn cli_only_who_may_does() {
     ] {
         assert_eq!(kind(&server.viewer(&hello).next()), first, "{hello}");
     }
-    let upgrade = server
-        .ask("GET", "/live")
-        .header("Origin", "http://evil.example")
-        .send();
+    let upgrade = server.ask("GET", "/live").header("Origin", "http://evil.example").send();
     assert_eq!(code(upgrade), is(403, "origin_refused"));
     // Kept as hashes.
     let kept = std::fs::read_to_string(folder.path().join("seatrial.tokens.json")).unwrap();
@@ -335,20 +245,8 @@ fn cli_nonsense_is_refused_in_words() {
         ("GET", "/campaigns/first", json!(null), 404, "not_found"),
         ("GET", "/compare?a=1", json!(null), 422, "not_understood"),
         ("GET", "/live", json!(null), 426, "websocket_expected"),
-        (
-            "POST",
-            "/trial",
-            json!({"vehicle": "sim:/etc/passwd"}),
-            422,
-            "unknown_vehicle",
-        ),
-        (
-            "POST",
-            "/trial",
-            json!({"vehicle": "sim:starfish", "speed": 9}),
-            422,
-            "not_understood",
-        ),
+        ("POST", "/trial", json!({"vehicle": "sim:/etc/passwd"}), 422, "unknown_vehicle"),
+        ("POST", "/trial", json!({"vehicle": "sim:starfish", "speed": 9}), 422, "not_understood"),
         (
             "POST",
             "/trial",
@@ -363,13 +261,7 @@ fn cli_nonsense_is_refused_in_words() {
             422,
             "out_of_range",
         ),
-        (
-            "POST",
-            "/trial/repeat",
-            json!({"campaign": 9, "thrust": 0.6}),
-            404,
-            "not_found",
-        ),
+        ("POST", "/trial/repeat", json!({"campaign": 9, "thrust": 0.6}), 404, "not_found"),
         (
             "POST",
             "/campaigns/1/runs/1/review",
@@ -387,11 +279,7 @@ fn cli_nonsense_is_refused_in_words() {
     }
     let preview = json!({"vehicle": "sim:starfish"});
     let (status, preview) = server.ask("POST", "/plans/preview").json(&preview).send();
-    assert_eq!(
-        (status, &preview["is_enough"]),
-        (200, &json!(true)),
-        "{preview}"
-    );
+    assert_eq!((status, &preview["is_enough"]), (200, &json!(true)), "{preview}");
     let order = json!({"vehicle": "sim:remus100"});
     let (status, preflight) = server.ask("POST", "/preflight").json(&order).send();
     assert_eq!(
@@ -420,10 +308,7 @@ fn cli_slow_viewers_hold_up_nobody() {
     let mut back = server.viewer(&json!({"stream": stream, "after": after}));
     let first = back.next();
     assert_eq!(first["sequence"], json!(after.as_u64().unwrap() + 1));
-    assert!(
-        ["control", "trial_started"].contains(&kind(&first)),
-        "{first}"
-    );
+    assert!(["control", "trial_started"].contains(&kind(&first)), "{first}");
     back.until(|message| kind(message) == "trial_ended");
     let mut stranger = server.viewer(&json!({"stream": "another", "after": after}));
     assert_eq!(kind(&stranger.next()), "snapshot");
@@ -443,18 +328,8 @@ fn cli_a_trial_of_the_command_line_is_shown_and_aborted() {
         .unwrap();
     let mut said = BufReader::new(child.stderr.take().unwrap()).lines();
     let line = said.next().unwrap().unwrap();
-    let address = line
-        .split("http://")
-        .nth(1)
-        .unwrap()
-        .trim_end_matches('/')
-        .to_owned();
-    let mut server = Server {
-        child,
-        address,
-        tokens: Vec::new(),
-        token: None,
-    };
+    let address = line.split("http://").nth(1).unwrap().trim_end_matches('/').to_owned();
+    let mut server = Server { child, address, tokens: Vec::new(), token: None };
     // The dashboard is announced before the vehicle is taken, and shows no trial until then.
     let begun = Instant::now();
     let trial = loop {
@@ -465,13 +340,8 @@ fn cli_a_trial_of_the_command_line_is_shown_and_aborted() {
         assert!(begun.elapsed() < Duration::from_secs(30));
         thread::sleep(Duration::from_millis(10));
     };
-    assert_eq!(
-        (&trial["campaign"], &trial["running"]),
-        (&json!(1), &json!(true))
-    );
-    server
-        .viewer(&json!({}))
-        .until(|message| kind(message) == "samples");
+    assert_eq!((&trial["campaign"], &trial["running"]), (&json!(1), &json!(true)));
+    server.viewer(&json!({})).until(|message| kind(message) == "samples");
     assert_eq!(server.ask("POST", "/trial/abort").send().0, 202);
     assert_eq!(server.child.wait().unwrap().code(), Some(5));
 }
@@ -491,13 +361,6 @@ fn cli_the_example_in_python_runs() {
         .output()
         .unwrap();
     let said = String::from_utf8_lossy(&run.stdout);
-    assert!(
-        run.status.success(),
-        "{}",
-        String::from_utf8_lossy(&run.stderr)
-    );
-    assert!(
-        said.lines().count() >= 5 && said.contains("accepted"),
-        "{said}"
-    );
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    assert!(said.lines().count() >= 5 && said.contains("accepted"), "{said}");
 }

@@ -21,16 +21,7 @@ fn json_of(output: &Output) -> Value {
 /// Every file of a model that is a text, and the command that writes it.
 const FILES: [(&str, &[&str]); 8] = [
     ("ardupilot_surface", &["gains", "--export", "ardupilot"]),
-    (
-        "ardupilot_underwater",
-        &[
-            "gains",
-            "--export",
-            "ardupilot",
-            "--vehicle-type",
-            "underwater",
-        ],
-    ),
+    ("ardupilot_underwater", &["gains", "--export", "ardupilot", "--vehicle-type", "underwater"]),
     ("px4_surface", &["gains", "--export", "px4"]),
     ("ros2", &["gains", "--export", "ros2"]),
     ("c", &["gains", "--export", "c"]),
@@ -146,24 +137,13 @@ fn cli_a_campaign_ends_in_the_terminals_limits_and_vehicle_file() {
     plan["thrusts"] = json!([0.6, 0.9]);
     let mut order = json!({"vehicle": "sim:starfish", "seed": 1, "plan": plan,
         "scenario": "/etc/passwd"});
-    let (status, refused) = server
-        .ask("POST", "/trial")
-        .lease(&lease)
-        .json(&order)
-        .send();
-    assert_eq!(
-        (status, &refused["code"]),
-        (422, &json!("unknown_scenario"))
-    );
+    let (status, refused) = server.ask("POST", "/trial").lease(&lease).json(&order).send();
+    assert_eq!((status, &refused["code"]), (422, &json!("unknown_scenario")));
     order["scenario"] = json!("heavier_payload");
     assert_eq!(server.start_trial(&lease, &order), 1);
     assert_eq!(server.wait_for_end()["outcome"]["finished"], true);
     let shown = seatrial(folder.path(), &["logbook", "1", "--json"]);
-    assert!(
-        String::from_utf8(shown.stdout)
-            .unwrap()
-            .contains("heavier_payload")
-    );
+    assert!(String::from_utf8(shown.stdout).unwrap().contains("heavier_payload"));
 
     let track = |options: &[&str]| {
         let export = ["logbook", "export", "1", "--out", "track.gpx"];
@@ -175,22 +155,12 @@ fn cli_a_campaign_ends_in_the_terminals_limits_and_vehicle_file() {
     assert!(track(&["--origin", "-54.33,10.15"]).status.success());
     let gpx = std::fs::read_to_string(folder.path().join("track.gpx")).unwrap();
     // Two speeds of 45 s, a point a second.
-    assert!(
-        (80..110).contains(&gpx.matches("<time>20").count()),
-        "{gpx}"
-    );
-    assert!(
-        gpx.contains("lat=\"-54.3") && gpx.contains("lon=\"10.1"),
-        "{gpx}"
-    );
+    assert!((80..110).contains(&gpx.matches("<time>20").count()), "{gpx}");
+    assert!(gpx.contains("lat=\"-54.3") && gpx.contains("lon=\"10.1"), "{gpx}");
 
     let limits = server.get("/campaigns/1/limits");
-    let terminal = |verb: &[&str]| {
-        seatrial(
-            folder.path(),
-            &[verb, &["--logbook", "seatrial.db"]].concat(),
-        )
-    };
+    let terminal =
+        |verb: &[&str]| seatrial(folder.path(), &[verb, &["--logbook", "seatrial.db"]].concat());
     let of_source = |mut document: Value| {
         // The server calls its logbook by its whole path.
         document["source"] = Value::Null;
@@ -200,9 +170,7 @@ fn cli_a_campaign_ends_in_the_terminals_limits_and_vehicle_file() {
     assert_eq!(of_source(limits["gains"].clone()), of_source(gains));
     let turning = json_of(&terminal(&["turn", "--json"]));
     assert_eq!(of_source(limits["turning"].clone()), of_source(turning));
-    let (status, vehicle) = server
-        .ask("GET", "/campaigns/1/files/vehicle")
-        .send_for_bytes();
+    let (status, vehicle) = server.ask("GET", "/campaigns/1/files/vehicle").send_for_bytes();
     let vehicle = String::from_utf8(vehicle).unwrap();
     assert_eq!(status, 200, "{vehicle}");
     let printed = String::from_utf8(terminal(&["export", "--to", "vehicle"]).stdout).unwrap();

@@ -38,25 +38,12 @@ impl Server {
             let said = BufReader::new(child.stderr.take().unwrap());
             let lines = said.lines().map_while(Result::ok);
             let words = lines.skip(1).take(2);
-            tokens = words
-                .map(|line| line.split_whitespace().last().unwrap().to_owned())
-                .collect();
+            tokens = words.map(|line| line.split_whitespace().last().unwrap().to_owned()).collect();
         }
         let mut line = String::new();
-        BufReader::new(child.stdout.as_mut().unwrap())
-            .read_line(&mut line)
-            .unwrap();
-        let address = line
-            .trim()
-            .trim_start_matches("http://")
-            .trim_end_matches('/')
-            .to_owned();
-        Self {
-            child,
-            address,
-            token: tokens.first().cloned(),
-            tokens,
-        }
+        BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
+        let address = line.trim().trim_start_matches("http://").trim_end_matches('/').to_owned();
+        Self { child, address, token: tokens.first().cloned(), tokens }
     }
 
     pub fn ask(&self, method: &str, path: &str) -> Request<'_> {
@@ -72,10 +59,7 @@ impl Server {
 
     /// Something outside the programming interface.
     pub fn ask_page(&self, path: &str) -> Request<'_> {
-        Request {
-            path: path.into(),
-            ..self.ask("GET", "")
-        }
+        Request { path: path.into(), ..self.ask("GET", "") }
     }
 
     pub fn get(&self, path: &str) -> Value {
@@ -86,10 +70,7 @@ impl Server {
 
     /// Takes control under a name; the lease.
     pub fn control(&self, name: &str) -> String {
-        let (status, lease) = self
-            .ask("POST", "/control")
-            .json(&json!({"name": name}))
-            .send();
+        let (status, lease) = self.ask("POST", "/control").json(&json!({"name": name})).send();
         assert_eq!(status, 200, "{lease}");
         lease["lease"].as_str().unwrap().to_owned()
     }
@@ -114,9 +95,8 @@ impl Server {
     }
 
     pub fn viewer(&self, hello: &Value) -> Viewer {
-        let mut request = format!("ws://{}/api/v1/live", self.address)
-            .into_client_request()
-            .unwrap();
+        let mut request =
+            format!("ws://{}/api/v1/live", self.address).into_client_request().unwrap();
         let origin = format!("http://{}", self.address).parse().unwrap();
         request.headers_mut().insert("origin", origin);
         let stream = TcpStream::connect(&self.address).unwrap();
@@ -178,10 +158,7 @@ impl Request<'_> {
     pub fn send(self) -> (u16, Value) {
         let (status, body) = self.send_for_bytes();
         let text = String::from_utf8_lossy(&body).into_owned();
-        (
-            status,
-            serde_json::from_slice(&body).unwrap_or(Value::String(text)),
-        )
+        (status, serde_json::from_slice(&body).unwrap_or(Value::String(text)))
     }
 
     pub fn send_for_bytes(self) -> (u16, Vec<u8>) {
@@ -205,16 +182,12 @@ impl Request<'_> {
         let _ = stream.write_all(&self.body);
         let mut answer = Vec::new();
         let _ = stream.read_to_end(&mut answer);
-        let end = answer
-            .windows(4)
-            .position(|four| four == b"\r\n\r\n")
-            .expect("a head");
+        let end = answer.windows(4).position(|four| four == b"\r\n\r\n").expect("a head");
         let head = String::from_utf8_lossy(&answer[..end]).into_owned();
         let status = head.split_whitespace().nth(1).unwrap().parse().unwrap();
-        for expected in [
-            "content-security-policy: default-src 'none'",
-            "x-content-type-options: nosniff",
-        ] {
+        for expected in
+            ["content-security-policy: default-src 'none'", "x-content-type-options: nosniff"]
+        {
             assert!(head.contains(expected), "{head}");
         }
         (status, answer[end + 4..].to_vec())

@@ -32,11 +32,7 @@ fn cli_slow_requests_do_not_hold_the_server() {
     let mut slow: Vec<TcpStream> = (0..MOST)
         .map(|k| {
             let mut stream = connect();
-            let said: &[u8] = if k % 2 == 0 {
-                b"GET / HTTP/1.1\r\nHost: "
-            } else {
-                b""
-            };
+            let said: &[u8] = if k % 2 == 0 { b"GET / HTTP/1.1\r\nHost: " } else { b"" };
             stream.write_all(said).unwrap();
             stream
         })
@@ -82,10 +78,7 @@ fn cli_a_preview_has_a_budget_of_samples() {
     plan["settle"]["at_least_s"] = serde_json::json!(800_000.0);
     let endless = serde_json::json!({"vehicle": "sim:starfish", "plan": plan});
     let ask = |server: &Server, order| server.ask("POST", "/plans/preview").json(order).send();
-    assert_eq!(
-        [ask(&server, &endless).0, ask(&server, &long).0],
-        [422, 200]
-    );
+    assert_eq!([ask(&server, &endless).0, ask(&server, &long).0], [422, 200]);
     server.token = Some(server.tokens[1].clone());
     let begun = Instant::now();
     for order in [&endless, &long] {

@@ -96,10 +96,7 @@ impl Boat {
             if speaker.is_steered() && speaker.steering().abs() > 0.05 {
                 seen.deflected = Some(Instant::now());
             }
-            if !before
-                .iter()
-                .all(|(name, value)| speaker.parameter(name) == Some(*value))
-            {
+            if !before.iter().all(|(name, value)| speaker.parameter(name) == Some(*value)) {
                 seen.changed = Some(Instant::now());
             }
         }
@@ -159,26 +156,11 @@ impl Stalled {
             text.split_whitespace().last().unwrap().to_owned()
         });
         let address = line(&mut reader);
-        let address = address
-            .trim_start_matches("http://")
-            .trim_end_matches('/')
-            .to_owned();
-        let server = Server {
-            child,
-            address,
-            token: tokens.first().cloned(),
-            tokens: tokens.to_vec(),
-        };
-        let terminals = [
-            Terminal {
-                _reader: reader,
-                writer,
-            },
-            Terminal {
-                _reader: said,
-                writer: to_say,
-            },
-        ];
+        let address = address.trim_start_matches("http://").trim_end_matches('/').to_owned();
+        let server =
+            Server { child, address, token: tokens.first().cloned(), tokens: tokens.to_vec() };
+        let terminals =
+            [Terminal { _reader: reader, writer }, Terminal { _reader: said, writer: to_say }];
         let viewers = (0..viewers).map(|_| {
             sleep(VIEWERS_EVERY);
             let hello = json!({"token": server.tokens[1]});
@@ -190,11 +172,7 @@ impl Stalled {
         });
         let viewers = viewers.collect();
         terminals.iter().for_each(Terminal::stop);
-        Self {
-            server,
-            _terminals: terminals,
-            _viewers: viewers,
-        }
+        Self { server, _terminals: terminals, _viewers: viewers }
     }
 }
 
@@ -301,12 +279,9 @@ impl Drop for Over<'_> {
 }
 
 fn assert_in_time(took: &[Took]) {
-    let longest = took
-        .iter()
-        .fold(Took::default(), |a, b| (a.0.max(b.0), a.1.max(b.1)));
-    let late = took
-        .iter()
-        .filter(|(neutral, back)| *neutral > NEUTRAL_WITHIN || *back > BACK_WITHIN);
+    let longest = took.iter().fold(Took::default(), |a, b| (a.0.max(b.0), a.1.max(b.1)));
+    let late =
+        took.iter().filter(|(neutral, back)| *neutral > NEUTRAL_WITHIN || *back > BACK_WITHIN);
     let late = late.count();
     println!(
         "{} hand-backs, {late} late; longest to neutral {:.2?}, to the parameters {:.2?}",
@@ -327,9 +302,5 @@ fn io_a_vehicle_is_handed_back_while_terminal_disk_and_viewers_stand_still() {
 #[ignore = "measures time: some 3 h of a quiet machine for 1000"]
 fn val_everything_stands_still() {
     let trials = std::env::var("SEATRIAL_STALLS").ok();
-    assert_in_time(&hand_backs(
-        trials.map_or(1000, |n| n.parse().unwrap()),
-        SERVERS,
-        500,
-    ));
+    assert_in_time(&hand_backs(trials.map_or(1000, |n| n.parse().unwrap()), SERVERS, 500));
 }

@@ -160,11 +160,7 @@ impl Boat {
     pub fn changed(&self) -> Vec<&'static str> {
         let names = [("RC_OVERRIDE_TIME", 3.0), ("FS_GCS_ENABLE", 0.0)];
         let is_changed = |(name, value): &(&str, f32)| self.speaker.parameter(name) != Some(*value);
-        names
-            .into_iter()
-            .filter(is_changed)
-            .map(|(name, _)| name)
-            .collect()
+        names.into_iter().filter(is_changed).map(|(name, _)| name).collect()
     }
 
     /// Sails until the process has ended and the aftermath is seen.
@@ -176,9 +172,7 @@ impl Boat {
             if ended.is_none() {
                 ended = process.try_wait().unwrap();
             }
-            let is_seen = self
-                .injected_s
-                .is_some_and(|at_s| self.clock_s >= at_s + AFTERMATH_S);
+            let is_seen = self.injected_s.is_some_and(|at_s| self.clock_s >= at_s + AFTERMATH_S);
             if let Some(status) = ended.filter(|_| is_seen || self.injected_s.is_none()) {
                 return status;
             }
@@ -204,9 +198,8 @@ impl Boat {
 
     fn step(&mut self, process: u32) {
         let begin = Instant::now();
-        let is_due = self
-            .first_commanded_s
-            .is_some_and(|first_s| self.clock_s >= first_s + self.after_s);
+        let is_due =
+            self.first_commanded_s.is_some_and(|first_s| self.clock_s >= first_s + self.after_s);
         if is_due && self.injected_s.is_none() {
             self.inject(process);
         }
@@ -217,9 +210,7 @@ impl Boat {
             // Nobody may be there any more.
             let _ = self.socket.send_to(&bytes, station);
         }
-        let is_commanded = self
-            .commanded_s
-            .is_some_and(|at_s| self.clock_s - at_s < GAP_S);
+        let is_commanded = self.commanded_s.is_some_and(|at_s| self.clock_s - at_s < GAP_S);
         let end = begin
             + match self.injected_s {
                 Some(_) if !self.is_reached => Duration::from_secs_f64(INTERVAL_S),

@@ -74,22 +74,13 @@ fn inject(injection: Injection, after_s: f64, tally: &mut Tally) {
     }
     let held_s = boat.held_s();
     // The second, and a step of the vehicle.
-    assert!(
-        held_s <= 1.0 + INTERVAL_S,
-        "held for {held_s:.2} s: {context}"
-    );
+    assert!(held_s <= 1.0 + INTERVAL_S, "held for {held_s:.2} s: {context}");
 
     let backup = folder.path().join("seatrial.restore.toml");
     if backup.exists() {
         boat.be_reached();
-        let arguments = [
-            "vehicle",
-            "restore",
-            "--yes",
-            "seatrial.restore.toml",
-            "--vehicle",
-            &address,
-        ];
+        let arguments =
+            ["vehicle", "restore", "--yes", "seatrial.restore.toml", "--vehicle", &address];
         let mut restoring = start_in(folder.path(), &arguments);
         let status = boat.sail_with(&mut restoring);
         let errors = self::errors(restoring);
@@ -106,10 +97,7 @@ fn inject(injection: Injection, after_s: f64, tally: &mut Tally) {
         Injection::Kill => KILLED_LOSES_S,
         _ => STOPPED_LOSES_S,
     };
-    assert!(
-        missing_s <= longest_s,
-        "{missing_s:.2} s are missing: {context}"
-    );
+    assert!(missing_s <= longest_s, "{missing_s:.2} s are missing: {context}");
     tally.count += 1;
     tally.longest_held_s = tally.longest_held_s.max(held_s);
     tally.most_missing_s = tally.most_missing_s.max(missing_s);

@@ -117,11 +117,7 @@ fn cli_a_unit_without_a_compiler_is_source_code() {
 
 #[test]
 fn val_octave_plays_the_same_zig_zag() {
-    if Command::new("octave-cli")
-        .arg("--version")
-        .output()
-        .is_err()
-    {
+    if Command::new("octave-cli").arg("--version").output().is_err() {
         skip("no octave-cli");
         return;
     }

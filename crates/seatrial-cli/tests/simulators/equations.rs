@@ -9,17 +9,13 @@ use super::{BOAT, INTERVAL_S, ONE_SPEED, assert_alike, exported, script, zig_zag
 /// The number in an element.
 fn element(sdf: &str, name: &str) -> f64 {
     let open = format!("<{name}>");
-    let (_, after) = sdf
-        .split_once(&open)
-        .unwrap_or_else(|| panic!("{name}\n{sdf}"));
+    let (_, after) = sdf.split_once(&open).unwrap_or_else(|| panic!("{name}\n{sdf}"));
     after.split('<').next().unwrap().parse().unwrap()
 }
 
 /// The number that follows a text.
 fn after(text: &str, before: &str) -> f64 {
-    let (_, after) = text
-        .split_once(before)
-        .unwrap_or_else(|| panic!("{before}\n{text}"));
+    let (_, after) = text.split_once(before).unwrap_or_else(|| panic!("{before}\n{text}"));
     let end = after.find([' ', '\n', ',']).unwrap_or(after.len());
     after[..end].parse().unwrap()
 }
@@ -31,10 +27,7 @@ fn val_gazebo_hydrodynamics_play_the_same_zig_zag() {
     let folder = tempfile::tempdir().unwrap();
     let sdf = exported(folder.path(), ONE_SPEED, "gazebo", "boat.sdf");
     let plugin = "<plugin filename=\"gz-sim-hydrodynamics-system\" name=\"gz::sim::systems::Hydrodynamics\">";
-    assert!(
-        sdf.contains(plugin) && sdf.contains("<link_name>base_link</link_name>"),
-        "{sdf}"
-    );
+    assert!(sdf.contains(plugin) && sdf.contains("<link_name>base_link</link_name>"), "{sdf}");
     let [mass, inertia] = ["mass", "izz"].map(|name| element(&sdf, name));
     let [n_r_abs_u, n_uu, y_v, x_u_abs_u, x_rr] =
         ["nRabsU", "nUU", "yV", "xUabsU", "xRR"].map(|name| element(&sdf, name));
@@ -74,14 +67,7 @@ fn val_gazebo_files_keep_to_sdformat() {
     let Some(python) = python_with("xml.etree.ElementTree") else {
         return;
     };
-    for name in [
-        "one speed",
-        "world",
-        "__boat__",
-        "a::b",
-        "<&>\\\" --> x",
-        "Bjørn",
-    ] {
+    for name in ["one speed", "world", "__boat__", "a::b", "<&>\\\" --> x", "Bjørn"] {
         let folder = tempfile::tempdir().unwrap();
         let vehicle = ONE_SPEED.replace("one speed", name);
         exported(folder.path(), &vehicle, "gazebo", "boat.sdf");
@@ -102,20 +88,14 @@ fn val_moos_turns_and_goes_as_the_vehicle_does_steadily() {
     let block = exported(folder.path(), BOAT, "moos", "boat.moos");
     assert!(block.contains("ProcessConfig = uSimMarine\n{"), "{block}");
     let turn_rate = after(&block, "turn_rate = ");
-    assert!(
-        (0.0..=100.0).contains(&turn_rate),
-        "uSimMarine clips it there: {turn_rate}"
-    );
+    assert!((0.0..=100.0).contains(&turn_rate), "uSimMarine clips it there: {turn_rate}");
     let (thrust_percent, rudder_percent) = (90.0, 100.0);
     // SimEngine::propagateHeading: rudder/100 of the turn rate, times 1 + (thrust - 50)/50.
     let deg_s = rudder_percent * (turn_rate / 100.0) * (1.0 + (thrust_percent - 50.0) / 50.0);
     // (b2 delta + C0)/a22 to either side, whose mean has no C0.
     let expected = (1.6 * 0.5 / 1.3_f64).to_degrees();
     assert!((deg_s / expected - 1.0).abs() < 1e-9, "{deg_s} {expected}");
-    assert!(
-        block.contains("thrust_map = 0:0, 50.0:1.0, 90.0:1.9\n"),
-        "{block}"
-    );
+    assert!(block.contains("thrust_map = 0:0, 50.0:1.0, 90.0:1.9\n"), "{block}");
     assert!(block.contains("uSimMarine turns at once"), "{block}");
 }
 
@@ -130,10 +110,7 @@ fn val_nav2_limits_are_those_of_the_weaker_side() {
     assert!(is(after(&yaml, "wz_max: "), weaker), "{yaml}");
     assert!(is(after(&yaml, "az_max: "), 1.3 * weaker), "{yaml}");
     assert!(is(after(&yaml, "min_turning_r: "), 1.9 / weaker), "{yaml}");
-    assert!(
-        is(after(&yaml, "minimum_turning_radius: "), 1.9 / weaker),
-        "{yaml}"
-    );
+    assert!(is(after(&yaml, "minimum_turning_radius: "), 1.9 / weaker), "{yaml}");
     assert!(is(after(&yaml, "vx_max: "), 1.9), "{yaml}");
     for key in [
         "controller_server:",
@@ -172,10 +149,7 @@ fn exact_guidance_says_where_a_turn_begins() {
     let needed_m = plant.position_m[0];
     let exported_m = number("waypoint_radius_m");
     // The turn still builds up at its end, and the rudder's rate limit is not counted: within a tenth.
-    assert!(
-        (exported_m / needed_m - 1.0).abs() < 0.1,
-        "{exported_m} {needed_m}"
-    );
+    assert!((exported_m / needed_m - 1.0).abs() < 0.1, "{exported_m} {needed_m}");
     assert!(number("lookahead_m") > number("turning_radius_port_m"));
 }
 
@@ -252,10 +226,7 @@ fn leaves(yaml: &str) -> Vec<(String, String)> {
 fn is_of_type(value: &str, kind: char) -> bool {
     let is_text = |text: &str| text.len() > 2 && text.starts_with('"') && text.ends_with('"');
     // A double of a ROS 2 parameter file has a point: 1 is an integer, and refused.
-    let double = value
-        .parse()
-        .ok()
-        .filter(|x: &f64| x.is_finite() && value.contains('.'));
+    let double = value.parse().ok().filter(|x: &f64| x.is_finite() && value.contains('.'));
     match kind {
         's' => is_text(value),
         'a' => is_text(value.trim_start_matches('[').trim_end_matches(']')),
@@ -273,10 +244,8 @@ fn val_ros2_controllers_know_every_parameter() {
         let file = BOAT.replace("test boat", name);
         let yaml = exported(folder.path(), &file, "ros2_control", "boat.yaml");
         let leaves = leaves(&yaml);
-        let manager: Vec<&(String, String)> = leaves
-            .iter()
-            .filter(|(path, _)| path.starts_with("controller_manager."))
-            .collect();
+        let manager: Vec<&(String, String)> =
+            leaves.iter().filter(|(path, _)| path.starts_with("controller_manager.")).collect();
         assert_eq!(manager.len(), 5, "{yaml}");
         assert_eq!(manager[0].1, "20", "an integer, Hz");
         for (controller, known) in ROS2_CONTROLLERS {
@@ -304,19 +273,12 @@ fn val_ros2_control_has_the_gains_and_limits_of_the_model() {
     let number = |path: &str| -> f64 {
         let full = path.replacen('.', ".ros__parameters.", 1);
         let found = leaves.iter().find(|(known, _)| *known == full);
-        found
-            .unwrap_or_else(|| panic!("{path}\n{yaml}"))
-            .1
-            .parse()
-            .unwrap()
+        found.unwrap_or_else(|| panic!("{path}\n{yaml}")).1.parse().unwrap()
     };
     // Rounding.
     let is = |path: &str, expected: f64| {
         let found = number(path);
-        assert!(
-            (found / expected - 1.0).abs() < 1e-9,
-            "{path} {found} {expected}"
-        );
+        assert!((found / expected - 1.0).abs() < 1e-9, "{path} {found} {expected}");
     };
     let (a, b, c, limit, speed): (f64, f64, f64, f64, f64) = (1.3, 1.6, 0.005, 0.5, 1.9);
     let (late_s, interval_s) = (0.15 + 0.2, 0.05);
@@ -326,10 +288,7 @@ fn val_ros2_control_has_the_gains_and_limits_of_the_model() {
     let margin = (a / omega).atan() - omega * (late_s + 0.5 * interval_s);
     let root_2 = 2.0_f64.sqrt();
     // The export solves it by iteration.
-    assert!(
-        (margin - (root_2 / (root_2 - 1.0).sqrt()).atan()).abs() < 1e-6,
-        "{margin}"
-    );
+    assert!((margin - (root_2 / (root_2 - 1.0).sqrt()).atan()).abs() < 1e-6, "{margin}");
     let rate = "yaw_rate_controller.gains.rudder_joint";
     let gain = 1.0 / (b * (1.0 / a + late_s + 0.5 * interval_s));
     is(&format!("{rate}.p"), gain);
@@ -339,16 +298,10 @@ fn val_ros2_control_has_the_gains_and_limits_of_the_model() {
     is("diff_drive_controller.angular.z.max_velocity", port);
     is("diff_drive_controller.angular.z.min_velocity", -starboard);
     is("diff_drive_controller.angular.z.max_acceleration", a * port);
-    is(
-        "diff_drive_controller.angular.z.max_acceleration_reverse",
-        -a * starboard,
-    );
+    is("diff_drive_controller.angular.z.max_acceleration_reverse", -a * starboard);
     is("diff_drive_controller.linear.x.max_velocity", speed);
     // u' = u^2/l at the full speed without thrust, half of it for a time constant l/(2u).
-    is(
-        "diff_drive_controller.linear.x.max_acceleration",
-        speed * speed / 8.0,
-    );
+    is("diff_drive_controller.linear.x.max_acceleration", speed * speed / 8.0);
     // tricycle_controller: yaw rate = u tan(rudder)/wheelbase; a small rudder turns as the model does.
     let wheelbase = number("tricycle_controller.wheelbase");
     assert!((speed * 0.001_f64.tan() / wheelbase / (b * 0.001 / a) - 1.0).abs() < 1e-6);
@@ -356,19 +309,10 @@ fn val_ros2_control_has_the_gains_and_limits_of_the_model() {
     is("tricycle_controller.steering.max_velocity", 0.8);
     is("tricycle_controller.traction.max_velocity", speed);
     assert!(yaml.contains("rudder_joint is minus the rudder"), "{yaml}");
-    assert!(
-        yaml.contains("Not carried: the lag of the yaw rate"),
-        "{yaml}"
-    );
+    assert!(yaml.contains("Not carried: the lag of the yaw rate"), "{yaml}");
     for (reversed, said) in [
-        (
-            BOAT.replace("b2_per_s2 = ", "b2_per_s2 = -"),
-            "rudder_joint is equal to the rudder",
-        ),
-        (
-            BOAT.replace("c0_rad_per_s2 = 0.005", "c0_rad_per_s2 = 0.0"),
-            "rudder_joint is minus",
-        ),
+        (BOAT.replace("b2_per_s2 = ", "b2_per_s2 = -"), "rudder_joint is equal to the rudder"),
+        (BOAT.replace("c0_rad_per_s2 = 0.005", "c0_rad_per_s2 = 0.0"), "rudder_joint is minus"),
     ] {
         let other = exported(folder.path(), &reversed, "ros2_control", "other.yaml");
         assert!(other.contains(said), "{other}");
@@ -404,18 +348,12 @@ fn val_ros2_control_gains_steer_the_vehicle() {
             })
             .collect::<Vec<f64>>()
     };
-    let rates = play("yaw_rate_controller", 0.2, |plant| {
-        -plant.yaw.yaw_rate_rad_s
-    });
+    let rates = play("yaw_rate_controller", 0.2, |plant| -plant.yaw.yaw_rate_rad_s);
     assert!((rates[599] / 0.2 - 1.0).abs() < 0.01, "{}", rates[599]);
     let headings = play("heading_controller", 0.3, |plant| -plant.yaw.heading_rad);
     let most = headings.iter().copied().fold(0.0, f64::max);
     // A damping ratio of 0.7 overshoots by 4 %; the offset of 0.003 rad of rudder moves the end by less than 0.02 rad.
-    assert!(
-        most < 0.3 * 1.08 && (headings[599] - 0.3).abs() < 0.02,
-        "{most} {}",
-        headings[599]
-    );
+    assert!(most < 0.3 * 1.08 && (headings[599] - 0.3).abs() < 0.02, "{most} {}", headings[599]);
 }
 
 #[test]

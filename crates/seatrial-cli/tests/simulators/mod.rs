@@ -107,26 +107,14 @@ fn exported(folder: &Path, vehicle: &str, target: &str, file: &str) -> String {
 /// Writes a vehicle and what it is exported to.
 fn export(folder: &Path, vehicle: &str, target: &str, file: &str) {
     std::fs::write(folder.join("boat.toml"), vehicle).unwrap();
-    let output = run_in(
-        folder,
-        &[
-            "export",
-            "--to",
-            target,
-            "--vehicle",
-            "sim:boat.toml",
-            "--out",
-            file,
-        ],
-    );
+    let output =
+        run_in(folder, &["export", "--to", target, "--vehicle", "sim:boat.toml", "--out", file]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
 }
 
 /// A program beside this test.
 fn script(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/simulators")
-        .join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/simulators").join(name)
 }
 
 /// Heading and speed agree within 1 % rms of what they change by.
@@ -138,15 +126,8 @@ fn assert_alike(what: &str, ours: &[Instant], theirs: &[[f64; 2]]) {
     };
     let heading = rms(&|a, b| a.heading_rad - b[0]) / rms(&|a, _| a.heading_rad);
     let speed = rms(&|a, b| a.surge_speed_m_s - b[1]) / rms(&|a, _| a.surge_speed_m_s);
-    println!(
-        "{what}: heading {:.4} %, speed {:.4} % rms",
-        100.0 * heading,
-        100.0 * speed
-    );
-    assert!(
-        heading < 0.01 && speed < 0.01,
-        "{what}: heading {heading}, speed {speed}"
-    );
+    println!("{what}: heading {:.4} %, speed {:.4} % rms", 100.0 * heading, 100.0 * speed);
+    assert!(heading < 0.01 && speed < 0.01, "{what}: heading {heading}, speed {speed}");
 }
 
 #[test]

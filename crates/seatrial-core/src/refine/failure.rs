@@ -21,10 +21,9 @@ pub enum RefineFailure {
 impl Display for RefineFailure {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
-            Self::TooShort { found } => write!(
-                f,
-                "{found} comparisons, at least {LEAST_COMPARISONS} are needed"
-            ),
+            Self::TooShort { found } => {
+                write!(f, "{found} comparisons, at least {LEAST_COMPARISONS} are needed")
+            }
             Self::NotExcited => f.write_str(
                 "the rudder's response cannot be told from the offset and the initial state",
             ),

@@ -22,19 +22,13 @@ impl PeakGuess {
             false => 2.0 * last.a22_per_s - before.a22_per_s,
         };
         let ratio = sqrt(last.variance / before.variance).clamp(0.5, 2.0);
-        Self {
-            a22_per_s,
-            deviation_per_s: sqrt(last.variance) * ratio,
-        }
+        Self { a22_per_s, deviation_per_s: sqrt(last.variance) * ratio }
     }
 }
 
 impl From<&Peak> for PeakGuess {
     fn from(peak: &Peak) -> Self {
-        Self {
-            a22_per_s: peak.a22_per_s,
-            deviation_per_s: sqrt(peak.variance),
-        }
+        Self { a22_per_s: peak.a22_per_s, deviation_per_s: sqrt(peak.variance) }
     }
 }
 
@@ -135,9 +129,9 @@ impl Near {
                 return match distance {
                     distance if distance > REACH[1] => None,
                     distance if distance > REACH[0] => search(),
-                    _ => Some(four.peak(disturbance, &minimum))
-                        .filter(Peak::is_one)
-                        .or_else(search),
+                    _ => {
+                        Some(four.peak(disturbance, &minimum)).filter(Peak::is_one).or_else(search)
+                    }
                 };
             }
             expected = PeakGuess {
@@ -178,11 +172,7 @@ impl Four {
             .min(WIDEST_SHARE * scale_per_s.max(centre_per_s.abs()));
         let dampings = [-1.5, -0.5, 0.5, 1.5].map(|place| centre_per_s + place * spread_per_s);
         let [a, b, c, d] = record.steering_fits(dampings, disturbance);
-        Some(Self {
-            centre_per_s,
-            spread_per_s,
-            fits: [a?, b?, c?, d?],
-        })
+        Some(Self { centre_per_s, spread_per_s, fits: [a?, b?, c?, d?] })
     }
 
     fn at(&self, place: f64) -> f64 {
@@ -227,12 +217,8 @@ impl Peak {
     /// Has it variances? What is read off a record without noise, where they span many orders, may have none.
     pub fn is_one(&self) -> bool {
         let of_linear = &self.fit.scaled_covariance;
-        let variances = [
-            self.variance,
-            self.fit.noise_variance_rad2,
-            of_linear[0][0],
-            of_linear[1][1],
-        ];
+        let variances =
+            [self.variance, self.fit.noise_variance_rad2, of_linear[0][0], of_linear[1][1]];
         variances.iter().all(|variance| *variance > 0.0) && self.fit.log_likelihood.is_finite()
     }
 

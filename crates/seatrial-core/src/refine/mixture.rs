@@ -116,18 +116,10 @@ pub struct DisturbancePrior {
 impl DisturbancePrior {
     /// The prior that the estimate is the mean under: seven of ten records hold no disturbance, the others one of
     /// 2 % of the rudder's effect, within a factor of two.
-    pub const EXPECTED: Self = Self {
-        none: 0.7,
-        median_share: 0.02,
-        log_deviation: 0.7,
-    };
+    pub const EXPECTED: Self = Self { none: 0.7, median_share: 0.02, log_deviation: 0.7 };
 
     /// The prior of the interval, which should also hold for a record that is worse than expected.
-    pub const CAUTIOUS: Self = Self {
-        none: 0.3,
-        median_share: 0.05,
-        log_deviation: 1.0,
-    };
+    pub const CAUTIOUS: Self = Self { none: 0.3, median_share: 0.05, log_deviation: 1.0 };
 
     /// Log of the prior of one disturbance among [`DISTURBANCE_TIME_CONSTANTS`] and strengths of which each is `ratio` times the one
     /// before, times `probability`, that of all else that the hypothesis says.
@@ -171,10 +163,7 @@ impl Hypotheses {
             .ok_or(RefineFailure::NotExcited)?;
         let scale = span.rate_scale(none.a22_per_s);
         let rudder_amplitude_rad = record.rudder_amplitude_rad();
-        let mut hypotheses = Self {
-            all: List::default(),
-            likeliest: none,
-        };
+        let mut hypotheses = Self { all: List::default(), likeliest: none };
         hypotheses.add(&none, rudder_amplitude_rad);
         let mut nearest = none;
         for ratio in DISTURBANCE_TIME_CONSTANTS {
@@ -228,20 +217,13 @@ impl Hypotheses {
     /// From priors and likelihoods to probabilities.
     fn under(&self, prior: &DisturbancePrior) -> Mixture<'_> {
         let log_of = |h: &Hypothesis| prior.log_of(h.share, STRENGTH_RATIO, 1.0) + h.log_evidence;
-        let best = self
-            .all
-            .iter()
-            .map(log_of)
-            .fold(f64::NEG_INFINITY, f64::max);
+        let best = self.all.iter().map(log_of).fold(f64::NEG_INFINITY, f64::max);
         let total: f64 = self.all.iter().map(|h| exp(log_of(h) - best)).sum();
         let mut weights = [0.0; MOST_HYPOTHESES];
         for (weight, hypothesis) in weights.iter_mut().zip(self.all.iter()) {
             *weight = exp(log_of(hypothesis) - best) / total;
         }
-        Mixture {
-            weights,
-            hypotheses: &self.all,
-        }
+        Mixture { weights, hypotheses: &self.all }
     }
 }
 
@@ -422,10 +404,7 @@ impl StrengthSearch<'_> {
     }
 
     fn at(&self, relative: f64, start_per_s: f64, expected: PeakGuess) -> Option<Peak> {
-        let disturbance = Disturbance {
-            relative,
-            time_constant_s: self.time_constant_s,
-        };
+        let disturbance = Disturbance { relative, time_constant_s: self.time_constant_s };
         let near = Near {
             start_per_s,
             expected,

@@ -32,10 +32,7 @@ impl Span {
         if samples < LEAST_COMPARISONS {
             return Err(RefineFailure::TooShort { found: samples });
         }
-        Ok(Self {
-            duration_s,
-            interval_s: duration_s / (samples - 1) as f64,
-        })
+        Ok(Self { duration_s, interval_s: duration_s / (samples - 1) as f64 })
     }
 
     /// The record in blocks of a twentieth of the vehicle's time constant.
@@ -46,14 +43,9 @@ impl Span {
     ) -> Result<Series<'a>, RefineFailure> {
         let per_time_constant = 1.0 / (self.rate_scale(a22_per_s) * self.interval_s);
         let block = per_time_constant / COMPARISONS_PER_TIME_CONSTANT;
-        let record = Series {
-            block: (block as usize).max(1),
-            ..record
-        };
+        let record = Series { block: (block as usize).max(1), ..record };
         if record.blocks() < LEAST_COMPARISONS {
-            return Err(RefineFailure::TooShort {
-                found: record.blocks(),
-            });
+            return Err(RefineFailure::TooShort { found: record.blocks() });
         }
         Ok(record)
     }
@@ -178,9 +170,7 @@ impl Peak {
             let variance = 2.0 / (record.blocks() as f64 * here.curvature);
             let convex = here.curvature > 0.0;
             let step = if convex {
-                spread = (0.5 * sqrt(variance))
-                    .max(1e-5 * scale_per_s)
-                    .min(0.1 * scale_per_s);
+                spread = (0.5 * sqrt(variance)).max(1e-5 * scale_per_s).min(0.1 * scale_per_s);
                 -here.gradient / here.curvature
             } else {
                 -0.3 * scale_per_s * here.gradient.signum()

@@ -48,10 +48,9 @@ impl<const N: usize> StageRecord<N> {
     /// # Ok::<(), Full>(())
     /// ```
     pub fn push(&mut self, sample: &Sample<f64>) -> Result<(), Full> {
-        let (Some(heading_rad), Some(rudder_rad)) = (
-            self.heading_rad.get_mut(self.len),
-            self.rudder_rad.get_mut(self.len),
-        ) else {
+        let (Some(heading_rad), Some(rudder_rad)) =
+            (self.heading_rad.get_mut(self.len), self.rudder_rad.get_mut(self.len))
+        else {
             return Err(Full);
         };
         *heading_rad = sample.heading_rad;

@@ -106,11 +106,7 @@ impl<const N: usize> Responses<N> {
             self.step = Step::new(self.a22_per_s, interval_s);
             self.interval_s = interval_s;
         }
-        let Step {
-            decay,
-            rate_gain_s,
-            heading_gain_s2,
-        } = self.step;
+        let Step { decay, rate_gain_s, heading_gain_s2 } = self.step;
         self.to_rudder_rad +=
             rate_gain_s * self.rate_to_rudder_rad_s + heading_gain_s2 * rudder_rad;
         self.rate_to_rudder_rad_s = decay * self.rate_to_rudder_rad_s + rate_gain_s * rudder_rad;
@@ -141,11 +137,7 @@ mod tests {
                 *state = model.advance(*state, rudder_rad, interval_s);
             }
         }
-        let found = [
-            responses.to_rudder_rad,
-            responses.to_offset_rad,
-            responses.to_rate_rad,
-        ];
+        let found = [responses.to_rudder_rad, responses.to_offset_rad, responses.to_rate_rad];
         for lane in 0..3 {
             for (found, expected) in found.iter().zip(&states) {
                 // Rounding of a dozen operations on numbers of order 1.

@@ -229,9 +229,7 @@ impl Series<'_> {
         let mut gram = Gram::<N, { COLUMNS + 1 }>::ZERO;
         let log_variances = if disturbance.relative == 0.0 {
             let precision = self.block.max(1) as f64;
-            self.compare(a22_per_s, |means, _, _| {
-                gram.add(means, Lanes::all(precision))
-            });
+            self.compare(a22_per_s, |means, _, _| gram.add(means, Lanes::all(precision)));
             [-log(precision) * self.blocks() as f64; N]
         } else {
             let mut whitening = Whitening::new(disturbance, self.block);
@@ -285,11 +283,7 @@ impl Series<'_> {
 
     /// Are all intervals the same?
     fn is_even(&self) -> bool {
-        let mut intervals = self
-            .interval_s
-            .split_last()
-            .map_or(&[][..], |(_, all)| all)
-            .iter();
+        let mut intervals = self.interval_s.split_last().map_or(&[][..], |(_, all)| all).iter();
         let Some(first) = intervals.next() else {
             return true;
         };

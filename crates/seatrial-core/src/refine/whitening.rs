@@ -23,10 +23,7 @@ pub struct Disturbance {
 
 impl Disturbance {
     /// Heading noise only: the output error model.
-    pub const NONE: Self = Self {
-        relative: 0.0,
-        time_constant_s: 1.0,
-    };
+    pub const NONE: Self = Self { relative: 0.0, time_constant_s: 1.0 };
 }
 
 /// The filter for the heading and its columns alike, for N dampings. Variances are in units of the heading noise.
@@ -59,20 +56,12 @@ impl<const N: usize, const COLUMNS: usize> Whitening<N, COLUMNS> {
             noise: 1.0 / block as f64,
             interval_s: f64::NAN,
             transition: Transition {
-                step: Step {
-                    decay: none,
-                    rate_gain_s: none,
-                    heading_gain_s2: none,
-                },
+                step: Step { decay: none, rate_gain_s: none, heading_gain_s2: none },
                 memory: 0.0,
             },
             process: 0.0,
             covariance: Covariance([[none; 3], [none; 3], [none, none, variance]]),
-            gain: Gain {
-                gain: [none; 3],
-                variance: none,
-                precision: none,
-            },
+            gain: Gain { gain: [none; 3], variance: none, precision: none },
             states: [[none; 3]; COLUMNS],
             log_variances: LogOfProduct::new(),
             steady: false,
@@ -150,10 +139,7 @@ impl<const N: usize, const COLUMNS: usize> Whitening<N, COLUMNS> {
 
     fn set_interval(&mut self, interval_s: f64, responses: &Responses<N>) {
         let memory = exp(-interval_s / self.disturbance.time_constant_s);
-        self.transition = Transition {
-            step: responses.step_over(interval_s),
-            memory,
-        };
+        self.transition = Transition { step: responses.step_over(interval_s), memory };
         self.process =
             self.disturbance.relative * self.disturbance.relative * (1.0 - memory * memory);
         self.interval_s = interval_s;

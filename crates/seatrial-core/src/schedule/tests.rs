@@ -29,9 +29,7 @@ fn exact_points_are_returned_as_given_in_any_order() {
     for key in [ScheduleKey::Thrust, ScheduleKey::Speed] {
         let schedule = SpeedSchedule::new(key, &shuffled).unwrap();
         for point in points::<f64>(&TABLE_II) {
-            let found = schedule
-                .lookup(point.key(key).unwrap(), Beyond::Refuse)
-                .unwrap();
+            let found = schedule.lookup(point.key(key).unwrap(), Beyond::Refuse).unwrap();
             assert!(!found.is_extrapolated());
             for (a, b) in found.value().model.theta().iter().zip(point.model.theta()) {
                 // One rounding of the interpolation.
@@ -74,21 +72,10 @@ fn exact_extrapolation_is_refused_or_marked() {
         assert!(found.is_extrapolated());
         assert!((found.value().model.a22_per_s - a22).abs() < 1e-14);
     }
-    assert!(
-        !schedule
-            .lookup(0.6, Beyond::Extrapolate)
-            .unwrap()
-            .is_extrapolated()
-    );
-    assert!(matches!(
-        schedule.lookup(0.2, Beyond::Extrapolate),
-        Err(ScheduleError::TooFar { .. })
-    ));
+    assert!(!schedule.lookup(0.6, Beyond::Extrapolate).unwrap().is_extrapolated());
+    assert!(matches!(schedule.lookup(0.2, Beyond::Extrapolate), Err(ScheduleError::TooFar { .. })));
     for at in [f64::NAN, f64::INFINITY, -0.1] {
-        assert_eq!(
-            schedule.lookup(at, Beyond::Extrapolate),
-            Err(ScheduleError::InvalidKey)
-        );
+        assert_eq!(schedule.lookup(at, Beyond::Extrapolate), Err(ScheduleError::InvalidKey));
     }
 }
 
@@ -96,33 +83,18 @@ fn exact_extrapolation_is_refused_or_marked() {
 fn exact_bad_points_are_named() {
     let good = points::<f64>(&TABLE_II);
     let new = |points: &[SchedulePoint<f64>]| SpeedSchedule::new(ScheduleKey::Speed, points);
-    assert_eq!(
-        new(&good[..1]).unwrap_err(),
-        ScheduleError::TooFewPoints {
-            found: 1,
-            needed: 2
-        }
-    );
-    assert_eq!(
-        new(&[good[0]; 17]).unwrap_err(),
-        ScheduleError::TooManyPoints { found: 17 }
-    );
+    assert_eq!(new(&good[..1]).unwrap_err(), ScheduleError::TooFewPoints { found: 1, needed: 2 });
+    assert_eq!(new(&[good[0]; 17]).unwrap_err(), ScheduleError::TooManyPoints { found: 17 });
     assert_eq!(
         new(&[good[0], good[1], good[0]]).unwrap_err(),
         ScheduleError::DuplicateKey { at: 1.07 }
     );
     let mut bad = good;
     bad[3].model.b2_per_s2 = f64::NAN;
-    assert_eq!(
-        new(&bad).unwrap_err(),
-        ScheduleError::NonFinite { index: 3 }
-    );
+    assert_eq!(new(&bad).unwrap_err(), ScheduleError::NonFinite { index: 3 });
     let mut bad = good;
     bad[2].surge_speed_m_s = None;
-    assert!(matches!(
-        new(&bad).unwrap_err(),
-        ScheduleError::MissingKey { index: 2, .. }
-    ));
+    assert!(matches!(new(&bad).unwrap_err(), ScheduleError::MissingKey { index: 2, .. }));
 }
 
 #[test]
@@ -131,13 +103,7 @@ fn parity_f32_schedule() {
     let double = SpeedSchedule::<f64>::new(ScheduleKey::Speed, &points(&TABLE_II)).unwrap();
     let single = single.lookup(1.5, Beyond::Refuse).unwrap();
     let double = double.lookup(1.5, Beyond::Refuse).unwrap();
-    for (a, b) in single
-        .value()
-        .model
-        .theta()
-        .iter()
-        .zip(double.value().model.theta())
-    {
+    for (a, b) in single.value().model.theta().iter().zip(double.value().model.theta()) {
         // A few roundings of f32 on numbers of order 1.
         assert!((f64::from(*a) - b).abs() < 1e-6);
     }

@@ -26,14 +26,8 @@ fn difference(found: &[f64; 9], recorded: &[f64; 9]) -> f64 {
     for (i, estimate) in [a22, b2, c0].into_iter().enumerate() {
         let (low, high) = (intervals[2 * i], intervals[2 * i + 1]);
         let half = 0.5 * (high - low);
-        let off = [
-            found[i] - estimate,
-            found[3 + 2 * i] - low,
-            found[4 + 2 * i] - high,
-        ];
-        largest = off
-            .iter()
-            .fold(largest, |most: f64, off| most.max(off.abs() / half));
+        let off = [found[i] - estimate, found[3 + 2 * i] - low, found[4 + 2 * i] - high];
+        largest = off.iter().fold(largest, |most: f64, off| most.max(off.abs() / half));
     }
     largest
 }
@@ -62,9 +56,7 @@ fn regress_estimates_are_those_of_a_slower_search() {
         let [a22, b2, c0] = found.model.theta();
         let [[a22_low, a22_high], [b2_low, b2_high], [c0_low, c0_high]] =
             [found.a22_per_s, found.b2_per_s2, found.c0_rad_per_s2];
-        let found = [
-            a22, b2, c0, a22_low, a22_high, b2_low, b2_high, c0_low, c0_high,
-        ];
+        let found = [a22, b2, c0, a22_low, a22_high, b2_low, b2_high, c0_low, c0_high];
         let difference = difference(&found, &recorded);
         // Twice the tolerance of both searches.
         assert!(difference < 0.025, "stage {}: {difference}", fields[0]);

@@ -161,9 +161,5 @@ fn simulated(
     }
     let first = heading_rad[0];
     heading_rad.iter_mut().for_each(|heading| *heading -= first);
-    Stage {
-        interval_s,
-        heading_rad,
-        rudder_rad,
-    }
+    Stage { interval_s, heading_rad, rudder_rad }
 }

@@ -35,11 +35,7 @@ fn assert_handed_back(name: &str, log: &Log, reason: AbortReason) {
     assert_eq!(before.thrust, Some(0.8), "{name}");
     assert_eq!(
         *neutral,
-        Action {
-            steering: Steering::Rudder(0.0),
-            thrust: None,
-            outcome: None
-        },
+        Action { steering: Steering::Rudder(0.0), thrust: None, outcome: None },
         "{name}"
     );
     for action in held {
@@ -48,22 +44,14 @@ fn assert_handed_back(name: &str, log: &Log, reason: AbortReason) {
             (None, Some(Outcome::Aborted(reason))),
             "{name}"
         );
-        assert!(
-            matches!(action.steering, Steering::HoldHeading(_)),
-            "{name}"
-        );
+        assert!(matches!(action.steering, Steering::HoldHeading(_)), "{name}");
         assert_eq!(action, &held[0], "{name}");
     }
 }
 
 /// A name, a plan, the sign of b2, how the samples are spoiled and the reason that must come of it.
-type Case = (
-    &'static str,
-    Plan<f64>,
-    f64,
-    Box<dyn FnMut(&mut Trial<f64>, &mut Sample<f64>)>,
-    AbortReason,
-);
+type Case =
+    (&'static str, Plan<f64>, f64, Box<dyn FnMut(&mut Trial<f64>, &mut Sample<f64>)>, AbortReason);
 
 /// Changes a good sample into a bad one.
 type Spoil = fn(&mut Sample<f64>);
@@ -80,24 +68,12 @@ fn spoiled_samples() -> impl Iterator<Item = Case> {
             Reason::Depth,
         ),
         ("bottom", |s| s.altitude_m = Some(0.9), Reason::Altitude),
-        (
-            "below bottom",
-            |s| s.altitude_m = Some(-1.0),
-            Reason::Altitude,
-        ),
+        ("below bottom", |s| s.altitude_m = Some(-1.0), Reason::Altitude),
         ("roll", |s| s.roll_rad = Some(-0.9), Reason::Roll),
         ("pitch", |s| s.pitch_rad = Some(0.7), Reason::Pitch),
         ("spin", |s| s.yaw_rate_rad_s = Some(-1.1), Reason::YawRate),
-        (
-            "slow",
-            |s| s.surge_speed_m_s = Some(0.8),
-            Reason::SpeedDrift,
-        ),
-        (
-            "no heading",
-            |s| s.heading_rad = f64::NAN,
-            Reason::StaleSamples,
-        ),
+        ("slow", |s| s.surge_speed_m_s = Some(0.8), Reason::SpeedDrift),
+        ("no heading", |s| s.heading_rad = f64::NAN, Reason::StaleSamples),
         ("no time", |s| s.time_s = f64::NAN, Reason::StaleSamples),
         ("clock stands", |s| s.time_s = 117.0, Reason::StaleSamples),
         ("clock back", |s| s.time_s -= 90.0, Reason::StaleSamples),
@@ -109,29 +85,24 @@ fn spoiled_samples() -> impl Iterator<Item = Case> {
     let mut plan = one_speed();
     plan.envelope.area =
         List::from_slice(&[[-10.0, -10.0], [-10.0, 10.0], [10.0, 10.0], [10.0, -10.0]]).unwrap();
-    spoils
-        .into_iter()
-        .map(move |(name, spoil, reason)| -> Case {
-            (name, plan, 1.08, Box::new(in_training(spoil)), reason)
-        })
+    spoils.into_iter().map(move |(name, spoil, reason)| -> Case {
+        (name, plan, 1.08, Box::new(in_training(spoil)), reason)
+    })
 }
 
 /// Aborts that are asked for in the middle of validation.
 fn asked_for() -> impl Iterator<Item = Case> {
-    [
-        ("operator", AbortReason::Operator),
-        ("link", AbortReason::LinkLost),
-    ]
-    .into_iter()
-    .map(|(name, reason)| -> Case {
-        let ask = move |trial: &mut Trial<f64>, _: &mut Sample<f64>| {
-            let status = trial.status();
-            if status.stage == Some(Stage::Validate) && status.elapsed_s > 3.0 {
-                trial.abort(reason);
-            }
-        };
-        (name, one_speed(), 1.08, Box::new(ask), reason)
-    })
+    [("operator", AbortReason::Operator), ("link", AbortReason::LinkLost)].into_iter().map(
+        |(name, reason)| -> Case {
+            let ask = move |trial: &mut Trial<f64>, _: &mut Sample<f64>| {
+                let status = trial.status();
+                if status.stage == Some(Stage::Validate) && status.elapsed_s > 3.0 {
+                    trial.abort(reason);
+                }
+            };
+            (name, one_speed(), 1.08, Box::new(ask), reason)
+        },
+    )
 }
 
 /// Limits of the plan that the vehicle reaches by itself.
@@ -152,34 +123,10 @@ fn limits_reached() -> [Case; 5] {
     use AbortReason as Reason;
     let case = |name, plan, b2, script, reason| -> Case { (name, plan, b2, script, reason) };
     [
-        case(
-            "excursion",
-            narrow,
-            1.08,
-            Box::new(as_they_are),
-            Reason::HeadingExcursion,
-        ),
-        case(
-            "time limit",
-            hurried,
-            1.08,
-            Box::new(sinking),
-            Reason::StageTimeLimit,
-        ),
-        case(
-            "not settled",
-            strict,
-            1.08,
-            Box::new(sinking),
-            Reason::NotSettled,
-        ),
-        case(
-            "reversed",
-            plan,
-            -1.08,
-            Box::new(as_they_are),
-            Reason::ReversedRudder,
-        ),
+        case("excursion", narrow, 1.08, Box::new(as_they_are), Reason::HeadingExcursion),
+        case("time limit", hurried, 1.08, Box::new(sinking), Reason::StageTimeLimit),
+        case("not settled", strict, 1.08, Box::new(sinking), Reason::NotSettled),
+        case("reversed", plan, -1.08, Box::new(as_they_are), Reason::ReversedRudder),
         case(
             "not the sense expected",
             other_sense,
@@ -202,11 +149,7 @@ fn exact_every_abort_hands_the_vehicle_back() {
 
 #[test]
 fn exact_an_abort_holds_the_last_good_heading() {
-    let log = run(
-        one_speed(),
-        Scripted::new(1.08),
-        in_training(|s| s.heading_rad = f64::NAN),
-    );
+    let log = run(one_speed(), Scripted::new(1.08), in_training(|s| s.heading_rad = f64::NAN));
     assert_eq!(
         log.actions.last().unwrap().steering,
         Steering::HoldHeading(log.last_good_heading_rad)

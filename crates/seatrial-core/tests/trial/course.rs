@@ -9,17 +9,11 @@ use super::scripted::{INTERVAL_S, Scripted, one_speed, run};
 #[test]
 fn exact_stages_keep_the_papers_times() {
     let log = run(one_speed(), Scripted::new(1.08), |_, _| {});
-    let [start] = log.starts(Stage::Train)[..] else {
-        panic!("one training stage")
-    };
-    let [validation] = log.starts(Stage::Validate)[..] else {
-        panic!("one validation stage")
-    };
+    let [start] = log.starts(Stage::Train)[..] else { panic!("one training stage") };
+    let [validation] = log.starts(Stage::Validate)[..] else { panic!("one validation stage") };
     // 330 samples of 0.05 s; times are sums of roundings.
     assert!((validation - start - 16.5).abs() < 1e-6);
-    let [result] = log.results()[..] else {
-        panic!("one run")
-    };
+    let [result] = log.results()[..] else { panic!("one run") };
     assert_eq!((result.samples_used, result.validation.samples), (330, 330));
     let rudder: Vec<f64> = log
         .actions
@@ -29,10 +23,8 @@ fn exact_stages_keep_the_papers_times() {
             Steering::HoldHeading(_) => None,
         })
         .collect();
-    let expected: Vec<f64> = [0.26, -0.26, 0.15, -0.15]
-        .iter()
-        .flat_map(|rudder_rad| [*rudder_rad; 40])
-        .collect();
+    let expected: Vec<f64> =
+        [0.26, -0.26, 0.15, -0.15].iter().flat_map(|rudder_rad| [*rudder_rad; 40]).collect();
     assert_eq!(rudder, expected);
     assert_eq!(log.actions.last().unwrap().outcome, Some(Outcome::Finished));
     assert_eq!(log.actions.last().unwrap().thrust, None);
@@ -44,11 +36,8 @@ fn exact_rejected_runs_are_repeated_then_left() {
     plan.thrusts = List::from_slice(&[0.7, 0.8]).unwrap();
     plan.accept_from_r2 = 1.0;
     let log = run(plan, Scripted::new(1.08), |_, _| {});
-    let runs: Vec<_> = log
-        .results()
-        .iter()
-        .map(|r| (r.number, r.thrust, r.attempt, r.accepted))
-        .collect();
+    let runs: Vec<_> =
+        log.results().iter().map(|r| (r.number, r.thrust, r.attempt, r.accepted)).collect();
     assert_eq!(
         runs,
         [
@@ -68,9 +57,7 @@ fn exact_convergence_ends_training_early_when_asked() {
     let mut plan = one_speed();
     plan.stop_on_convergence = true;
     let log = run(plan, Scripted::new(1.08), |_, _| {});
-    let [result] = log.results()[..] else {
-        panic!("one run")
-    };
+    let [result] = log.results()[..] else { panic!("one run") };
     let converged_s = result.converged_s.unwrap();
     assert!(converged_s > 6.0 && result.samples_used < 330);
     let trained_s = log.starts(Stage::Validate)[0] - log.starts(Stage::Train)[0];
@@ -104,9 +91,7 @@ fn exact_single_bad_samples_are_survived() {
             _ => {}
         }
     });
-    let [result] = log.results()[..] else {
-        panic!("one run")
-    };
+    let [result] = log.results()[..] else { panic!("one run") };
     assert!(result.rejected.samples() > 80);
     // A rudder switch can fall on a refused sample: one interval of unknown rudder costs up to some percent.
     for (found, truth) in result.model.theta().iter().zip([-1.07, 1.08, 0.012]) {
@@ -140,14 +125,8 @@ fn exact_bad_plans_name_the_field() {
         (|p| p.rudder_limit_rad = 0.2, "training.excitation"),
         (|p| p.rudder_limit_rad = f64::NAN, "rudder_limit_rad"),
         (|p| p.settle.at_most_s = 5.0, "settle.at_most_s"),
-        (
-            |p| p.envelope.stage_time_limit_s = 16.5,
-            "envelope.stage_time_limit_s",
-        ),
-        (
-            |p| p.envelope.heading_excursion_max_rad = 4.0,
-            "envelope.heading_excursion_max_rad",
-        ),
+        (|p| p.envelope.stage_time_limit_s = 16.5, "envelope.stage_time_limit_s"),
+        (|p| p.envelope.heading_excursion_max_rad = 4.0, "envelope.heading_excursion_max_rad"),
         (|p| p.envelope.depth_max_m = -3.0, "envelope.depth_max_m"),
         (
             |p| {
@@ -169,10 +148,7 @@ fn exact_bad_plans_name_the_field() {
 /// A trial in single precision ends as in double precision.
 #[test]
 fn parity_f32_trial_agrees_with_f64() {
-    let plan = Plan::<f32> {
-        thrusts: List::from_slice(&[0.8]).unwrap(),
-        ..Plan::paper()
-    };
+    let plan = Plan::<f32> { thrusts: List::from_slice(&[0.8]).unwrap(), ..Plan::paper() };
     let mut trial = Trial::new(plan).unwrap();
     let mut vehicle = Scripted::new(1.08);
     let mut result = None;
@@ -203,10 +179,7 @@ fn parity_f32_trial_agrees_with_f64() {
     let double = run(one_speed(), Scripted::new(1.08), |_, _| {}).results()[0];
     for (single, double) in single.model.theta().iter().zip(double.model.theta()) {
         // Heading of 3 rad in f32 resolves 2e-7 rad; the filters and 330 updates raise that to 1e-4 of the parameters.
-        assert!(
-            (f64::from(*single) / double - 1.0).abs() < 1e-3,
-            "{single} {double}"
-        );
+        assert!((f64::from(*single) / double - 1.0).abs() < 1e-3, "{single} {double}");
     }
     let r2 = f64::from(single.validation.r2_heading.unwrap());
     assert!((r2 - double.validation.r2_heading.unwrap()).abs() < 1e-4);

@@ -24,10 +24,7 @@ impl Scripted {
     pub fn new(b2_per_s2: f64) -> Self {
         Self {
             model: YawModel::from_theta([-1.07, b2_per_s2, 0.012]),
-            state: YawState {
-                heading_rad: 3.1,
-                yaw_rate_rad_s: 0.0,
-            },
+            state: YawState { heading_rad: 3.1, yaw_rate_rad_s: 0.0 },
             rudder_rad: 0.0,
             time_s: 100.0,
             asked: None,
@@ -100,11 +97,7 @@ pub fn run(
     mut script: impl FnMut(&mut Trial<f64>, &mut Sample<f64>),
 ) -> Log {
     let mut trial = Trial::new(plan).unwrap();
-    let mut log = Log {
-        actions: Vec::new(),
-        events: Vec::new(),
-        last_good_heading_rad: f64::NAN,
-    };
+    let mut log = Log { actions: Vec::new(), events: Vec::new(), last_good_heading_rad: f64::NAN };
     let mut beyond = 0;
     while beyond < 3 {
         let mut sample = vehicle.next_sample();
@@ -127,8 +120,5 @@ pub fn run(
 
 /// The paper's plan at one thrust.
 pub fn one_speed() -> Plan<f64> {
-    Plan {
-        thrusts: List::from_slice(&[0.8]).unwrap(),
-        ..Plan::paper()
-    }
+    Plan { thrusts: List::from_slice(&[0.8]).unwrap(), ..Plan::paper() }
 }

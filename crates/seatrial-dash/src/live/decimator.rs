@@ -14,11 +14,7 @@ pub struct Decimator<T> {
 
 impl<T> Default for Decimator<T> {
     fn default() -> Self {
-        Self {
-            kept: Vec::new(),
-            stride: 1,
-            seen: 0,
-        }
+        Self { kept: Vec::new(), stride: 1, seen: 0 }
     }
 }
 

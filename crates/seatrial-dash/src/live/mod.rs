@@ -37,10 +37,7 @@ impl Live {
     /// Starts the publisher; it ends with the last tap.
     pub fn start(stream: String) -> Self {
         let (to_publisher, reports) = channel();
-        let tap = Tap {
-            publisher: to_publisher,
-            counts: Arc::default(),
-        };
+        let tap = Tap { publisher: to_publisher, counts: Arc::default() };
         let picture = Arc::new(Mutex::new(Picture::new(stream)));
         let publisher = Publisher {
             reports,

@@ -65,12 +65,7 @@ impl Picture {
             sender: broadcast::channel(MOST_BEHIND).0,
             recent: VecDeque::new(),
             recent_bytes: 0,
-            control: Control {
-                holder: None,
-                since: None,
-                silent_for_s: None,
-                is_you: false,
-            },
+            control: Control { holder: None, since: None, silent_for_s: None, is_you: false },
             trial: None,
             commission: None,
             envelope: None,
@@ -153,27 +148,14 @@ impl Picture {
         match report {
             Report::Step(moment) => self.step(&moment),
             Report::Started(start) => self.start(*start),
-            Report::RunStarted {
-                run,
-                thrust,
-                attempt,
-            } => {
+            Report::RunStarted { run, thrust, attempt } => {
                 self.flush();
                 self.begin_run();
-                self.publish(LiveEvent::RunStarted {
-                    run,
-                    thrust,
-                    attempt,
-                });
+                self.publish(LiveEvent::RunStarted { run, thrust, attempt });
             }
             Report::Interval(intervals) => self.intervals = Some(intervals),
             Report::RunEnded(run) => self.run_ended(&run),
-            Report::Ended {
-                outcome,
-                verdict,
-                runs,
-                warnings,
-            } => {
+            Report::Ended { outcome, verdict, runs, warnings } => {
                 self.flush();
                 if let Some(trial) = &mut self.trial {
                     trial.running = false;
@@ -184,12 +166,7 @@ impl Picture {
                     }
                     trial.warnings.clone_from(&warnings);
                 }
-                self.publish(LiveEvent::TrialEnded {
-                    outcome,
-                    verdict,
-                    runs,
-                    warnings,
-                });
+                self.publish(LiveEvent::TrialEnded { outcome, verdict, runs, warnings });
             }
             Report::Commission(commission) => {
                 self.commission = Some((*commission).clone());
@@ -210,10 +187,7 @@ impl Picture {
             trial.runs.push(summary.clone());
             trial.validation.clone_from(&validation);
         }
-        self.publish(LiveEvent::RunEnded {
-            run: Box::new(summary),
-            validation,
-        });
+        self.publish(LiveEvent::RunEnded { run: Box::new(summary), validation });
     }
 
     fn start(&mut self, Start { trial, plan, shown }: Start) {
@@ -229,18 +203,13 @@ impl Picture {
         });
         self.threshold = plan.estimator_settings().convergence.threshold;
         self.track_m = Decimator::default();
-        self.health = Health {
-            expected_interval_s: plan.sample_interval_s,
-            ..Health::default()
-        };
+        self.health = Health { expected_interval_s: plan.sample_interval_s, ..Health::default() };
         self.last = None;
         self.first = None;
         self.intervals_s.clear();
         self.begin_run();
         self.trial = Some(trial.clone());
-        self.publish(LiveEvent::TrialStarted {
-            trial: Box::new(trial),
-        });
+        self.publish(LiveEvent::TrialStarted { trial: Box::new(trial) });
         // The waiting trial goes on; it sees the picture once this has let go of it.
         let _ = shown.send(());
     }
@@ -261,10 +230,7 @@ impl Picture {
             self.flush();
             self.enter(stage, moment);
         }
-        let simulated = self
-            .simulation
-            .as_mut()
-            .map(|simulation| simulation.advance(sample));
+        let simulated = self.simulation.as_mut().map(|simulation| simulation.advance(sample));
         let drawn = self.drawn(sample, stage, simulated);
         self.unsent.push(drawn);
         self.samples.push(drawn);
@@ -292,10 +258,8 @@ impl Picture {
         }
         if let Some(trial) = &mut self.trial {
             trial.progress = Some(progress(status));
-            trial.estimate = estimate.or(trial
-                .estimate
-                .take()
-                .filter(|_| stage != Some(Stage::Settle)));
+            trial.estimate =
+                estimate.or(trial.estimate.take().filter(|_| stage != Some(Stage::Settle)));
             trial.envelope = envelope_use(status);
         }
         self.last = Some((*sample, Instant::now()));
@@ -357,10 +321,8 @@ impl Picture {
                 if self.intervals_s.len() > INTERVALS {
                     self.intervals_s.pop_front();
                 }
-                let longest = self
-                    .health
-                    .longest_interval_s
-                    .map_or(interval_s, |l| l.max(interval_s));
+                let longest =
+                    self.health.longest_interval_s.map_or(interval_s, |l| l.max(interval_s));
                 self.health.longest_interval_s = Some(longest);
             }
         }
@@ -417,9 +379,7 @@ impl Simulation {
     fn advance(&mut self, sample: &Sample<f64>) -> f64 {
         let interval_s = sample.time_s - self.last.time_s;
         if interval_s > 0.0 && self.last.rudder_rad.is_finite() {
-            self.state = self
-                .model
-                .advance(self.state, self.last.rudder_rad, interval_s);
+            self.state = self.model.advance(self.state, self.last.rudder_rad, interval_s);
         }
         self.last = *sample;
         self.state.heading_rad
@@ -444,11 +404,6 @@ fn envelope_use(status: &Status<f64>) -> Vec<EnvelopeUse> {
         .envelope
         .limits()
         .into_iter()
-        .filter_map(|(limit, used)| {
-            Some(EnvelopeUse {
-                limit: name_of(limit),
-                used: used?,
-            })
-        })
+        .filter_map(|(limit, used)| Some(EnvelopeUse { limit: name_of(limit), used: used? }))
         .collect()
 }

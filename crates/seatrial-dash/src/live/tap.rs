@@ -76,11 +76,7 @@ impl Tap {
     /// A trial begins. Returns when the picture shows it, or after a second.
     pub fn started(&self, trial: TrialState, plan: &Plan<f64>) {
         let (shown, is_shown) = channel();
-        self.send(Report::Started(Box::new(Start {
-            trial,
-            plan: *plan,
-            shown,
-        })));
+        self.send(Report::Started(Box::new(Start { trial, plan: *plan, shown })));
         let _ = is_shown.recv_timeout(SHOWN_WITHIN);
     }
 
@@ -91,12 +87,8 @@ impl Tap {
         let runs = campaign.runs.iter();
         self.send(Report::Ended {
             outcome: campaign.outcome.map(Outcome::from),
-            verdict: whole
-                .as_ref()
-                .map(|whole| verdict_with_promises(campaign, whole)),
-            runs: runs
-                .map(|run| run_summary(run, whole.as_ref(), None))
-                .collect(),
+            verdict: whole.as_ref().map(|whole| verdict_with_promises(campaign, whole)),
+            runs: runs.map(|run| run_summary(run, whole.as_ref(), None)).collect(),
             warnings,
         });
     }
@@ -117,11 +109,7 @@ impl Tap {
 
 impl Watch for Tap {
     fn run_started(&mut self, run: u32, thrust: f64, attempt: u32) {
-        self.send(Report::RunStarted {
-            run,
-            thrust,
-            attempt,
-        });
+        self.send(Report::RunStarted { run, thrust, attempt });
     }
 
     fn step(&mut self, step: &Step, trial: &Trial<f64>) {

@@ -42,9 +42,7 @@ pub async fn start_commission(
     Body(order): Body<CommissionOrder>,
 ) -> Result<(StatusCode, Json<CommissionState>), Refusal> {
     let started = blocking(shared, move |shared| {
-        shared.command(&caller, "commission", &order, |_| {
-            commission::start(shared, order.clone())
-        })
+        shared.command(&caller, "commission", &order, |_| commission::start(shared, order.clone()))
     });
     Ok((StatusCode::CREATED, Json(started.await?)))
 }
@@ -59,9 +57,7 @@ pub async fn preview_undo(
     Body(order): Body<UndoOrder>,
 ) -> Result<Json<UndoPreview>, Refusal> {
     must_be_operator(&caller)?;
-    let preview = blocking(shared, move |shared| {
-        commission::preview_undo(shared, &order)
-    });
+    let preview = blocking(shared, move |shared| commission::preview_undo(shared, &order));
     Ok(Json(preview.await?))
 }
 
@@ -75,9 +71,7 @@ pub async fn undo_commission(
     Body(order): Body<UndoOrder>,
 ) -> Result<Json<Undone>, Refusal> {
     let undone = blocking(shared, move |shared| {
-        shared.command(&caller, "undo_commission", &order, |_| {
-            commission::undo(shared, &order)
-        })
+        shared.command(&caller, "undo_commission", &order, |_| commission::undo(shared, &order))
     });
     Ok(Json(undone.await?))
 }

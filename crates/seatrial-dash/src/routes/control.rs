@@ -84,16 +84,12 @@ fn took(shared: &ServerState, caller: &Caller, name: &str) -> Result<Lease, Refu
     match claim.map_err(Refusal::internal)? {
         Claim::Yours { lease, .. } => {
             shared.live.tap().control(shared.leases.control(None));
-            Ok(Lease {
-                lease,
-                lapses_after_s: LEASE.as_secs_f64(),
-            })
+            Ok(Lease { lease, lapses_after_s: LEASE.as_secs_f64() })
         }
         Claim::Taken { by, since } => Err(taken(&by, &since)),
-        Claim::Free => Err(Refusal::conflict(
-            "try_again",
-            "control was just given back; try again",
-        )),
+        Claim::Free => {
+            Err(Refusal::conflict("try_again", "control was just given back; try again"))
+        }
     }
 }
 
@@ -134,9 +130,7 @@ pub async fn audit(
     FromQuery(asked): FromQuery<AtMost>,
 ) -> Result<Json<Vec<AuditEntry>>, Refusal> {
     let commands = blocking(shared, move |shared| {
-        Ok(shared
-            .reader()?
-            .commands(asked.at_most.unwrap_or(100).min(1000))?)
+        Ok(shared.reader()?.commands(asked.at_most.unwrap_or(100).min(1000))?)
     });
     Ok(Json(commands.await?))
 }
@@ -159,10 +153,7 @@ pub async fn live(
         }
     };
     let Some(seat) = shared.admit() else {
-        let full = format!(
-            "{} viewers watch already",
-            crate::server_state::MOST_VIEWERS
-        );
+        let full = format!("{} viewers watch already", crate::server_state::MOST_VIEWERS);
         return Refusal::new(StatusCode::TOO_MANY_REQUESTS, "full", full).into_response();
     };
     upgrade

@@ -25,9 +25,7 @@ pub async fn told(
     let Some(asked) = asked.filter(|_| response.status().is_success()) else {
         return response;
     };
-    let damage = blocking(shared, move |shared| {
-        Ok(shared.reader()?.damage_among(&asked)?)
-    });
+    let damage = blocking(shared, move |shared| Ok(shared.reader()?.damage_among(&asked)?));
     if let Ok(Some(damage)) = damage.await {
         let text = format!("{}: {}", damage.place, damage.found);
         let text = text.replace(|c: char| !(' '..='~').contains(&c), "?");
@@ -45,10 +43,7 @@ fn campaigns_of(uri: &Uri) -> Option<Vec<CampaignId>> {
     let query = uri.query().unwrap_or_default();
     let named: Vec<&str> = match place {
         "campaigns" => parts.next().into_iter().collect(),
-        _ => query
-            .split('&')
-            .filter_map(|pair| Some(pair.split_once('=')?.1))
-            .collect(),
+        _ => query.split('&').filter_map(|pair| Some(pair.split_once('=')?.1)).collect(),
     };
     let numbers = named.into_iter().filter_map(|number| number.parse().ok());
     Some(numbers.map(CampaignId).collect())

@@ -74,21 +74,13 @@ fn code(status: StatusCode) -> &'static str {
 
 impl From<JsonRejection> for Refusal {
     fn from(rejection: JsonRejection) -> Self {
-        Self::new(
-            rejection.status(),
-            code(rejection.status()),
-            rejection.body_text(),
-        )
+        Self::new(rejection.status(), code(rejection.status()), rejection.body_text())
     }
 }
 
 impl From<QueryRejection> for Refusal {
     fn from(rejection: QueryRejection) -> Self {
-        Self::new(
-            StatusCode::UNPROCESSABLE_ENTITY,
-            "not_understood",
-            rejection.body_text(),
-        )
+        Self::new(StatusCode::UNPROCESSABLE_ENTITY, "not_understood", rejection.body_text())
     }
 }
 

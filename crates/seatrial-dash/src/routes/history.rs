@@ -26,9 +26,8 @@ use seatrial_app::series::{LogSeries, series_of};
 pub async fn campaigns(
     State(shared): State<Arc<ServerState>>,
 ) -> Result<Json<Vec<CampaignSummary>>, Refusal> {
-    let campaigns = blocking(shared, |shared| {
-        history::list(&shared.reader()?, shared.slot.campaign())
-    });
+    let campaigns =
+        blocking(shared, |shared| history::list(&shared.reader()?, shared.slot.campaign()));
     Ok(Json(campaigns.await?))
 }
 
@@ -66,11 +65,7 @@ pub async fn review(
             #[serde(flatten)]
             order: &'a ReviewOrder,
         }
-        let details = ReviewDetails {
-            campaign: id,
-            run,
-            order: &order,
-        };
+        let details = ReviewDetails { campaign: id, run, order: &order };
         let entered = shared.command(&caller, "review_run", &details, |name| {
             let note = order.note.trim();
             if note.is_empty() || note.chars().count() > LONGEST_NOTE {
@@ -104,21 +99,14 @@ pub async fn series(
 ) -> Result<Json<LogSeries>, Refusal> {
     let series = blocking(shared, move |shared| {
         let campaign = shared.reader()?.campaign(CampaignId(id))?;
-        let run = campaign
-            .runs
-            .iter()
-            .find(|found| found.number == run)
-            .ok_or_else(|| {
-                Refusal::not_found(format!(
-                    "campaign {id} has no run {run}; it has {}",
-                    campaign.runs.len()
-                ))
-            })?;
+        let run = campaign.runs.iter().find(|found| found.number == run).ok_or_else(|| {
+            Refusal::not_found(format!(
+                "campaign {id} has no run {run}; it has {}",
+                campaign.runs.len()
+            ))
+        })?;
         let model = run.identification.as_ref();
-        Ok(series_of(
-            &run.acting_record(),
-            model.zip(run.stage(Stage::Validate)),
-        ))
+        Ok(series_of(&run.acting_record(), model.zip(run.stage(Stage::Validate))))
     });
     Ok(Json(series.await?))
 }
@@ -167,11 +155,7 @@ pub async fn report(
     At(id): At<i64>,
 ) -> Result<Response, Refusal> {
     let page = blocking(shared, move |shared| history::report(&shared.reader()?, id)).await?;
-    Ok(download(
-        "text/html; charset=utf-8",
-        &format!("campaign-{id}.html"),
-        page,
-    ))
+    Ok(download("text/html; charset=utf-8", &format!("campaign-{id}.html"), page))
 }
 
 /// The samples of a campaign as CSV.
@@ -183,14 +167,8 @@ pub async fn csv(
     State(shared): State<Arc<ServerState>>,
     At(id): At<i64>,
 ) -> Result<Response, Refusal> {
-    let file = blocking(shared, move |shared| {
-        history::samples(&shared.reader()?, id, Format::Csv)
-    });
-    Ok(download(
-        "text/csv; charset=utf-8",
-        &format!("campaign-{id}.csv"),
-        file.await?,
-    ))
+    let file = blocking(shared, move |shared| history::samples(&shared.reader()?, id, Format::Csv));
+    Ok(download("text/csv; charset=utf-8", &format!("campaign-{id}.csv"), file.await?))
 }
 
 /// The samples of a campaign as MCAP.
@@ -202,14 +180,9 @@ pub async fn mcap(
     State(shared): State<Arc<ServerState>>,
     At(id): At<i64>,
 ) -> Result<Response, Refusal> {
-    let file = blocking(shared, move |shared| {
-        history::samples(&shared.reader()?, id, Format::Mcap)
-    });
-    Ok(download(
-        "application/octet-stream",
-        &format!("campaign-{id}.mcap"),
-        file.await?,
-    ))
+    let file =
+        blocking(shared, move |shared| history::samples(&shared.reader()?, id, Format::Mcap));
+    Ok(download("application/octet-stream", &format!("campaign-{id}.mcap"), file.await?))
 }
 
 /// Two campaigns.

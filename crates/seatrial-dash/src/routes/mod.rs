@@ -75,10 +75,7 @@ pub fn router(shared: Arc<ServerState>, upload_limit: usize) -> Router {
         .route("/trial/abort", post(trial::abort))
         .route("/trial/repeat", post(trial::repeat))
         .route("/trial/go-on", post(trial::go_on))
-        .route(
-            "/commission",
-            get(commission::commission_state).post(commission::start_commission),
-        )
+        .route("/commission", get(commission::commission_state).post(commission::start_commission))
         .route("/commission/preview", post(commission::preview_commission))
         .route("/commission/undo/preview", post(commission::preview_undo))
         .route("/commission/undo", post(commission::undo_commission))
@@ -140,18 +137,14 @@ async fn blocking<T: Send + 'static>(
     })
     .await;
     called.unwrap_or_else(|_| {
-        Err(Refusal::internal(
-            "a bug: the program failed at this request; the trial goes on",
-        ))
+        Err(Refusal::internal("a bug: the program failed at this request; the trial goes on"))
     })
 }
 
 /// A file to be kept.
 fn download(kind: &'static str, name: &str, bytes: impl Into<axum::body::Body>) -> Response {
     let disposition = format!("attachment; filename=\"{name}\"");
-    let headers = [
-        (CONTENT_TYPE, kind.to_owned()),
-        (axum::http::header::CONTENT_DISPOSITION, disposition),
-    ];
+    let headers =
+        [(CONTENT_TYPE, kind.to_owned()), (axum::http::header::CONTENT_DISPOSITION, disposition)];
     (headers, bytes.into()).into_response()
 }

@@ -53,9 +53,8 @@ pub async fn model_file(
     Body(order): Body<ModelOrder>,
 ) -> Result<Response, Refusal> {
     must_be_operator(&caller)?;
-    let made = blocking(shared, move |_| {
-        models::file(&models::of_order(&order)?, &order.stated, file)
-    });
+    let made =
+        blocking(shared, move |_| models::file(&models::of_order(&order)?, &order.stated, file));
     Ok(answered(made.await?, BYTES, "model"))
 }
 
@@ -167,10 +166,8 @@ pub async fn gains(
     At((id, format)): At<(i64, Format)>,
     FromQuery(asked): FromQuery<Autopilot>,
 ) -> Result<Response, Refusal> {
-    let request = ModelRequest {
-        rehearsal: asked.rehearsal.unwrap_or(false),
-        ..ModelRequest::default()
-    };
+    let request =
+        ModelRequest { rehearsal: asked.rehearsal.unwrap_or(false), ..ModelRequest::default() };
     let vehicle = match asked.vehicle_type {
         Some(VehicleType::Underwater) => export::VehicleType::Underwater,
         Some(VehicleType::Surface) | None => export::VehicleType::Surface,

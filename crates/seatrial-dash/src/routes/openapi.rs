@@ -63,8 +63,5 @@ struct Api;
 
 /// The OpenAPI document as the types and routes make it, pretty JSON.
 pub fn openapi_of_types() -> String {
-    Api::openapi()
-        .to_pretty_json()
-        .expect("the document is made of plain data")
-        + "\n"
+    Api::openapi().to_pretty_json().expect("the document is made of plain data") + "\n"
 }

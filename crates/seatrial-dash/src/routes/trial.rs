@@ -62,10 +62,7 @@ pub async fn vehicles(State(shared): State<Arc<ServerState>>) -> Json<Vehicles> 
         name: name.into(),
         description: description.into(),
     });
-    Json(Vehicles {
-        vehicles: vehicles.collect(),
-        scenarios: scenarios.collect(),
-    })
+    Json(Vehicles { vehicles: vehicles.collect(), scenarios: scenarios.collect() })
 }
 
 /// The default plan, the paper's; its form is that of `seatrial plan`.
@@ -85,9 +82,8 @@ pub async fn preview(
 ) -> Result<Json<PlanPreview>, Refusal> {
     let (waiting, allowance) = (WaitingClient::default(), Allowance::of(&caller));
     let is_waited_for = waiting.flag();
-    let preview = blocking(shared, move |shared| {
-        trials::preview(shared, order, allowance, &is_waited_for)
-    });
+    let preview =
+        blocking(shared, move |shared| trials::preview(shared, order, allowance, &is_waited_for));
     Ok(Json(preview.await?))
 }
 
@@ -102,9 +98,8 @@ pub async fn preflight(
     must_be_operator(&caller)?;
     let (waiting, allowance) = (WaitingClient::default(), Allowance::of(&caller));
     let is_waited_for = waiting.flag();
-    let found = blocking(shared, move |shared| {
-        trials::preflight(shared, order, allowance, &is_waited_for)
-    });
+    let found =
+        blocking(shared, move |shared| trials::preflight(shared, order, allowance, &is_waited_for));
     Ok(Json(found.await?))
 }
 
@@ -188,10 +183,7 @@ pub async fn abort(
     let (trial, _) = shared.live.trial();
     let begun = trial.filter(|trial| Some(trial.campaign) == campaign);
     let begun = begun.ok_or_else(|| {
-        Refusal::conflict(
-            "not_begun",
-            "the vehicle was still being taken; it is given back",
-        )
+        Refusal::conflict("not_begun", "the vehicle was still being taken; it is given back")
     })?;
     Ok((StatusCode::ACCEPTED, Json(begun)).into_response())
 }

@@ -50,12 +50,8 @@ pub enum Method {
 
 impl Method {
     /// Every one.
-    pub const ALL: [Self; 4] = [
-        Self::Defaults,
-        Self::QuickTune,
-        Self::Proposed,
-        Self::Commissioned,
-    ];
+    pub const ALL: [Self; 4] =
+        [Self::Defaults, Self::QuickTune, Self::Proposed, Self::Commissioned];
 }
 
 /// What one boat made of its steps.
@@ -131,42 +127,23 @@ pub fn commission_one(
     let test = full_steps(&boat, loop_interval_s);
     let proposed = propose(&evidence, &defaults()).ok()?;
     let smoothing_s = 0.2 / proposed.angle_gain_per_s;
-    let trial = Steps {
-        boat: &boat,
-        seed,
-        smoothing_s,
-    };
+    let trial = Steps { boat: &boat, seed, smoothing_s };
     let respond = |settings: &CascadeSettings<f64>| trial.response(settings, &test);
     let (old, new) = (respond(&defaults())?, respond(&proposed)?);
-    let small_test = StepTest {
-        step_rad: SMALL_STEP_RAD,
-        ..test
-    };
+    let small_test = StepTest { step_rad: SMALL_STEP_RAD, ..test };
     let foreseen =
         |test: &StepTest| foresee(&evidence, &proposed, &test.learnt(&proposed), smoothing_s);
     let stages =
         [(Stage::Small, small_test), (Stage::Full, test)].map(|(s, t)| (s, t, foreseen(&t)));
     let overshoot = stages[1].2.overshoot;
-    let calm = Boat {
-        rate_noise_rad_s: 0.0,
-        heading_noise_rad: 0.0,
-        disturbance_rad_s2: 0.0,
-        ..boat
-    };
-    let truly = Steps {
-        boat: &calm,
-        ..trial
-    };
+    let calm =
+        Boat { rate_noise_rad_s: 0.0, heading_noise_rad: 0.0, disturbance_rad_s2: 0.0, ..boat };
+    let truly = Steps { boat: &calm, ..trial };
     let is_kept = trial.keeps(&proposed, &test, &stages)?;
     Some(Commissioning {
         is_better: truly.keeps(&proposed, &test, &stages[1..])?,
         is_as_foreseen: (overshoot.low..=overshoot.high).contains(&new.overshoot),
-        responses: [
-            old,
-            respond(&quick_tuned(&boat))?,
-            new,
-            if is_kept { new } else { old },
-        ],
+        responses: [old, respond(&quick_tuned(&boat))?, new, if is_kept { new } else { old }],
         is_kept,
     })
 }
@@ -222,14 +199,9 @@ impl Steps<'_> {
             loop {
                 records.push(self.record(settings, test, repeats));
                 let stage = (*stage, test.step_rad);
-                let judgement = judge_repeats(
-                    stage,
-                    &records,
-                    (&old, STEP_RAD),
-                    foreseen,
-                    self.smoothing_s,
-                )?
-                .judgement;
+                let judgement =
+                    judge_repeats(stage, &records, (&old, STEP_RAD), foreseen, self.smoothing_s)?
+                        .judgement;
                 if judgement.keep {
                     break;
                 }
@@ -270,16 +242,8 @@ fn evidence(boat: &Boat, draw: &mut Draw, loop_interval_s: f64) -> Evidence {
     let lag_error_s = (LAG_ERROR * boat.lag_s).max(LAG_ERROR_S) * draw.normal();
     let variance = |value: f64| (MODEL_ERROR * value).powi(2);
     Evidence {
-        model: YawModel {
-            a22_per_s,
-            b2_per_s2,
-            ..model
-        },
-        covariance: [
-            [variance(a22_per_s), 0.0, 0.0],
-            [0.0, variance(b2_per_s2), 0.0],
-            [0.0; 3],
-        ],
+        model: YawModel { a22_per_s, b2_per_s2, ..model },
+        covariance: [[variance(a22_per_s), 0.0, 0.0], [0.0, variance(b2_per_s2), 0.0], [0.0; 3]],
         lag_s: (boat.lag_s + lag_error_s).max(0.0),
         delay_s: boat.delay_s,
         rate_noise_rad_s: boat.rate_noise_rad_s,

@@ -120,12 +120,7 @@ impl Study for CommissionStudy {
         let classes = CLASSES_S.iter().enumerate().map(|(number, class_s)| {
             let first = first_of(number, seed);
             let found = workers.each(self.boats, |boat| {
-                commission_one(
-                    *class_s,
-                    first.wrapping_add(boat),
-                    loop_interval_s,
-                    self.sea,
-                )
+                commission_one(*class_s, first.wrapping_add(boat), loop_interval_s, self.sea)
             });
             class(*class_s, self.boats, &found)
         });
@@ -159,10 +154,7 @@ fn class(time_constant_s: [f64; 2], asked: u64, boats: &[Commissioning]) -> Clas
 
 fn row(method: Method, number: usize, boats: &[Commissioning]) -> Row {
     let of = |quantity: fn(&Response) -> f64| {
-        let mut values: Vec<f64> = boats
-            .iter()
-            .map(|b| quantity(&b.responses[number]))
-            .collect();
+        let mut values: Vec<f64> = boats.iter().map(|b| quantity(&b.responses[number])).collect();
         values.sort_by(f64::total_cmp);
         values
     };

@@ -30,10 +30,7 @@ pub fn write(
     folder: &Path,
     output: &Output,
 ) -> Result<Exit, Failure> {
-    let mut written = Written {
-        schema: "seatrial.commission_boats.v1",
-        vehicles: Vec::new(),
-    };
+    let mut written = Written { schema: "seatrial.commission_boats.v1", vehicles: Vec::new() };
     for (number, class_s) in CLASSES_S.iter().enumerate() {
         for boat in 0..study.boats {
             let seed = first_of(number, seed).wrapping_add(boat);
@@ -73,10 +70,7 @@ fn vehicle(name: String, class_s: [f64; 2], seed: u64) -> VehicleConfig {
         rudder_limit_rad: FULL_RUDDER_RAD,
         depth_m: 0.0,
         initial_thrust: 0.5,
-        servo: Servo {
-            time_constant_s: boat.lag_s,
-            rate_limit_rad_s: None,
-        },
+        servo: Servo { time_constant_s: boat.lag_s, rate_limit_rad_s: None },
         disturbance: Disturbance {
             standard_deviation_rad_s2: DISTURBANCE * authority,
             correlation_time_s: 2.0,

@@ -104,23 +104,14 @@ impl Study for FaultStudy {
     fn run(&self, seed: u64, workers: &Workers) -> Result<FaultMatrix, Failure> {
         let subject = self.subject(seed)?;
         let playable = playable(&subject)?;
-        let Subject {
-            vehicle,
-            config,
-            runs: seeds,
-            seed,
-        } = subject;
+        let Subject { vehicle, config, runs: seeds, seed } = subject;
         if let Some(kind) = self.kind.iter().find(|kind| !playable.contains(kind)) {
             let kind = kind.name();
-            return Err(Failure::usage(format!(
-                "--kind {kind}: {vehicle} cannot play it"
-            )));
+            return Err(Failure::usage(format!("--kind {kind}: {vehicle} cannot play it")));
         }
         let places = self.places(&playable);
-        let plan = Plan {
-            thrusts: List::from_slice(&[0.6, 0.8]).unwrap_or_default(),
-            ..Plan::paper()
-        };
+        let plan =
+            Plan { thrusts: List::from_slice(&[0.6, 0.8]).unwrap_or_default(), ..Plan::paper() };
         let rehearsal = Rehearsal::new(config, plan);
         let runs = seeds * places.len() as u64;
         let endings = workers.each(runs, |run| {
@@ -178,10 +169,7 @@ impl FaultStudy {
             false => &self.kind,
         };
         let with_stages = |kind: &Kind| self.stages().iter().map(|stage| (*kind, *stage)).collect();
-        kinds
-            .iter()
-            .flat_map(|kind| -> Vec<_> { with_stages(kind) })
-            .collect()
+        kinds.iter().flat_map(|kind| -> Vec<_> { with_stages(kind) }).collect()
     }
 }
 
@@ -201,11 +189,7 @@ impl Cell {
             farthest: largest(|e| e.farthest),
             handed_back_after_s: largest(|e| e.handed_back_after_s),
             without_fault: endings.iter().filter(|e| e.began_s.is_none()).count(),
-            failed: endings
-                .iter()
-                .filter(|e| !e.faults.is_empty())
-                .cloned()
-                .collect(),
+            failed: endings.iter().filter(|e| !e.faults.is_empty()).cloned().collect(),
         }
     }
 }
@@ -273,10 +257,7 @@ impl Found for FaultMatrix {
     fn text(&self) -> String {
         let mut text = summary(self);
         text += "Trials with models at every speed / rejected / aborted, the farthest accepted model, the longest to hand back, and why:\n\n";
-        let widths = [18]
-            .into_iter()
-            .chain(vec![10; self.stages.len()])
-            .chain([8, 7, 0]);
+        let widths = [18].into_iter().chain(vec![10; self.stages.len()]).chain([8, 7, 0]);
         let widths: Vec<usize> = widths.collect();
         for row in std::iter::once(headings(&self.stages)).chain(rows(self)) {
             for (cell, width) in row.iter().zip(&widths) {
@@ -285,10 +266,8 @@ impl Found for FaultMatrix {
             text.truncate(text.trim_end().len());
             text.push('\n');
         }
-        for (cell, ending) in self
-            .cells
-            .iter()
-            .flat_map(|cell| cell.failed.iter().map(move |ending| (cell, ending)))
+        for (cell, ending) in
+            self.cells.iter().flat_map(|cell| cell.failed.iter().map(move |ending| (cell, ending)))
         {
             let _ = writeln!(
                 text,

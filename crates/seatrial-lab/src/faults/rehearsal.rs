@@ -91,11 +91,7 @@ pub struct Rehearsal {
 impl Rehearsal {
     /// A run of this plan on this vehicle.
     pub fn new(config: SimulatedConfig, plan: Plan<f64>) -> Self {
-        Self {
-            config,
-            plan,
-            truths: Mutex::default(),
-        }
+        Self { config, plan, truths: Mutex::default() }
     }
 
     /// A trial with a fault of usual size at a chance instant of a moment; `None` where the vehicle cannot play it.
@@ -217,15 +213,10 @@ impl Rehearsal {
             let truth = match last {
                 // Six degrees of freedom: the same as long as the same is wrong.
                 Some((upset, truth)) if instant.model.is_none() && upset == instant.upset => truth,
-                _ => instant
-                    .model
-                    .or_else(|| self.truth(run.thrust, &instant.upset)),
+                _ => instant.model.or_else(|| self.truth(run.thrust, &instant.upset)),
             };
             last = Some((instant.upset, truth));
-            for (k, value) in truth
-                .iter()
-                .flat_map(|truth| truth.theta().into_iter().enumerate())
-            {
+            for (k, value) in truth.iter().flat_map(|truth| truth.theta().into_iter().enumerate()) {
                 least[k] = least[k].min(value);
                 greatest[k] = greatest[k].max(value);
             }
@@ -255,10 +246,7 @@ impl Rehearsal {
             let truth = damaged.truth_with_rudder_offset(left, offset_rad);
             truth.ok().flatten()
         });
-        let besides = Upset {
-            rudder_offset_rad: 0.0,
-            ..*upset
-        };
+        let besides = Upset { rudder_offset_rad: 0.0, ..*upset };
         self.truths.lock().ok()?.insert(key, model);
         model.map(|body| besides.apparent(body))
     }
@@ -273,9 +261,7 @@ fn handed_back_after_s(seen: &Observer, reason: AbortReason) -> Option<f64> {
             let stale_s = seen.whole().clock_s + Envelope::<f64>::default().stale_after_s;
             stale_s.min(neutral_s)
         }
-        _ => seen
-            .beyond_for(reason)
-            .map_or(neutral_s, |beyond| beyond.clock_s),
+        _ => seen.beyond_for(reason).map_or(neutral_s, |beyond| beyond.clock_s),
     };
     Some((hold_s - condition_s).max(0.0))
 }
@@ -326,14 +312,9 @@ fn aborts(kind: Kind, lasts: bool) -> &'static [AbortReason] {
             &[HeadingExcursion, ReversedRudder, StaleSamples]
         }
         Kind::CompassFreeze => &[StaleSamples, NoAnswer],
-        Kind::RudderJam | Kind::RudderReversed => &[
-            HeadingExcursion,
-            ReversedRudder,
-            NoAnswer,
-            SpeedDrift,
-            YawRate,
-            Roll,
-        ],
+        Kind::RudderJam | Kind::RudderReversed => {
+            &[HeadingExcursion, ReversedRudder, NoAnswer, SpeedDrift, YawRate, Roll]
+        }
         Kind::RudderOffset | Kind::LostFin | Kind::PayloadChange => {
             &[HeadingExcursion, SpeedDrift, Roll]
         }
@@ -354,10 +335,7 @@ fn may_reject(kind: Kind, code: &ReasonKind) -> bool {
                 | (Contradicted, _)
         );
     // Noise alone may make the trial repeat a run, or leave the validation data too uncertain.
-    let is_noise = matches!(
-        (code, of),
-        (LowR2, _) | (UnderExcited, Some(Subject::Validation))
-    );
+    let is_noise = matches!((code, of), (LowR2, _) | (UnderExcited, Some(Subject::Validation)));
     match kind {
         Kind::OperatorTakeover | Kind::DepthLoss => is_noise,
         Kind::DuplicatedSamples | Kind::ReorderedSamples => is_noise || is_of_samples,

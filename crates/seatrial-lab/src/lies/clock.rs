@@ -16,11 +16,7 @@ pub fn stamps(
         .iter()
         .enumerate()
         .map(|(row, &time_s)| {
-            let jump_s = if time_s >= jump_at_s {
-                clock.jump_s
-            } else {
-                0.0
-            };
+            let jump_s = if time_s >= jump_at_s { clock.jump_s } else { 0.0 };
             let jitter_s = clock.jitter * row_s * chance.normal();
             (
                 row,
@@ -51,9 +47,7 @@ fn drop_blocks(rows: &mut Vec<(usize, f64)>, setup: &Setup, chance: &mut Draw) {
     }
     let block = ((0.5 * setup.time_constant_s() / setup.row_s()) as usize).max(2);
     let blocks = rows.len() / block + 1;
-    let missing: Vec<bool> = (0..blocks)
-        .map(|_| chance.chance(setup.clock.missing))
-        .collect();
+    let missing: Vec<bool> = (0..blocks).map(|_| chance.chance(setup.clock.missing)).collect();
     rows.retain(|(row, _)| !missing[row / block]);
 }
 

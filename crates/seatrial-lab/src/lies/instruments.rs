@@ -23,22 +23,15 @@ pub fn write(setup: &Setup, voyage: &Voyage, seed: u64) -> LyingLog {
     let middle_s = voyage.training_s[0] + 4.0 * setup.time_constant_s();
     let headings = headings(setup, voyage, &times_s, middle_s, &mut chance);
     let rudders = rudders(setup, voyage, &times_s);
-    let rates = setup
-        .gyro
-        .map(|gyro| gyro_rates(setup, &gyro, voyage, &times_s, &mut chance));
+    let rates = setup.gyro.map(|gyro| gyro_rates(setup, &gyro, voyage, &times_s, &mut chance));
     let stamped = clock::stamps(setup, &times_s, middle_s, &mut chance);
     let reach = setup.gyro.and_then(|gyro| gyro.computed);
-    let rates = reach.map_or(rates, |reach| {
-        Some(computed_rates(setup, &headings, &stamped, reach))
-    });
+    let rates =
+        reach.map_or(rates, |reach| Some(computed_rates(setup, &headings, &stamped, reach)));
     let mut csv = header(setup);
     for &(row, stamp) in &stamped {
         let decimals = setup.clock.decimals();
-        let _ = write!(
-            csv,
-            "{stamp:.decimals$},{:.6},{:.6}",
-            headings[row], rudders[row]
-        );
+        let _ = write!(csv, "{stamp:.decimals$},{:.6},{:.6}", headings[row], rudders[row]);
         if let Some(rates) = &rates {
             let _ = write!(csv, ",{:.6}", rates[row]);
         }
@@ -155,11 +148,7 @@ fn headings(
             (None, None) => voyage.at(at_s).heading_rad,
         };
         let [size, phase] = channel.deviation_rad;
-        let jump_rad = if time_s >= middle_s {
-            channel.jump_rad
-        } else {
-            0.0
-        };
+        let jump_rad = if time_s >= middle_s { channel.jump_rad } else { 0.0 };
         true_rad + size * libm::sin(true_rad + phase) + jump_rad + noise_rad
     };
     let mut stuck_for = 0;
@@ -187,22 +176,14 @@ fn headings(
 fn in_the_file(setup: &Setup, heading_rad: f64) -> f64 {
     let channel = &setup.heading;
     let column = &setup.columns.heading;
-    let heading_rad = if channel.mirrored {
-        -heading_rad
-    } else {
-        heading_rad
-    };
+    let heading_rad = if channel.mirrored { -heading_rad } else { heading_rad };
     let wrapped_rad = match channel.modulo_rad {
         Some(modulo_rad) => heading_rad.rem_euclid(modulo_rad),
         None if channel.wraps_badly => {
             // Averaged over a wrap: between 350 and 10 deg it passes through south.
             let wrapped = heading_rad.rem_euclid(TAU);
             let from_north = Real::wrapped(wrapped);
-            if from_north.abs() < 0.1 {
-                PI - from_north * PI / 0.1
-            } else {
-                wrapped
-            }
+            if from_north.abs() < 0.1 { PI - from_north * PI / 0.1 } else { wrapped }
         }
         None if setup.columns.heading.name.ends_with("rad") => Real::wrapped(heading_rad),
         None => heading_rad.rem_euclid(TAU),
@@ -250,11 +231,7 @@ fn rudders(setup: &Setup, voyage: &Voyage, times_s: &[f64]) -> Vec<f64> {
                 let sum = 0.2 + 0.01 * libm::sin(0.3 * row as f64 / setup.time_constant_s());
                 return sum * column.per_si + column.offset;
             }
-            let angle_rad = if channel.measured {
-                moment.fin_rad
-            } else {
-                moment.command_rad
-            };
+            let angle_rad = if channel.measured { moment.fin_rad } else { moment.command_rad };
             channel.sense * angle_rad * column.per_si + column.offset
         })
         .collect()

@@ -19,13 +19,7 @@ const fn kind(
     sentence: &'static str,
     change: fn(&mut Setup, &mut Draw),
 ) -> Kind {
-    Kind {
-        name,
-        sentence,
-        decidability,
-        wired: None,
-        change,
-    }
+    Kind { name, sentence, decidability, wired: None, change }
 }
 
 /// A sound log of any vehicle with one column wired wrongly.
@@ -35,10 +29,7 @@ const fn wiring(
     sentence: &'static str,
     change: fn(&mut Setup, &mut Draw),
 ) -> Kind {
-    Kind {
-        wired: Some(quantity),
-        ..kind(name, Decidable, sentence, change)
-    }
+    Kind { wired: Some(quantity), ..kind(name, Decidable, sentence, change) }
 }
 
 /// Sound logs first, then lies of time, heading, rudder, units, and of the vehicle.
@@ -176,9 +167,7 @@ pub const KINDS: [Kind; 122] = [
 ];
 
 /// Intervals between rows of usual logs, s.
-const INTERVALS_S: [f64; 12] = [
-    0.01, 0.02, 0.04, 0.05, 0.1, 0.2, 0.25, 0.5, 1.0, 2.0, 4.0, 5.0,
-];
+const INTERVALS_S: [f64; 12] = [0.01, 0.02, 0.04, 0.05, 0.1, 0.2, 0.25, 0.5, 1.0, 2.0, 4.0, 5.0];
 
 /// Any vehicle with a time constant of 0.3 to 100 s, with 12 to 60 rows in a time constant.
 fn any(setup: &mut Setup, draw: &mut Draw) {
@@ -228,10 +217,7 @@ fn computed(setup: &mut Setup, draw: &mut Draw, reach: usize) {
     // From 0 at whole seconds the time would count rows.
     setup.clock.start_s = 12.35;
     setup.with_gyro(draw);
-    setup.gyro = setup.gyro.map(|gyro| GyroChannel {
-        computed: Some(reach),
-        ..gyro
-    });
+    setup.gyro = setup.gyro.map(|gyro| GyroChannel { computed: Some(reach), ..gyro });
 }
 
 fn boat(setup: &mut Setup, draw: &mut Draw, interval_s: f64) {
@@ -260,10 +246,7 @@ fn deviation(setup: &mut Setup, draw: &mut Draw) {
 }
 
 fn course(setup: &mut Setup, draw: &mut Draw) {
-    let (speed, towards) = (
-        draw.within(0.15, 0.4) * setup.speed_m_s,
-        draw.within(0.0, 2.0 * PI),
-    );
+    let (speed, towards) = (draw.within(0.15, 0.4) * setup.speed_m_s, draw.within(0.0, 2.0 * PI));
     setup.heading.course_over_ground =
         Some([speed * libm::cos(towards), speed * libm::sin(towards)]);
 }

@@ -74,22 +74,14 @@ mod tests {
             assert_eq!(first.csv, again.csv, "{}", kind.name);
             assert!(first.csv.lines().count() > 40, "{}", kind.name);
             assert!(first.training_s[0] < first.training_s[1], "{}", kind.name);
-            assert!(
-                first.training_s[1] <= first.validation_s[0],
-                "{}",
-                kind.name
-            );
+            assert!(first.training_s[1] <= first.validation_s[0], "{}", kind.name);
         }
     }
 
     #[test]
     fn prop_there_are_enough_lies_and_controls() {
-        let count = |decidability| {
-            KINDS
-                .iter()
-                .filter(|kind| kind.decidability == decidability)
-                .count()
-        };
+        let count =
+            |decidability| KINDS.iter().filter(|kind| kind.decidability == decidability).count();
         assert!(count(Decidability::Sound) >= 8);
         assert!(count(Decidability::Decidable) + count(Decidability::Undecidable) >= 28);
     }

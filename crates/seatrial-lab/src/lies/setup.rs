@@ -173,11 +173,7 @@ pub struct Column {
 
 impl Column {
     pub const fn new(name: &'static str, per_si: f64) -> Self {
-        Self {
-            name,
-            per_si,
-            offset: 0.0,
-        }
+        Self { name, per_si, offset: 0.0 }
     }
 }
 

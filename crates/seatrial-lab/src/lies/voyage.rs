@@ -62,9 +62,7 @@ impl Fin {
             commanded_rad
         };
         let play = 0.5 * setup.backlash_rad;
-        self.fin_rad = self
-            .fin_rad
-            .clamp(self.servo_rad - play, self.servo_rad + play);
+        self.fin_rad = self.fin_rad.clamp(self.servo_rad - play, self.servo_rad + play);
         self.fin_rad.clamp(-limit_rad, limit_rad)
     }
 }
@@ -126,20 +124,14 @@ impl Voyage {
         let step_s = setup.control_s / STEPS as f64;
         let hull = setup.hulls[0];
         let heading_rad = setup.start_rad;
-        let mut yaw = YawState {
-            heading_rad,
-            yaw_rate_rad_s: 0.0,
-        };
+        let mut yaw = YawState { heading_rad, yaw_rate_rad_s: 0.0 };
         let mut pilot = Pilot {
             reference_rad: heading_rad,
             zig_zag_side: 1.0,
             legs: 0,
             random: random_test(seed),
         };
-        let mut fin = Fin {
-            servo_rad: -hull.delta0_rad,
-            fin_rad: -hull.delta0_rad,
-        };
+        let mut fin = Fin { servo_rad: -hull.delta0_rad, fin_rad: -hull.delta0_rad };
         let mut sea = Sea::new(setup, &mut chance);
         let mut voyage = Self {
             step_s,
@@ -160,9 +152,7 @@ impl Voyage {
             let read_rad = yaw.heading_rad + noise_rad;
             let command_rad = pilot.command_rad(setup, hull, amplitude_rad, since_s, read_rad);
             voyage.noise_rad.push(noise_rad);
-            let limit_rad = hull
-                .stop
-                .map_or(f64::INFINITY, |share| share * amplitude_rad);
+            let limit_rad = hull.stop.map_or(f64::INFINITY, |share| share * amplitude_rad);
             for step in 0..STEPS {
                 let time_s = tick_s + step as f64 * step_s;
                 let changed = (change_s..validation_s).contains(&time_s);

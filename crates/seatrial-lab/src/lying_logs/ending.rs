@@ -57,8 +57,7 @@ impl Ending {
 
     /// Is its accepted model beyond two half widths of the truth?
     pub fn is_wrong(&self) -> bool {
-        self.farthest
-            .is_some_and(|farthest| farthest.is_nan() || farthest > WRONG_BEYOND)
+        self.farthest.is_some_and(|farthest| farthest.is_nan() || farthest > WRONG_BEYOND)
     }
 
     /// Does it blame this column?
@@ -77,10 +76,9 @@ impl Ending {
 
     fn of_identified(identified: &IdentifiedLog, truth: &LogTruth) -> Self {
         let found: Vec<(&Verdict, Option<&Identification>)> = match &identified.models {
-            Some(models) => models
-                .iter()
-                .map(|model| (&model.verdict, model.identification.as_ref()))
-                .collect(),
+            Some(models) => {
+                models.iter().map(|model| (&model.verdict, model.identification.as_ref())).collect()
+            }
             None => vec![(identified.verdict(), identified.identification())],
         };
         let accepted: Vec<_> = found.iter().filter(|(v, _)| v.accepted).collect();
@@ -100,10 +98,7 @@ impl Ending {
             accepted: is_accepted,
             farthest: worst.map(|(farthest, _)| farthest),
             errors: worst.map(|(_, errors)| errors),
-            refused: codes
-                .first()
-                .filter(|_| !is_accepted)
-                .map(ToString::to_string),
+            refused: codes.first().filter(|_| !is_accepted).map(ToString::to_string),
             blames: codes
                 .iter()
                 .take(if is_accepted { codes.len() } else { 1 })
@@ -175,17 +170,10 @@ fn distance(
         RudderUnit::FullRudder => truth.b2_per_s2 * truth.full_rudder_rad,
     };
     let of = |found: f64, [low, high]: [f64; 2], truth: f64| {
-        (
-            (found - truth).abs() / (0.5 * (high - low)),
-            found / truth - 1.0,
-        )
+        ((found - truth).abs() / (0.5 * (high - low)), found / truth - 1.0)
     };
     let intervals = &refined.interval_95;
-    let a22 = of(
-        refined.model.a22_per_s,
-        intervals.a22_per_s,
-        truth.a22_per_s,
-    );
+    let a22 = of(refined.model.a22_per_s, intervals.a22_per_s, truth.a22_per_s);
     let b2 = of(refined.model.b2_per_s2, intervals.b2_per_s2, b2_per_s2);
     Some((a22.0.max(b2.0), [a22.1, b2.1]))
 }

@@ -108,11 +108,8 @@ pub struct Row {
 }
 
 /// From logs without a fault to those whose fault no log can show.
-const DECIDABILITIES: [Decidability; 3] = [
-    Decidability::Sound,
-    Decidability::Decidable,
-    Decidability::Undecidable,
-];
+const DECIDABILITIES: [Decidability; 3] =
+    [Decidability::Sound, Decidability::Decidable, Decidability::Undecidable];
 
 impl LyingLogStudy {
     /// The kinds that are asked for.
@@ -167,10 +164,7 @@ impl Study for LyingLogStudy {
             seed,
             seeds: self.seeds,
             totals: totals(&rows),
-            wiring: rows
-                .iter()
-                .filter_map(|row| row.wiring)
-                .reduce(Wiring::with),
+            wiring: rows.iter().filter_map(|row| row.wiring).reduce(Wiring::with),
             kinds: rows,
         })
     }

@@ -26,13 +26,7 @@ pub enum Depth {
 
 impl Depth {
     /// Every depth.
-    pub const ALL: [Self; 5] = [
-        Self::Quick,
-        Self::Kept,
-        Self::Linked,
-        Self::Outputs,
-        Self::Whole,
-    ];
+    pub const ALL: [Self; 5] = [Self::Quick, Self::Kept, Self::Linked, Self::Outputs, Self::Whole];
 
     /// The word for it.
     pub fn name(self) -> &'static str {
@@ -106,10 +100,9 @@ impl World {
         let depth = depth.unwrap_or_else(|| Depth::of(kind.uniform()));
         let vehicle = drawn_vehicle(&mut hull);
         let plan = match depth {
-            Depth::Outputs | Depth::Whole => Plan {
-                thrusts: List::from_slice(&[0.8]).unwrap_or_default(),
-                ..Plan::paper()
-            },
+            Depth::Outputs | Depth::Whole => {
+                Plan { thrusts: List::from_slice(&[0.8]).unwrap_or_default(), ..Plan::paper() }
+            }
             _ => short_plan(),
         };
         let faults = drawn_faults(&vehicle, plan.longest_s(), seed, &mut trouble);
@@ -129,20 +122,12 @@ impl World {
 /// Two speeds in 40 s.
 fn short_plan() -> Plan<f64> {
     let paper = Plan::paper();
-    let short = |manoeuvre: Manoeuvre<f64>| Manoeuvre {
-        lead_in_s: 0.5,
-        observe_s: 2.0,
-        ..manoeuvre
-    };
+    let short =
+        |manoeuvre: Manoeuvre<f64>| Manoeuvre { lead_in_s: 0.5, observe_s: 2.0, ..manoeuvre };
     Plan {
         thrusts: List::from_slice(&[0.6, 0.8]).unwrap_or_default(),
         max_repeats: 1,
-        settle: Settle {
-            steady_for_s: 1.0,
-            at_least_s: 2.0,
-            at_most_s: 6.0,
-            ..paper.settle
-        },
+        settle: Settle { steady_for_s: 1.0, at_least_s: 2.0, at_most_s: 6.0, ..paper.settle },
         training: short(paper.training),
         validation: short(paper.validation),
         ..paper
@@ -153,12 +138,8 @@ fn short_plan() -> Plan<f64> {
 fn drawn_vehicle(chance: &mut Chance) -> VehicleConfig {
     let mut config = VehicleConfig::starfish();
     let mut factor = |least: f64, most: f64| least * (most / least).powf(chance.uniform());
-    let (damping, effect, noise, sea) = (
-        factor(0.7, 1.4),
-        factor(0.7, 1.4),
-        factor(0.3, 3.0),
-        factor(0.3, 3.0),
-    );
+    let (damping, effect, noise, sea) =
+        (factor(0.7, 1.4), factor(0.7, 1.4), factor(0.3, 3.0), factor(0.3, 3.0));
     for speed in &mut config.speeds {
         speed.a22_per_s *= damping;
         speed.b2_per_s2 *= effect;
@@ -219,11 +200,7 @@ mod tests {
         for depth in Depth::ALL {
             assert!(worlds.iter().any(|world| world.depth == depth), "{depth:?}");
         }
-        for kind in [
-            Interrupted::Abort,
-            Interrupted::Killed,
-            Interrupted::PowerLost,
-        ] {
+        for kind in [Interrupted::Abort, Interrupted::Killed, Interrupted::PowerLost] {
             let is_there = |world: &World| world.interruption.is_some_and(|i| i.kind == kind);
             assert!(worlds.iter().any(is_there), "{kind:?}");
         }

@@ -59,11 +59,7 @@ impl Ending {
             None => "none".into(),
         };
         self.runs = campaign.runs.len();
-        self.accepted = campaign
-            .runs
-            .iter()
-            .filter(|run| run.verdict.accepted)
-            .count();
+        self.accepted = campaign.runs.iter().filter(|run| run.verdict.accepted).count();
     }
 
     /// Notes how far the accepted model of a run is from the truth, in half widths of its intervals.

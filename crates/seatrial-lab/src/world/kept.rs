@@ -105,11 +105,7 @@ impl Kept {
         if let Err(error) = self.copy(&folder, kind, chance) {
             self.unsaved.push(format!("the copy: {error}"));
         }
-        self.copies.push(Copy {
-            path: folder.join(LOGBOOK),
-            finished: self.finished,
-            kind,
-        });
+        self.copies.push(Copy { path: folder.join(LOGBOOK), finished: self.finished, kind });
     }
 
     fn copy(&self, folder: &Path, kind: Interrupted, chance: &mut Chance) -> std::io::Result<()> {
@@ -117,16 +113,12 @@ impl Kept {
         fs::copy(self.folder.path().join(LOGBOOK), folder.join(LOGBOOK))?;
         let mut log = fs::read(self.folder.path().join(LOG))?;
         if kind == Interrupted::PowerLost {
-            let safe = usize::try_from(self.synchronised)
-                .unwrap_or(log.len())
-                .min(log.len());
+            let safe = usize::try_from(self.synchronised).unwrap_or(log.len()).min(log.len());
             let left = safe + ((log.len() - safe) as f64 * chance.uniform()) as usize;
             log.truncate(left);
             // Some of what was left may never have been written.
             let garbled = safe + ((left - safe) as f64 * chance.uniform()) as usize;
-            log[garbled..]
-                .iter_mut()
-                .for_each(|byte| *byte = (256.0 * chance.uniform()) as u8);
+            log[garbled..].iter_mut().for_each(|byte| *byte = (256.0 * chance.uniform()) as u8);
         }
         fs::write(folder.join(LOG), log)
     }
@@ -189,10 +181,7 @@ pub fn compared(path: &Path, campaign: &Campaign) -> Result<Vec<String>, Error> 
 fn looked_into(path: &Path, finished: u32) -> Result<Vec<String>, Error> {
     let logbook = Logbook::open_read_only(path)?;
     let mut broken = damage(&logbook)?;
-    let kept = logbook
-        .entries()?
-        .first()
-        .map_or(0, |entry| entry.runs_finished);
+    let kept = logbook.entries()?.first().map_or(0, |entry| entry.runs_finished);
     if kept < finished {
         broken.push(format!("{finished} runs were finished, {kept} are left"));
     }
@@ -205,9 +194,7 @@ fn looked_into(path: &Path, finished: u32) -> Result<Vec<String>, Error> {
 fn damage(logbook: &Logbook) -> Result<Vec<String>, Error> {
     let damage = logbook.verify()?.damage;
     let damage = damage.into_iter();
-    Ok(damage
-        .map(|damage| format!("{}: {}", damage.place, damage.found))
-        .collect())
+    Ok(damage.map(|damage| format!("{}: {}", damage.place, damage.found)).collect())
 }
 
 /// How a replay of the logbook's trial differs from it.

@@ -45,9 +45,7 @@ const PARAMETERS: [&str; 7] = [
 type Parameters = BTreeMap<&'static str, Option<f32>>;
 
 fn parameters(sea: &Sea) -> Parameters {
-    PARAMETERS
-        .map(|name| (name, sea.boat.parameter(name)))
-        .into()
+    PARAMETERS.map(|name| (name, sea.boat.parameter(name))).into()
 }
 
 /// What is drawn besides the world itself.
@@ -74,20 +72,14 @@ impl Drawn {
         let profiles = [Profile::Rover, Profile::Sub, Profile::Px4];
         let profile = profiles[drawn(profiles.len() as f64) as usize];
         let mishap = Mishap::ALL[drawn(Mishap::ALL.len() as f64) as usize];
-        Self {
-            weather,
-            profile,
-            mishap: (drawn(WITHIN_S), mishap),
-        }
+        Self { weather, profile, mishap: (drawn(WITHIN_S), mishap) }
     }
 
     fn settings(&self, abort: Arc<AtomicBool>) -> Settings {
         Settings {
             abort,
-            outputs: (self.profile == Profile::Px4).then(|| SteeringOutputs {
-                outputs: vec![1],
-                pulses_us: [1100.0, 1500.0, 1900.0],
-            }),
+            outputs: (self.profile == Profile::Px4)
+                .then(|| SteeringOutputs { outputs: vec![1], pulses_us: [1100.0, 1500.0, 1900.0] }),
             ..settings()
         }
     }
@@ -109,13 +101,7 @@ pub fn play(world: &World, ending: &mut Ending) -> Result<(), Error> {
     let mut stalls = world.stalls.clone();
     let mut drawn = Drawn::of(&mut chance);
     drawn.weather.single = Single::drawn(&mut stalls);
-    let sea = Sea::new(
-        &world.vehicle,
-        drawn.profile,
-        drawn.weather,
-        Some(drawn.mishap),
-        chance,
-    )?;
+    let sea = Sea::new(&world.vehicle, drawn.profile, drawn.weather, Some(drawn.mishap), chance)?;
     let before = parameters(&sea);
     let settings = drawn.settings(sea.abort.clone());
     let mut autopilot = Autopilot::new(sea, settings, None);
@@ -135,9 +121,9 @@ pub fn play(world: &World, ending: &mut Ending) -> Result<(), Error> {
     }
     let expected = match drawn.mishap {
         // It has forgotten what was changed.
-        (at_s, Mishap::Reboot) if autopilot.wire().now_s >= at_s => PARAMETERS
-            .map(|name| (name, as_new(world, drawn.profile, name)))
-            .into(),
+        (at_s, Mishap::Reboot) if autopilot.wire().now_s >= at_s => {
+            PARAMETERS.map(|name| (name, as_new(world, drawn.profile, name))).into()
+        }
         _ => before,
     };
     check_parameters(&mut autopilot, &drawn, &expected, &trial, ending);
@@ -159,9 +145,9 @@ fn check_parameters(
         done.is_some_and(|done| done.not_restored.iter().any(|listed| listed == name))
     };
     if let Some(name) = left.iter().find(|name| !is_listed(name)) {
-        ending.broken.push(format!(
-            "{name} is neither as it was nor listed ({mishap:?}, {profile:?})"
-        ));
+        ending
+            .broken
+            .push(format!("{name} is neither as it was nor listed ({mishap:?}, {profile:?})"));
     }
     if let Some(backup) = trial.backup.as_ref().filter(|_| !left.is_empty()) {
         autopilot.wire().mishap = None;
@@ -169,9 +155,9 @@ fn check_parameters(
         let restored = autopilot.restore(backup);
         let left = differences(expected, &parameters(autopilot.wire()));
         if !left.is_empty() {
-            ending.broken.push(format!(
-                "restore leaves {left:?} ({mishap:?}, {profile:?}): {restored:?}"
-            ));
+            ending
+                .broken
+                .push(format!("restore leaves {left:?} ({mishap:?}, {profile:?}): {restored:?}"));
         }
     }
 }
@@ -181,9 +167,7 @@ fn as_new(world: &World, profile: Profile, name: &str) -> Option<f32> {
 }
 
 fn differences(before: &Parameters, now: &Parameters) -> Vec<&'static str> {
-    let changed = before
-        .iter()
-        .filter(|(name, value)| now.get(*name) != Some(value));
+    let changed = before.iter().filter(|(name, value)| now.get(*name) != Some(value));
     changed.map(|(name, _)| *name).collect()
 }
 
@@ -268,8 +252,8 @@ fn check_rudder(sea: &Sea, weather: Weather, (at_s, mishap): (f64, Mishap), endi
     let held_s = sea.held_s - seen_s;
     ending.neutral_after_s = Some(held_s.max(0.0));
     if held_s > within_s + on_its_way_s {
-        ending.broken.push(format!(
-            "the rudder was held for {held_s:.2} s after {mishap:?} at {at_s:.2} s"
-        ));
+        ending
+            .broken
+            .push(format!("the rudder was held for {held_s:.2} s after {mishap:?} at {at_s:.2} s"));
     }
 }

@@ -159,9 +159,8 @@ impl Study for WorldStudy {
         };
         for begun in (0..self.seeds).step_by(AT_A_TIME as usize) {
             let count = AT_A_TIME.min(self.seeds - begun);
-            let endings = workers.each(count, |world| {
-                Some(play(seed.wrapping_add(begun + world), self.depth))
-            });
+            let endings = workers
+                .each(count, |world| Some(play(seed.wrapping_add(begun + world), self.depth)));
             endings.into_iter().for_each(|ending| worlds.take(ending));
         }
         let rows = worlds.depths.values();
@@ -173,9 +172,7 @@ impl Study for WorldStudy {
 
 fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(1024 * kilobytes)
 }
@@ -213,11 +210,8 @@ impl Found for Worlds {
         }
         for ending in &self.broken_worlds {
             for broken in &ending.broken {
-                let _ = writeln!(
-                    text,
-                    "seatrial-lab world --seed {} --seeds 1: {broken}",
-                    ending.seed
-                );
+                let _ =
+                    writeln!(text, "seatrial-lab world --seed {} --seeds 1: {broken}", ending.seed);
             }
         }
         text
@@ -254,43 +248,19 @@ mod tests {
 
     /// Worlds that once broke an invariant, and what was wrong.
     const ONCE_BROKEN: [(u64, &str); 10] = [
-        (
-            684,
-            "a stranger says in the vehicle's name that a submarine is a disarmed boat",
-        ),
-        (
-            1703,
-            "a stranger says in the vehicle's name that a submarine is a disarmed boat",
-        ),
-        (
-            21438,
-            "the link was lost between the operator's abort and the next sample",
-        ),
+        (684, "a stranger says in the vehicle's name that a submarine is a disarmed boat"),
+        (1703, "a stranger says in the vehicle's name that a submarine is a disarmed boat"),
+        (21438, "the link was lost between the operator's abort and the next sample"),
         (31326, "no depth came while the samples' clock stood still"),
-        (
-            55373,
-            "the battery fell low while the autopilot was left alone to prove that it lets go",
-        ),
-        (
-            94728,
-            "a stick moved while the autopilot was left alone to prove that it lets go",
-        ),
-        (
-            161037,
-            "a damaged message took the next five releases with it",
-        ),
-        (
-            233612,
-            "a PX4 vehicle's stick was taken for a channel that MANUAL_CONTROL fills",
-        ),
+        (55373, "the battery fell low while the autopilot was left alone to prove that it lets go"),
+        (94728, "a stick moved while the autopilot was left alone to prove that it lets go"),
+        (161037, "a damaged message took the next five releases with it"),
+        (233612, "a PX4 vehicle's stick was taken for a channel that MANUAL_CONTROL fills"),
         (
             449709,
             "the report of a moved stick came at the very instant of the first demand, the link was lost later",
         ),
-        (
-            807406,
-            "the report of a moved stick came at the very instant of the first demand",
-        ),
+        (807406, "the report of a moved stick came at the very instant of the first demand"),
     ];
 
     /// Of every depth some; the study of a million has its result in `validation/`.
@@ -299,10 +269,7 @@ mod tests {
         let mut worlds: BTreeMap<Depth, u32> = BTreeMap::new();
         for seed in (1..=400).chain(ONCE_BROKEN.map(|(seed, _)| seed)) {
             let ending = play(seed, None);
-            assert_eq!(
-                ending.broken, [""; 0],
-                "seatrial-lab world --seed {seed} --seeds 1"
-            );
+            assert_eq!(ending.broken, [""; 0], "seatrial-lab world --seed {seed} --seeds 1");
             *worlds.entry(ending.depth).or_default() += 1;
         }
         assert_eq!(worlds.len(), Depth::ALL.len(), "{worlds:?}");

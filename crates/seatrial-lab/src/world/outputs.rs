@@ -30,11 +30,8 @@ const WITHIN_S: f64 = 60.0;
 fn drawn(chance: &mut Chance) -> Single {
     let mut uniform = |least: f64, most: f64| least + (most - least) * chance.uniform();
     let [least_hz, most_hz] = RATES_HZ;
-    let (loss, rate_hz, late_s) = (
-        uniform(0.0, MOST_LOSS),
-        uniform(least_hz, most_hz),
-        uniform(0.0, LATEST_S),
-    );
+    let (loss, rate_hz, late_s) =
+        (uniform(0.0, MOST_LOSS), uniform(least_hz, most_hz), uniform(0.0, LATEST_S));
     let begins = [0.0, uniform(0.0, WITHIN_S)];
     let from_s = begins[uniform(0.0, 2.0) as usize];
     let which = uniform(0.0, 4.0) as u8;
@@ -53,10 +50,7 @@ fn drawn(chance: &mut Chance) -> Single {
 
 /// Plays a world on a boat whose messages with the rudder are thinned.
 pub fn play(world: &World, ending: &mut Ending) -> Result<(), Error> {
-    let weather = Weather {
-        single: Some(drawn(&mut world.stalls.clone())),
-        ..Weather::default()
-    };
+    let weather = Weather { single: Some(drawn(&mut world.stalls.clone())), ..Weather::default() };
     let (vehicle, profile) = (&world.vehicle, Profile::Rover);
     let mut sea = Sea::new(vehicle, profile, weather, None, world.chance.clone())?;
     sea.boat = boat(vehicle, profile, world.seed)?;
@@ -75,9 +69,7 @@ pub fn play(world: &World, ending: &mut Ending) -> Result<(), Error> {
         let found = run.identification.as_ref().zip(truth);
         match found.and_then(|(found, truth)| rehearsal.distances(run, found, &[truth])) {
             Some(distances) => ending.take_model(run.number, distances),
-            None => ending
-                .broken
-                .push("accepted without a refined model".into()),
+            None => ending.broken.push("accepted without a refined model".into()),
         }
     }
     Ok(())

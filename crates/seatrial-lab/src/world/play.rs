@@ -33,9 +33,7 @@ pub fn play(seed: u64, depth: Option<Depth>) -> Ending {
     let ending = play_once(seed, depth);
     if seed.is_multiple_of(TWICE) && play_once(seed, depth) != ending {
         let mut ending = ending;
-        ending
-            .broken
-            .push("played twice, it is not the same".into());
+        ending.broken.push("played twice, it is not the same".into());
         return ending;
     }
     ending
@@ -64,13 +62,8 @@ fn setting(error: &dyn fmt::Display) -> Error {
 fn on_vehicle(world: &World, ending: &mut Ending) -> Result<(), Error> {
     let (plan, about) = (world.plan, about(world));
     let config = SimulatedConfig::FirstOrder(Box::new(world.vehicle.clone()));
-    let vehicle = config
-        .vehicle(world.seed)
-        .map_err(|error| setting(&error))?;
-    let scenario = Scenario {
-        faults: world.faults.clone(),
-        ..Scenario::default()
-    };
+    let vehicle = config.vehicle(world.seed).map_err(|error| setting(&error))?;
+    let scenario = Scenario { faults: world.faults.clone(), ..Scenario::default() };
     let vehicle = FaultyVehicle::new(vehicle, &scenario, world.seed);
     let vehicle = vehicle.map_err(|error| setting(&error))?;
     // Each sample may come twice, and each run may be repeated.
@@ -108,10 +101,7 @@ fn on_vehicle(world: &World, ending: &mut Ending) -> Result<(), Error> {
 fn check_runs(campaign: &Campaign, witness: &Witness, ending: &mut Ending) {
     let in_campaign: Vec<u32> = campaign.runs.iter().map(|run| run.number).collect();
     let expected: Vec<u32> = (1..).take(witness.begun.len()).collect();
-    if [&witness.begun, &witness.ended, &in_campaign]
-        .iter()
-        .any(|runs| **runs != expected)
-    {
+    if [&witness.begun, &witness.ended, &in_campaign].iter().any(|runs| **runs != expected) {
         ending.broken.push(format!(
             "runs {:?} began, {:?} ended, {in_campaign:?} are in the campaign",
             witness.begun, witness.ended
@@ -133,16 +123,12 @@ fn check_end(
         ending.broken.push("finished on a lost link".into());
     }
     let is_released = observer.last.is_some_and(|action| {
-        let is_neutral = matches!(
-            action.steering,
-            Steering::HoldHeading(_) | Steering::Rudder(0.0)
-        );
+        let is_neutral =
+            matches!(action.steering, Steering::HoldHeading(_) | Steering::Rudder(0.0));
         is_neutral && action.thrust.is_none()
     });
     if !is_released {
-        ending
-            .broken
-            .push(format!("the vehicle was left with {:?}", observer.last));
+        ending.broken.push(format!("the vehicle was left with {:?}", observer.last));
     }
     let Some(Outcome::Aborted(reason)) = campaign.outcome else {
         return;
@@ -151,10 +137,7 @@ fn check_end(
         let after_s = (neutral.attended_s - condition_s).max(0.0);
         ending.neutral_after_s = Some(after_s);
         if after_s > NEUTRAL_WITHIN_S {
-            ending.broken.push(format!(
-                "neutral {after_s:.2} s after {}",
-                Why::Aborted(reason)
-            ));
+            ending.broken.push(format!("neutral {after_s:.2} s after {}", Why::Aborted(reason)));
         }
     }
 }
@@ -221,9 +204,7 @@ impl Watch for Witness {
         let is_due = self.is_due();
         let Some(kept) = &mut self.kept else { return };
         kept.step(step);
-        let taken = self
-            .interrupted
-            .filter(|kind| is_due && *kind != Interrupted::Abort);
+        let taken = self.interrupted.filter(|kind| is_due && *kind != Interrupted::Abort);
         if let Some(kind) = taken {
             self.interrupted = None;
             kept.interrupt(kind, &mut self.chance);

@@ -80,9 +80,7 @@ impl Stalled {
         }
         let kept = outside.keeper.end(campaign.outcome, || false);
         outside.unsaved.extend(kept.unsaved);
-        outside
-            .unsaved
-            .extend(compared(&outside.folder.path().join(LOGBOOK), campaign)?);
+        outside.unsaved.extend(compared(&outside.folder.path().join(LOGBOOK), campaign)?);
         Ok(outside.unsaved)
     }
 }

@@ -131,10 +131,7 @@ impl Mishap {
 }
 
 const PILOTS_MODE: u32 = 4;
-const VEHICLE: Sender = Sender {
-    system: 1,
-    component: 1,
-};
+const VEHICLE: Sender = Sender { system: 1, component: 1 };
 
 type Boat = Speaker<FirstOrderVehicle>;
 
@@ -175,13 +172,7 @@ pub struct Sea {
 pub fn boat(config: &VehicleConfig, profile: Profile, seed: u64) -> Result<Boat, Error> {
     let cannot = |error: ConfigError| Error::Setting(error.to_string());
     let vehicle = FirstOrderVehicle::new(config.clone(), seed).map_err(cannot)?;
-    Ok(Speaker::new(
-        vehicle,
-        profile,
-        INTERVAL_S,
-        FULL_RUDDER_RAD,
-        None,
-    ))
+    Ok(Speaker::new(vehicle, profile, INTERVAL_S, FULL_RUDDER_RAD, None))
 }
 
 /// The frames of MAVLink 2, without signatures, that a vehicle has sent together.
@@ -287,15 +278,9 @@ impl Sea {
                 self.now_s + late_s + weather.latency_s + weather.jitter_s * self.chance.uniform();
             let mut datagram = bytes.to_vec();
             if self.chance.uniform() < weather.garbage {
-                datagram
-                    .iter_mut()
-                    .for_each(|byte| *byte = (256.0 * self.chance.uniform()) as u8);
+                datagram.iter_mut().for_each(|byte| *byte = (256.0 * self.chance.uniform()) as u8);
             }
-            let queue = if to_us {
-                &mut self.to_us
-            } else {
-                &mut self.to_boat
-            };
+            let queue = if to_us { &mut self.to_us } else { &mut self.to_boat };
             let place = queue.iter().rposition(|(other_s, _)| *other_s <= arrival_s);
             queue.insert(place.map_or(0, |place| place + 1), (arrival_s, datagram));
         }
@@ -334,10 +319,7 @@ impl Sea {
                 self.say(VEHICLE, forged);
             }
             Mishap::SecondStation => {
-                let station = Sender {
-                    system: 255,
-                    component: 1,
-                };
+                let station = Sender { system: 255, component: 1 };
                 self.say(station, Heartbeat::GROUND_STATION);
             }
             Mishap::Abort => {

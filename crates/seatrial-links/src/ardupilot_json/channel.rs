@@ -51,10 +51,7 @@ impl FromStr for Channel {
         if !in_order {
             return Err(ChannelError::Trim(text.into()));
         }
-        Ok(Self {
-            number: usize::from(number),
-            pulses_us,
-        })
+        Ok(Self { number: usize::from(number), pulses_us })
     }
 }
 
@@ -111,11 +108,7 @@ mod tests {
             ("3:1000:1000:2000", 1250, 0.25),
             ("3:1000:1000:2000", 900, 0.0),
         ] {
-            assert_eq!(
-                of(channel, pulse_us),
-                Some(expected),
-                "{channel} {pulse_us}"
-            );
+            assert_eq!(of(channel, pulse_us), Some(expected), "{channel} {pulse_us}");
         }
         assert_eq!(of("17", 1500), None);
     }
@@ -140,15 +133,7 @@ mod tests {
 
     #[test]
     fn io_channels_that_make_no_sense_are_refused() {
-        for text in [
-            "",
-            "x",
-            "0",
-            "33",
-            "1:1000",
-            "1:1000:2100:2000",
-            "1:1500:1500:1500",
-        ] {
+        for text in ["", "x", "0", "33", "1:1000", "1:1000:2100:2000", "1:1500:1500:1500"] {
             assert!(text.parse::<Channel>().is_err(), "{text}");
         }
     }

@@ -53,10 +53,7 @@ impl ServoFrame {
             let bytes = packet.get(at..at + 2)?.try_into().ok()?;
             Some(u16::from_le_bytes(bytes))
         };
-        let short = |expected| ServoFrameError::Length {
-            found: packet.len(),
-            expected,
-        };
+        let short = |expected| ServoFrameError::Length { found: packet.len(), expected };
         let magic = word(0).ok_or(short(HEADER))?;
         let (_, channels) = MAGICS
             .into_iter()
@@ -85,9 +82,7 @@ impl ServoFrame {
 
     /// The pulse of a channel, counted from 1, us; `None` where the frame does not have it.
     pub fn pwm_us(&self, channel: usize) -> Option<u16> {
-        self.pwm_us[..self.channels]
-            .get(channel.checked_sub(1)?)
-            .copied()
+        self.pwm_us[..self.channels].get(channel.checked_sub(1)?).copied()
     }
 }
 
@@ -131,10 +126,7 @@ mod tests {
     /// Magic 18458, 50 Hz, frame 65537, channels 1000, 1001 and so on.
     fn packet(channels: u16) -> Vec<u8> {
         let magic: u16 = if channels == 16 { 18458 } else { 29569 };
-        let mut bytes: Vec<u8> = [magic, 50, 1, 1]
-            .iter()
-            .flat_map(|w| w.to_le_bytes())
-            .collect();
+        let mut bytes: Vec<u8> = [magic, 50, 1, 1].iter().flat_map(|w| w.to_le_bytes()).collect();
         bytes.extend((1000..1000 + channels).flat_map(u16::to_le_bytes));
         bytes
     }
@@ -160,10 +152,7 @@ mod tests {
         }
         let mut wrong = whole.clone();
         wrong[0] ^= 1;
-        assert!(matches!(
-            ServoFrame::parse(&wrong),
-            Err(ServoFrameError::Magic(_))
-        ));
+        assert!(matches!(ServoFrame::parse(&wrong), Err(ServoFrameError::Magic(_))));
         let mut still = whole.clone();
         still[2..4].fill(0);
         assert_eq!(ServoFrame::parse(&still), Err(ServoFrameError::Rate));

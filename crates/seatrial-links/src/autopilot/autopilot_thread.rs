@@ -46,18 +46,12 @@ impl<W: Wire + Send + 'static> AutopilotThread<W> {
                 }
             }
         });
-        Self {
-            autopilot,
-            is_over,
-            thread: Some(thread),
-        }
+        Self { autopilot, is_over, thread: Some(thread) }
     }
 
     /// The autopilot, until the guard is dropped.
     pub fn autopilot(&self) -> MutexGuard<'_, Autopilot<W>> {
-        self.autopilot
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        self.autopilot.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

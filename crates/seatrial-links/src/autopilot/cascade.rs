@@ -82,13 +82,7 @@ const ROVER: [Row; 11] = [
         None,
         "none: the rudder would follow the noise of the turn rate"
     ),
-    row!(
-        "ATC_STR_RAT_IMAX",
-        integral_limit,
-        1.0,
-        None,
-        "most steering that the integral takes"
-    ),
+    row!("ATC_STR_RAT_IMAX", integral_limit, 1.0, None, "most steering that the integral takes"),
     row!(
         "ATC_STR_RAT_FLTT",
         target_filter_hz,
@@ -96,20 +90,8 @@ const ROVER: [Row; 11] = [
         Some(0.0),
         "filter of the wanted turn rate, so that the rudder does not follow the noise of the heading"
     ),
-    row!(
-        "ATC_STR_RAT_FLTE",
-        error_filter_hz,
-        1.0,
-        Some(0.0),
-        "filter of the turn rate's error"
-    ),
-    row!(
-        "ATC_STR_RAT_FLTD",
-        derivative_filter_hz,
-        1.0,
-        Some(0.0),
-        "filter of the derivative"
-    ),
+    row!("ATC_STR_RAT_FLTE", error_filter_hz, 1.0, Some(0.0), "filter of the turn rate's error"),
+    row!("ATC_STR_RAT_FLTD", derivative_filter_hz, 1.0, Some(0.0), "filter of the derivative"),
     row!(
         "ATC_STR_RAT_MAX",
         rate_limit_rad_s,
@@ -169,20 +151,8 @@ const SUB: [Row; 12] = [
         None,
         "filter of the wanted turn rate, so that the thrusters do not follow the noise of the heading"
     ),
-    row!(
-        "ATC_RAT_YAW_FLTE",
-        error_filter_hz,
-        1.0,
-        None,
-        "filter of the turn rate's error"
-    ),
-    row!(
-        "ATC_RAT_YAW_FLTD",
-        derivative_filter_hz,
-        1.0,
-        None,
-        "filter of the derivative"
-    ),
+    row!("ATC_RAT_YAW_FLTE", error_filter_hz, 1.0, None, "filter of the turn rate's error"),
+    row!("ATC_RAT_YAW_FLTD", derivative_filter_hz, 1.0, None, "filter of the derivative"),
     row!(
         "ATC_SLEW_YAW",
         rate_limit_rad_s,
@@ -313,17 +283,10 @@ mod tests {
         assert!((found.rate_limit_rad_s - 120_f64.to_radians()).abs() < 1e-12);
         assert_eq!((found.rate_gain_s, found.error_filter_hz), (0.2, 0.0));
         assert_eq!(differences(&found, &found), []);
-        let slower = CascadeSettings {
-            rate_limit_rad_s: 0.5,
-            rate_gain_s: 1.0 / 3.0,
-            ..found
-        };
+        let slower = CascadeSettings { rate_limit_rad_s: 0.5, rate_gain_s: 1.0 / 3.0, ..found };
         let changed = differences(&found, &slower);
         let numbers = changed.iter().map(|c| (c.name.as_str(), c.from, c.to));
-        let expected = [
-            ("ATC_STR_RAT_P", 0.2, 0.333333),
-            ("ATC_STR_RAT_MAX", 120.0, 28.6479),
-        ];
+        let expected = [("ATC_STR_RAT_P", 0.2, 0.333333), ("ATC_STR_RAT_MAX", 120.0, 28.6479)];
         assert!(numbers.eq(expected), "{changed:?}");
         let written = writes(&found, &slower);
         let integral = ("ATC_STR_RAT_I", 0.2);
@@ -350,16 +313,9 @@ mod tests {
         let shaping = found.shaping.unwrap();
         assert!((shaping.rate_limit_rad_s - 90_f64.to_radians()).abs() < 1e-12);
         assert_eq!(shaping.time_constant_s, 0.15);
-        let slower = CascadeSettings {
-            rate_limit_rad_s: 0.5,
-            ..found
-        };
+        let slower = CascadeSettings { rate_limit_rad_s: 0.5, ..found };
         let written = writes(&found, &slower);
-        let expected = [
-            ("ATC_RAT_YAW_I", 0.0),
-            ("ATC_SLEW_YAW", 2864.79),
-            ("ATC_RAT_YAW_I", 0.15),
-        ];
+        let expected = [("ATC_RAT_YAW_I", 0.0), ("ATC_SLEW_YAW", 2864.79), ("ATC_RAT_YAW_I", 0.15)];
         assert_eq!(written, expected);
         assert_eq!(settings(Profile::Sub, |_| None), Err("ATC_ANG_YAW_P"));
     }

@@ -42,10 +42,7 @@ impl<W: Wire> Controls for Autopilot<W> {
             }
             let first_s = samples.first().map(|sample| sample.time_s);
             let last_s = samples.last().map(|sample| sample.time_s);
-            if first_s
-                .zip(last_s)
-                .is_some_and(|(first, last)| last - first >= duration_s)
-            {
+            if first_s.zip(last_s).is_some_and(|(first, last)| last - first >= duration_s) {
                 break;
             }
         }

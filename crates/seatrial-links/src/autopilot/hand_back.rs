@@ -56,20 +56,12 @@ pub struct ParameterValue {
 impl ParameterValue {
     /// As it is sent.
     pub(super) fn value(&self) -> f32 {
-        if self.is_bits {
-            f32::from_bits(self.number as i32 as u32)
-        } else {
-            self.number as f32
-        }
+        if self.is_bits { f32::from_bits(self.number as i32 as u32) } else { self.number as f32 }
     }
 
     /// As it is read back.
     pub(super) fn number(&self) -> f64 {
-        if self.is_bits {
-            self.number
-        } else {
-            decimal(self.number as f32)
-        }
+        if self.is_bits { self.number } else { decimal(self.number as f32) }
     }
 }
 
@@ -140,9 +132,7 @@ impl Backup {
 /// The values of a parameter that a trial or a commission changes; `None` of any other.
 fn range_of(name: &str) -> Option<RangeInclusive<f64>> {
     let known = CHANGED.into_iter().find(|(changed, _)| *changed == name);
-    known
-        .map(|(_, range)| range)
-        .or_else(|| cascade::most_of(name).map(|most| 0.0..=most))
+    known.map(|(_, range)| range).or_else(|| cascade::most_of(name).map(|most| 0.0..=most))
 }
 
 /// ArduPilot numbers its modes; PX4 keeps the main mode in the third byte and a mode of that in the fourth.
@@ -255,9 +245,7 @@ impl<W: Wire> Autopilot<W> {
         };
         self.release_repeatedly(Self::release_controls);
         let heartbeats = self.heard.heartbeats;
-        let is_heard = self.wait(RECONNECT_S, |autopilot| {
-            autopilot.heard.heartbeats > heartbeats
-        });
+        let is_heard = self.wait(RECONNECT_S, |autopilot| autopilot.heard.heartbeats > heartbeats);
         if !is_heard {
             // Nothing can be read back, the last that was heard least of all.
             return HandBack::nothing(&backup);
@@ -297,10 +285,7 @@ impl<W: Wire> Autopilot<W> {
             false => self.wait_for_throttle(),
         };
         let is_as_before = backup.mode == self.heard.mode();
-        if let Some(mode) = backup
-            .mode
-            .filter(|_| self.heard.is_guided || !is_as_before)
-        {
+        if let Some(mode) = backup.mode.filter(|_| self.heard.is_guided || !is_as_before) {
             done.mode_restored = Some(is_as_before || self.set_mode(mode, RESTORE_S));
         }
     }
@@ -325,10 +310,7 @@ impl<W: Wire> Autopilot<W> {
         self.settings.vehicle = Some(backup.system);
         self.beats_quickly = backup.parameters.contains_key("FS_GCS_TIMEOUT");
         self.wait(RECONNECT_S, |autopilot| {
-            autopilot
-                .heard
-                .vehicle
-                .is_some_and(|vehicle| vehicle.system == backup.system)
+            autopilot.heard.vehicle.is_some_and(|vehicle| vehicle.system == backup.system)
         })
     }
 
@@ -386,11 +368,7 @@ impl<W: Wire> Autopilot<W> {
         for (name, stored) in first.into_iter().chain(last) {
             let from = self.parameters.get(name).filter(|value| value.is_finite());
             if self.set_parameter(name, *stored, RESTORE_S) {
-                done.values.push(PutBack {
-                    name: name.clone(),
-                    from,
-                    to: stored.number(),
-                });
+                done.values.push(PutBack { name: name.clone(), from, to: stored.number() });
                 done.restored.push(name.clone());
             } else {
                 done.not_restored.push(name.clone());

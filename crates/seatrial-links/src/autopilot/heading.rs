@@ -49,12 +49,8 @@ const STICK_S: f64 = 0.4;
 
 /// ArduSub's parameters that the loop foreseen knows nothing of: the feed-forward of the rate is on, the others are off.
 const FEED_FORWARD: &str = "ATC_RATE_FF_ENAB";
-const SUB_LIMITS: [&str; 4] = [
-    FEED_FORWARD,
-    "ATC_RAT_YAW_SMAX",
-    "ATC_RAT_YAW_PDMX",
-    "ATC_RAT_YAW_NEF",
-];
+const SUB_LIMITS: [&str; 4] =
+    [FEED_FORWARD, "ATC_RAT_YAW_SMAX", "ATC_RAT_YAW_PDMX", "ATC_RAT_YAW_NEF"];
 
 /// Why an autopilot of this kind is not commissioned, and what to do.
 fn no_headings(profile: Profile) -> String {
@@ -118,10 +114,7 @@ impl HeadingControl {
             Ahead::Speed { .. } => 1.0 / self.output_scale(surge_speed_m_s),
             Ahead::Stick { .. } => 1.0,
         };
-        CascadeSettings {
-            steering_limit,
-            ..self.settings
-        }
+        CascadeSettings { steering_limit, ..self.settings }
     }
 
     /// Its default speed, m/s, where it keeps one and says so.
@@ -164,9 +157,9 @@ impl HeadingControl {
     /// What [`Autopilot::steer_to`] is asked for to go at the speed, m/s, or by the thrust, a fraction of full stick, of a model.
     pub fn drive(&self, surge_speed_m_s: Option<f64>, thrust: Option<f64>) -> f64 {
         match self.ahead {
-            Ahead::Speed { default_m_s, .. } => surge_speed_m_s
-                .zip(default_m_s)
-                .map_or(1.0, |(speed, default)| speed / default),
+            Ahead::Speed { default_m_s, .. } => {
+                surge_speed_m_s.zip(default_m_s).map_or(1.0, |(speed, default)| speed / default)
+            }
             Ahead::Stick { .. } => thrust.unwrap_or(0.0),
         }
     }
@@ -201,35 +194,20 @@ impl<W: Wire> Autopilot<W> {
         self.read_named(&needed, PARAMETERS_S);
         let more: &[&str] = match profile {
             Profile::Sub => &SUB_LIMITS,
-            _ => &[
-                "CRUISE_SPEED",
-                "WP_SPEED",
-                "MOT_SPD_SCA_BASE",
-                "FS_GCS_TIMEOUT",
-                "FS_TIMEOUT",
-            ],
+            _ => &["CRUISE_SPEED", "WP_SPEED", "MOT_SPD_SCA_BASE", "FS_GCS_TIMEOUT", "FS_TIMEOUT"],
         };
-        let all: Vec<&str> = cascade::names(profile)
-            .chain(more.iter().copied())
-            .collect();
+        let all: Vec<&str> = cascade::names(profile).chain(more.iter().copied()).collect();
         self.read_named(&all, OPTIONAL_S);
         let parameters = &self.parameters;
         let settings = cascade::settings(profile, |name| parameters.get(name))?;
         let positive = |name: &str| parameters.get(name).filter(|value| *value > 0.0);
         let (loop_rate_hz, ahead) = match profile {
-            Profile::Sub => (
-                SUB_LOOP_RATE_HZ,
-                Ahead::Stick {
-                    gain: self.stick_gain,
-                },
-            ),
+            Profile::Sub => (SUB_LOOP_RATE_HZ, Ahead::Stick { gain: self.stick_gain }),
             _ => (
                 LOOP_RATE_HZ,
                 Ahead::Speed {
                     default_m_s: positive("WP_SPEED").or(positive("CRUISE_SPEED")),
-                    scaling_m_s: parameters
-                        .get("MOT_SPD_SCA_BASE")
-                        .unwrap_or(SCALING_SPEED_M_S),
+                    scaling_m_s: parameters.get("MOT_SPD_SCA_BASE").unwrap_or(SCALING_SPEED_M_S),
                 },
             ),
         };
@@ -282,12 +260,7 @@ impl<W: Wire> Autopilot<W> {
             Some(()) => STATION_S + 2.0 * LOOK_S,
             None => LONGEST_TIMEOUT_S,
         };
-        change(
-            "FS_TIMEOUT",
-            0.0,
-            |from, to| from <= to,
-            "and waits no longer",
-        );
+        change("FS_TIMEOUT", 0.0, |from, to| from <= to, "and waits no longer");
         let holds = "a failsafe holds the vehicle";
         change("FS_ACTION", HOLD, |from, to| from == to, holds);
         let text = format!("without us the autopilot holds the vehicle after {stops_s} s");
@@ -374,10 +347,7 @@ impl<W: Wire> Autopilot<W> {
         let (profile, system) = (self.profile(), self.system());
         if profile == Profile::Sub {
             self.send_heading(heading_rad, None);
-            let ahead = Demand {
-                steer: 0.0,
-                thrust: drive,
-            };
+            let ahead = Demand { steer: 0.0, thrust: drive };
             self.send(profile.demand(ahead, &self.parameters, system));
         } else {
             self.send_heading(heading_rad, Some(drive));
@@ -418,10 +388,7 @@ impl<W: Wire> Autopilot<W> {
         let Some(stored) = before.copied() else {
             return false;
         };
-        let stored = ParameterValue {
-            number: value,
-            ..stored
-        };
+        let stored = ParameterValue { number: value, ..stored };
         self.set_parameter(name, stored, CHANGE_S)
     }
 
@@ -432,11 +399,7 @@ impl<W: Wire> Autopilot<W> {
                 cascade::all_names().filter_map(|name| backup.parameters.get_key_value(name));
             gains.map(|(name, stored)| (name.clone(), *stored))
         });
-        Backup {
-            system: self.system(),
-            mode: None,
-            parameters: parameters.collect(),
-        }
+        Backup { system: self.system(), mode: None, parameters: parameters.collect() }
     }
 
     /// The gains stay as they are when the vehicle is handed back. What is still put back then; `None` where something has ended

@@ -51,18 +51,10 @@ pub(super) fn check(heard: &Heard, profile: Profile, settings: &Settings, found:
             let is_known = status.flags & EKF_ATTITUDE != 0;
             (is_known, status.compass_ratio, estimator_text(status.flags))
         }
-        (None, None) => (
-            false,
-            f32::NAN,
-            "no report of the estimator has come".into(),
-        ),
+        (None, None) => (false, f32::NAN, "no report of the estimator has come".into()),
     };
     found.check("estimator", is_healthy, text);
-    found.check(
-        "heading source",
-        compass <= HIGHEST_VARIANCE,
-        compass_text(compass),
-    );
+    found.check("heading source", compass <= HIGHEST_VARIANCE, compass_text(compass));
     if profile.is_boat() {
         let fix = heard.gps.map_or(0, |gps| gps.fix_type);
         found.check("satellites", fix >= FIX_3D, fix_text(fix));
@@ -71,10 +63,7 @@ pub(super) fn check(heard: &Heard, profile: Profile, settings: &Settings, found:
         Some(percent) => found.check(
             "battery",
             percent >= settings.lowest_battery_percent,
-            format!(
-                "{percent} %, at least {} %",
-                settings.lowest_battery_percent
-            ),
+            format!("{percent} %, at least {} %", settings.lowest_battery_percent),
         ),
         None => found.check(
             "battery",
@@ -87,10 +76,7 @@ pub(super) fn check(heard: &Heard, profile: Profile, settings: &Settings, found:
 /// What the estimator says that it knows.
 fn estimator_text(flags: u16) -> String {
     let is_set = |bit: &usize| flags & (1 << bit) != 0;
-    let known: Vec<&str> = (0..KNOWN.len())
-        .filter(is_set)
-        .map(|bit| KNOWN[bit])
-        .collect();
+    let known: Vec<&str> = (0..KNOWN.len()).filter(is_set).map(|bit| KNOWN[bit]).collect();
     match (known.is_empty(), flags & EKF_UNINITIALISED != 0) {
         (_, true) => "it has not started yet: wait, with the vehicle still".into(),
         (true, _) => "it knows nothing yet: wait, with the vehicle still".into(),
@@ -131,10 +117,7 @@ mod tests {
         assert!(estimator_text(EKF_UNINITIALISED | 1).contains("not started"));
         assert!(estimator_text(0).contains("nothing yet"));
         assert_eq!(fix_text(3), "a fix in three dimensions");
-        assert_eq!(
-            fix_text(1),
-            "no fix; a boat needs a fix in three dimensions"
-        );
+        assert_eq!(fix_text(1), "no fix; a boat needs a fix in three dimensions");
         assert_eq!(fix_text(77), "a fix of an unknown kind");
         assert!(compass_text(0.1).contains("10 %"));
         assert!(compass_text(f32::NAN).contains("does not tell"));

@@ -142,13 +142,11 @@ impl Heard {
     }
 
     pub fn is_armed(&self) -> bool {
-        self.heartbeat
-            .is_some_and(|heartbeat| heartbeat.base_mode & ARMED != 0)
+        self.heartbeat.is_some_and(|heartbeat| heartbeat.base_mode & ARMED != 0)
     }
 
     pub fn is_critical(&self) -> bool {
-        self.heartbeat
-            .is_some_and(|heartbeat| heartbeat.system_status >= CRITICAL)
+        self.heartbeat.is_some_and(|heartbeat| heartbeat.system_status >= CRITICAL)
     }
 
     /// Percent; `None` where it is not measured.
@@ -178,8 +176,7 @@ impl Heard {
 
     /// A reason to give the vehicle back while it shows its failsafe, as it should when it hears nothing from us.
     pub fn danger_in_silence(&self, profile: Profile, settings: &Settings) -> Option<Stop> {
-        self.interference(profile, settings)
-            .or_else(|| self.low_battery(settings))
+        self.interference(profile, settings).or_else(|| self.low_battery(settings))
     }
 
     /// The pilot or another station acts on the vehicle.
@@ -190,9 +187,7 @@ impl Heard {
         if let Some(channel) = self.moved_stick(profile) {
             return Some(Stop::PilotStick(channel));
         }
-        self.overrides
-            .is_foreign()
-            .then_some(Stop::SecondStation(settings.system_id))
+        self.overrides.is_foreign().then_some(Stop::SecondStation(settings.system_id))
     }
 
     fn low_battery(&self, settings: &Settings) -> Option<Stop> {

@@ -27,8 +27,7 @@ pub(super) struct Overrides {
 impl Overrides {
     /// Takes note of an override that was sent.
     pub fn asked(&mut self, now_s: f64, pulses: &[u16; 8]) {
-        self.asked
-            .push_back((now_s, OURS.map(|channel| pulses[channel])));
+        self.asked.push_back((now_s, OURS.map(|channel| pulses[channel])));
         let is_old = |(asked_s, _): &(f64, _)| now_s - asked_s > ON_THE_WAY_S;
         while self.asked.front().is_some_and(is_old) {
             self.asked.pop_front();

@@ -54,11 +54,8 @@ impl<W: Wire> Autopilot<W> {
                 let missing = autopilot.missing(names);
                 let start = round * ASKED_AT_ONCE % missing.len().max(1);
                 round += 1;
-                for name in missing
-                    .iter()
-                    .cycle()
-                    .skip(start)
-                    .take(ASKED_AT_ONCE.min(missing.len()))
+                for name in
+                    missing.iter().cycle().skip(start).take(ASKED_AT_ONCE.min(missing.len()))
                 {
                     autopilot.ask_parameter(name);
                 }
@@ -105,12 +102,7 @@ impl<W: Wire> Autopilot<W> {
 
     pub(super) fn change(&self, name: &str, to: f64, why: &'static str) -> Option<Change> {
         let from = self.parameters.get(name)?;
-        Some(Change {
-            name: name.into(),
-            from,
-            to,
-            why: why.into(),
-        })
+        Some(Change { name: name.into(), from, to, why: why.into() })
     }
 
     /// Has the autopilot let go of the rudder soon after our last command.

@@ -195,10 +195,7 @@ impl<W: Wire> Autopilot<W> {
                 self.system()
             ));
         }
-        let systems: Vec<String> = heard
-            .iter()
-            .map(|sender| sender.system.to_string())
-            .collect();
+        let systems: Vec<String> = heard.iter().map(|sender| sender.system.to_string()).collect();
         (systems.len() > 1 && self.settings.vehicle.is_none()).then(|| {
             format!(
                 "autopilots of the systems {} are heard: say which is yours with --vehicle-id",
@@ -208,10 +205,7 @@ impl<W: Wire> Autopilot<W> {
     }
 
     fn check_takeover(&mut self, found: &mut Preflight) {
-        let channels = self
-            .heard
-            .remote_control
-            .map_or(0, |channels| channels.count);
+        let channels = self.heard.remote_control.map_or(0, |channels| channels.count);
         let (passed, text) = match (channels, self.settings.without_remote_control) {
             (_, true) => (true, "a change of mode from a ground station; no remote control".into()),
             (0, false) => (

@@ -153,12 +153,9 @@ impl Profile {
                 "FS_ACTION",
                 "SCHED_LOOP_RATE",
             ],
-            Self::Sub => &[
-                "RC_OVERRIDE_TIME",
-                "FS_GCS_ENABLE",
-                "FS_PILOT_INPUT",
-                "SCHED_LOOP_RATE",
-            ],
+            Self::Sub => {
+                &["RC_OVERRIDE_TIME", "FS_GCS_ENABLE", "FS_PILOT_INPUT", "SCHED_LOOP_RATE"]
+            }
             Self::Px4 => &["COM_RC_LOSS_T"],
             Self::Generic => &[],
         }
@@ -174,23 +171,12 @@ impl Profile {
         let full = |fraction: f64| (1000.0 * fraction.clamp(-1.0, 1.0)).round() as i16;
         let (steer, thrust) = (full(demand.steer), full(demand.thrust));
         let stick = |x, y, z, r| {
-            Message::from(ManualControl {
-                x,
-                y,
-                z,
-                r,
-                buttons: 0,
-                target_system: system,
-            })
+            Message::from(ManualControl { x, y, z, r, buttons: 0, target_system: system })
         };
         match self {
             Self::Rover => {
                 let pulse = |prefix, fraction| Stick::of(parameters, prefix).pulse_us(fraction);
-                override_of(
-                    pulse("RC1", demand.steer),
-                    pulse("RC3", demand.thrust),
-                    system,
-                )
+                override_of(pulse("RC1", demand.steer), pulse("RC3", demand.thrust), system)
             }
             Self::Sub => stick(thrust, 0, 500, steer),
             Self::Px4 => stick(0, steer, 500 + thrust / 2, steer),
@@ -227,11 +213,7 @@ fn override_of(steer_us: u16, throttle_us: u16, system: u8) -> Message {
 }
 
 fn override_with(pulses: [u16; 8], system: u8) -> Message {
-    Message::from(RcChannelsOverride {
-        pulses,
-        target_system: system,
-        target_component: 0,
-    })
+    Message::from(RcChannelsOverride { pulses, target_system: system, target_component: 0 })
 }
 
 /// A stick of the remote control, with its dead zone.
@@ -253,12 +235,7 @@ impl Stick {
     /// ```
     /// so that the autopilot, which takes the dead zone out, finds the fraction f.
     fn pulse_us(&self, fraction: f64) -> u16 {
-        let Pulse {
-            lowest_us,
-            trim_us,
-            highest_us,
-            is_reversed,
-        } = self.pulse;
+        let Pulse { lowest_us, trim_us, highest_us, is_reversed } = self.pulse;
         let fraction = fraction.clamp(-1.0, 1.0) * if is_reversed { -1.0 } else { 1.0 };
         let dead_us = self.dead_us * fraction.signum() * f64::from(fraction != 0.0);
         let full_us = if fraction >= 0.0 {
@@ -299,12 +276,7 @@ impl Rudder {
             let [lowest_us, trim_us, highest_us] = given.pulses_us;
             let share = 1.0 / given.outputs.len().max(1) as f64;
             let outputs = given.outputs.iter().map(|output| {
-                let pulse = Pulse {
-                    lowest_us,
-                    trim_us,
-                    highest_us,
-                    is_reversed: false,
-                };
+                let pulse = Pulse { lowest_us, trim_us, highest_us, is_reversed: false };
                 let number = usize::from(output.unsigned_abs());
                 (number, pulse, share * f64::from(output.signum()))
             });
@@ -371,9 +343,6 @@ mod tests {
             panic!("no release");
         };
         let ignore = u16::MAX;
-        assert_eq!(
-            release.pulses,
-            [0, ignore, 0, ignore, ignore, ignore, ignore, ignore]
-        );
+        assert_eq!(release.pulses, [0, ignore, 0, ignore, ignore, ignore, ignore, ignore]);
     }
 }

@@ -34,9 +34,7 @@ impl<W: Wire> Autopilot<W> {
     /// Time between two of the autopilot's loops, s; 0 where it does not say.
     fn loop_s(&self) -> f64 {
         let rate_hz = self.parameters.get("SCHED_LOOP_RATE");
-        rate_hz
-            .filter(|rate| *rate >= 1.0)
-            .map_or(0.0, |rate| 1.0 / rate)
+        rate_hz.filter(|rate| *rate >= 1.0).map_or(0.0, |rate| 1.0 / rate)
     }
 
     fn output_interval_s(&self) -> f64 {
@@ -101,15 +99,11 @@ impl<W: Wire> Autopilot<W> {
         let mut start_s = f64::NAN;
         // Requests get lost: three times in all.
         while self.wire.now_s() < end_s
-            && times_s
-                .last()
-                .is_none_or(|last| start_s.is_nan() || last - start_s <= RATES_S)
+            && times_s.last().is_none_or(|last| start_s.is_nan() || last - start_s <= RATES_S)
         {
             if asked < 3 && times_s.len() >= 10 * asked {
                 asked += 1;
-                wanted
-                    .iter()
-                    .for_each(|(id, interval_s)| self.set_interval(*id, *interval_s));
+                wanted.iter().for_each(|(id, interval_s)| self.set_interval(*id, *interval_s));
             }
             let now_s = self.wire.now_s();
             self.pump(now_s + 0.02);
@@ -134,9 +128,7 @@ impl<W: Wire> Autopilot<W> {
 
 /// White noise of a series that moves slowly: it is in second differences with variance 6.
 fn noise(series: &[f64]) -> Option<f64> {
-    let squares = series
-        .windows(3)
-        .map(|w| (w[0] - 2.0 * w[1] + w[2]).powi(2));
+    let squares = series.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).powi(2));
     let count = series.len().saturating_sub(2);
     (count > 0).then(|| (squares.sum::<f64>() / (6.0 * count as f64)).sqrt())
 }
@@ -145,19 +137,13 @@ fn noise(series: &[f64]) -> Option<f64> {
 fn attitude_interval_s(loop_s: f64, sample_s: f64) -> f64 {
     // 0.05 s may be a last bit less than five times 0.01 s.
     let loops = (sample_s / loop_s + 1e-6).floor();
-    let even_s = if loops.is_finite() && loops >= 1.0 {
-        loops * loop_s
-    } else {
-        sample_s
-    };
+    let even_s = if loops.is_finite() && loops >= 1.0 { loops * loop_s } else { sample_s };
     even_s.max(loop_s / SHARE_OF_LOOPS)
 }
 
 /// Between two messages with outputs, s, of an autopilot with this time between its loops.
 fn output_interval_s(loop_s: f64, sample_s: f64) -> f64 {
-    (1.0 / OUTPUT_RATE_HZ)
-        .max(loop_s / SHARE_OF_LOOPS)
-        .min(sample_s)
+    (1.0 / OUTPUT_RATE_HZ).max(loop_s / SHARE_OF_LOOPS).min(sample_s)
 }
 
 #[cfg(test)]

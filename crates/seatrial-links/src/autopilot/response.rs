@@ -15,11 +15,7 @@ pub struct Response {
 
 impl Default for Response {
     fn default() -> Self {
-        Self {
-            bins: Box::new([0; BINS]),
-            count: 0,
-            longest_s: 0.0,
-        }
+        Self { bins: Box::new([0; BINS]), count: 0, longest_s: 0.0 }
     }
 }
 
@@ -50,11 +46,7 @@ impl Response {
             sum > 0 && sum as f64 >= wanted
         })?;
         let is_last = bin == BINS - 1;
-        Some(if is_last {
-            self.longest_s
-        } else {
-            (bin + 1) as f64 * BIN_S
-        })
+        Some(if is_last { self.longest_s } else { (bin + 1) as f64 * BIN_S })
     }
 }
 

@@ -114,11 +114,7 @@ impl Sampler {
     /// Takes in an attitude; one that is not newer than the last is passed over.
     pub fn attitude(&mut self, attitude: Attitude) {
         let time_s = self.since_boot_s(attitude.time_boot_ms);
-        if self
-            .attitudes
-            .back()
-            .is_none_or(|(last_s, _)| time_s > *last_s)
-        {
+        if self.attitudes.back().is_none_or(|(last_s, _)| time_s > *last_s) {
             self.attitudes.push_back((time_s, attitude));
             self.complete();
         }
@@ -161,11 +157,8 @@ impl Sampler {
     /// The median interval of the outputs of late, s, as they say; `None` where too few came.
     pub fn median_output_interval_s(&self) -> Option<f64> {
         let times_s = self.outputs_s.iter();
-        let mut intervals_s: Vec<f64> = times_s
-            .clone()
-            .zip(times_s.skip(1))
-            .map(|(a, b)| b - a)
-            .collect();
+        let mut intervals_s: Vec<f64> =
+            times_s.clone().zip(times_s.skip(1)).map(|(a, b)| b - a).collect();
         intervals_s.sort_by(f64::total_cmp);
         intervals_s.get(intervals_s.len() / 2).copied()
     }
@@ -219,18 +212,11 @@ impl Sampler {
         while let (Some(&(time_s, attitude)), Some(&(end_s, _))) =
             (self.attitudes.front(), self.attitudes.get(1))
         {
-            let is_known = self
-                .rudder
-                .back()
-                .is_some_and(|(last_s, _)| *last_s >= end_s);
+            let is_known = self.rudder.back().is_some_and(|(last_s, _)| *last_s >= end_s);
             if !is_known && self.attitudes.len() < 3 {
                 return;
             }
-            while self
-                .rudder
-                .get(1)
-                .is_some_and(|(next_s, _)| *next_s <= time_s)
-            {
+            while self.rudder.get(1).is_some_and(|(next_s, _)| *next_s <= time_s) {
                 self.rudder.pop_front();
             }
             let rudder_rad = self.mean_rudder_rad(time_s, end_s);
@@ -272,14 +258,10 @@ impl Sampler {
     fn mean_rudder_rad(&self, from_s: f64, to_s: f64) -> f64 {
         let mut sum = 0.0;
         let mut covered_s = 0.0;
-        let held_s = (self.output_interval_s).map_or(OUTPUT_STALE_S, |usual_s| {
-            OUTPUT_STALE_S.min(HELD_INTERVALS * usual_s)
-        });
+        let held_s = (self.output_interval_s)
+            .map_or(OUTPUT_STALE_S, |usual_s| OUTPUT_STALE_S.min(HELD_INTERVALS * usual_s));
         for (k, (start_s, rudder_rad)) in self.rudder.iter().enumerate() {
-            let next_s = self
-                .rudder
-                .get(k + 1)
-                .map_or(start_s + held_s, |next| next.0);
+            let next_s = self.rudder.get(k + 1).map_or(start_s + held_s, |next| next.0);
             let span_s = next_s.min(to_s) - start_s.max(from_s);
             if span_s > 0.0 {
                 sum += span_s * rudder_rad;
@@ -287,11 +269,7 @@ impl Sampler {
             }
         }
         // Half of the interval must be known.
-        if covered_s > 0.5 * (to_s - from_s) {
-            sum / covered_s
-        } else {
-            f64::NAN
-        }
+        if covered_s > 0.5 * (to_s - from_s) { sum / covered_s } else { f64::NAN }
     }
 }
 
@@ -316,13 +294,7 @@ mod tests {
     fn exact_the_rudder_is_the_mean_of_what_acted() {
         let mut sampler = Sampler::default();
         sampler.attitude(attitude(1000, 0.1));
-        for (ms, rudder_rad) in [
-            (1000, 0.0),
-            (1020, 0.0),
-            (1040, 0.2),
-            (1040, 0.9),
-            (1030, 0.9),
-        ] {
+        for (ms, rudder_rad) in [(1000, 0.0), (1020, 0.0), (1040, 0.2), (1040, 0.9), (1030, 0.9)] {
             sampler.rudder(ms * 1000, 0.0, rudder_rad);
         }
         sampler.attitude(attitude(1050, 0.2));
@@ -337,10 +309,7 @@ mod tests {
         sampler.attitude(attitude(1100, 0.3));
         sampler.rudder(1_100_000, 0.0, 0.2);
         let sample = sampler.take().unwrap();
-        assert_eq!(
-            (sample.time_s, sample.heading_rad),
-            (1.05, f64::from(0.2_f32))
-        );
+        assert_eq!((sample.time_s, sample.heading_rad), (1.05, f64::from(0.2_f32)));
         assert!((sample.rudder_rad - 0.2).abs() < 1e-12);
         assert_eq!(sampler.take(), None);
     }
@@ -353,9 +322,8 @@ mod tests {
         for ms in [1000, 1050, 1100, 2000, 2050, 2100] {
             sampler.attitude(attitude(ms, 0.0));
         }
-        let rudders: Vec<f64> = std::iter::from_fn(|| sampler.take())
-            .map(|s| s.rudder_rad)
-            .collect();
+        let rudders: Vec<f64> =
+            std::iter::from_fn(|| sampler.take()).map(|s| s.rudder_rad).collect();
         assert_eq!(rudders.len(), 4);
         assert!((rudders[0] - 0.1).abs() < 1e-12);
         assert!(rudders[3].is_nan(), "{rudders:?}");
@@ -403,10 +371,7 @@ mod tests {
     #[test]
     fn io_a_rudder_that_moved_between_two_outputs_is_not_known() {
         for (moved_rad, is_known) in [(0.2, false), (0.03, true)] {
-            let mut sampler = Sampler {
-                output_interval_s: Some(0.05),
-                ..Sampler::default()
-            };
+            let mut sampler = Sampler { output_interval_s: Some(0.05), ..Sampler::default() };
             for k in 0..20_u32 {
                 let ms = 1000 + 50 * k;
                 if k.is_multiple_of(2) {
@@ -415,28 +380,18 @@ mod tests {
                 }
                 sampler.attitude(attitude(ms, 0.0));
             }
-            let rudders: Vec<f64> = std::iter::from_fn(|| sampler.take())
-                .map(|s| s.rudder_rad)
-                .collect();
+            let rudders: Vec<f64> =
+                std::iter::from_fn(|| sampler.take()).map(|s| s.rudder_rad).collect();
             // Samples at 1.40 and 1.45 s: the output at 1.40 s is the last before.
-            let unknown: Vec<usize> = (0..rudders.len())
-                .filter(|k| rudders[*k].is_nan())
-                .collect();
-            assert_eq!(
-                unknown,
-                if is_known { vec![] } else { vec![8, 9] },
-                "{rudders:?}"
-            );
+            let unknown: Vec<usize> = (0..rudders.len()).filter(|k| rudders[*k].is_nan()).collect();
+            assert_eq!(unknown, if is_known { vec![] } else { vec![8, 9] }, "{rudders:?}");
             assert_eq!(sampler.thinned_interval_s(), None, "too short a look");
         }
     }
 
     #[test]
     fn io_outputs_that_have_become_rare_are_noticed() {
-        let mut sampler = Sampler {
-            output_interval_s: Some(0.02),
-            ..Sampler::default()
-        };
+        let mut sampler = Sampler { output_interval_s: Some(0.02), ..Sampler::default() };
         let mut noticed_s = None;
         for k in 0..500_u32 {
             let ms = 1000 + 20 * k;

@@ -31,9 +31,7 @@ impl<W: Wire> Autopilot<W> {
         let now_s = self.wire.now_s();
         self.demanded_s = now_s;
         self.following.asked(now_s, demand.steer);
-        let message = self
-            .profile()
-            .demand(demand, &self.parameters, self.system());
+        let message = self.profile().demand(demand, &self.parameters, self.system());
         if let Message::RcChannelsOverride(asked) = message {
             self.heard.overrides.asked(now_s, &asked.pulses);
         }
@@ -56,11 +54,7 @@ impl<W: Wire> Autopilot<W> {
         }
         let steer = self.demand.map_or(0.0, |demand| demand.steer);
         let is_deflected = steer != 0.0 && self.held_heading_rad.is_none();
-        let longest_s = if is_deflected {
-            DEFLECTED_ALONE_S
-        } else {
-            HOLDING_ALONE_S
-        };
+        let longest_s = if is_deflected { DEFLECTED_ALONE_S } else { HOLDING_ALONE_S };
         let absent_s = now_s - self.attended_s;
         (absent_s > longest_s).then_some(Stop::NotAttended(absent_s))
     }
@@ -83,8 +77,7 @@ impl<W: Wire> Autopilot<W> {
         };
         let found = rudder.fraction(pulse) / self.stick_gain;
         let rudder_rad = found * self.settings.full_rudder_rad;
-        self.sampler
-            .rudder(servo.time_us, self.earlier_s, rudder_rad);
+        self.sampler.rudder(servo.time_us, self.earlier_s, rudder_rad);
         if let Some(interval_s) = self.sampler.thinned_interval_s() {
             self.stop_on_guard(Stop::RareOutputs(interval_s));
         }
@@ -145,13 +138,9 @@ impl<W: Wire> Vehicle<f64> for Autopilot<W> {
                 (self.holding_steer(heading_rad), Some(heading_rad))
             }
         };
-        self.ask(Demand {
-            steer,
-            thrust: action.thrust.unwrap_or(0.0),
-        });
+        self.ask(Demand { steer, thrust: action.thrust.unwrap_or(0.0) });
         self.held_heading_rad = held_heading_rad;
-        self.response
-            .took(self.wire.now_s() - self.sampler.arrived_s);
+        self.response.took(self.wire.now_s() - self.sampler.arrived_s);
         if action.outcome.is_some() {
             self.let_go();
         }

@@ -73,9 +73,6 @@ impl Stop {
 
     /// Is it the pilot, who now has the vehicle and chose its mode?
     pub fn is_pilot(&self) -> bool {
-        matches!(
-            self,
-            Self::PilotMode(_) | Self::PilotStick(_) | Self::Disarmed
-        )
+        matches!(self, Self::PilotMode(_) | Self::PilotStick(_) | Self::Disarmed)
     }
 }

@@ -54,11 +54,7 @@ impl<W: Wire> Autopilot<W> {
         found: &mut Preflight,
     ) -> bool {
         let stored = names.filter_map(|name| self.stored(&name).map(|stored| (name, stored)));
-        let backup = Backup {
-            system: self.system(),
-            mode,
-            parameters: stored.collect(),
-        };
+        let backup = Backup { system: self.system(), mode, parameters: stored.collect() };
         if let Err(error) = keep(&backup) {
             found.check("backup", false, error.to_string());
             return false;
@@ -113,16 +109,13 @@ impl<W: Wire> Autopilot<W> {
 
     /// Notes where the pilot's sticks are: one that leaves its place later takes the vehicle over.
     pub(super) fn note_sticks(&mut self) {
-        self.wait(STICKS_S, |autopilot| {
-            autopilot.heard.remote_control.is_some()
-        });
+        self.wait(STICKS_S, |autopilot| autopilot.heard.remote_control.is_some());
         self.heard.note_sticks();
     }
 
     pub(super) fn guard(&mut self) {
         self.heard.failsafe = None;
-        self.following
-            .over(self.heard.clock.map(|(round_trip_s, _)| round_trip_s));
+        self.following.over(self.heard.clock.map(|(round_trip_s, _)| round_trip_s));
         self.following.restart(self.wire.now_s());
         self.on_guard = true;
     }
@@ -145,9 +138,7 @@ impl<W: Wire> Autopilot<W> {
     }
 
     fn round_trip_s(&self) -> f64 {
-        self.heard
-            .clock
-            .map_or(0.0, |(round_trip_s, _)| round_trip_s)
+        self.heard.clock.map_or(0.0, |(round_trip_s, _)| round_trip_s)
     }
 
     /// What a lost process would do: the autopilot must let go of the rudder by itself.

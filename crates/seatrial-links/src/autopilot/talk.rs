@@ -71,10 +71,7 @@ impl<W: Wire> Autopilot<W> {
         self.send(message::Heartbeat::GROUND_STATION);
         let here_ns = (now_s * 1e9) as i64;
         self.heard.ask_clock(here_ns, self.sampler.clock_s());
-        self.send(message::Timesync {
-            there_ns: 0,
-            here_ns,
-        });
+        self.send(message::Timesync { there_ns: 0, here_ns });
     }
 
     /// Heartbeats by the vehicle's own clock, which may run faster than ours.
@@ -102,10 +99,7 @@ impl<W: Wire> Autopilot<W> {
             self.stop_on_guard(Stop::SecondStation(sender.system));
             return;
         }
-        if !self
-            .heard
-            .is_vehicle(sender, message, self.settings.vehicle)
-        {
+        if !self.heard.is_vehicle(sender, message, self.settings.vehicle) {
             return;
         }
         self.wire.is_vehicle();

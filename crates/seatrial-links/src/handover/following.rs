@@ -24,9 +24,9 @@ impl Following {
     /// Takes note of a demand.
     pub fn asked(&mut self, now_s: f64, rudder: f64) {
         self.demands.push_back((now_s, rudder));
-        let on_the_way_s = self.round_trip_s.map_or(ON_THE_WAY_S, |round_trip_s| {
-            ON_THE_WAY_S.min(2.0 * round_trip_s + TAKES_S)
-        });
+        let on_the_way_s = self
+            .round_trip_s
+            .map_or(ON_THE_WAY_S, |round_trip_s| ON_THE_WAY_S.min(2.0 * round_trip_s + TAKES_S));
         let is_old = |(asked_s, _): &(f64, f64)| now_s - asked_s > on_the_way_s;
         while self.demands.front().is_some_and(is_old) {
             self.demands.pop_front();
@@ -46,10 +46,7 @@ impl Following {
     /// Takes note of a measured rudder, in the unit of the demands. Returns whether it has not been within `near` of any
     /// recent demand for too long.
     pub fn is_lost(&mut self, now_s: f64, found: f64, near: f64) -> bool {
-        let follows = self
-            .demands
-            .iter()
-            .any(|(_, asked)| (asked - found).abs() < near);
+        let follows = self.demands.iter().any(|(_, asked)| (asked - found).abs() < near);
         if follows {
             self.followed_s = now_s;
         }

@@ -42,10 +42,7 @@ pub struct Preflight {
 impl Preflight {
     /// The preflight of a vehicle that has not been heard yet.
     pub(crate) fn begin() -> Self {
-        Self {
-            vehicle: "no vehicle".into(),
-            ..Self::default()
-        }
+        Self { vehicle: "no vehicle".into(), ..Self::default() }
     }
 
     /// Is everything as it must be?
@@ -55,10 +52,6 @@ impl Preflight {
 
     /// Adds a check by its name.
     pub fn check(&mut self, name: &str, passed: bool, text: impl Into<String>) {
-        self.checks.push(Check {
-            name: name.into(),
-            passed,
-            text: text.into(),
-        });
+        self.checks.push(Check { name: name.into(), passed, text: text.into() });
     }
 }

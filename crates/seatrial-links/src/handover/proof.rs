@@ -89,12 +89,7 @@ pub(crate) fn prove_that_it_lets_go(
     }
     vehicle.fall_silent();
     let start_s = vehicle.clock_s();
-    let LostProcess {
-        who,
-        longest_s,
-        remedy,
-        ..
-    } = *process;
+    let LostProcess { who, longest_s, remedy, .. } = *process;
     vehicle.wait(2.0 * longest_s + 1.0, |vehicle| {
         vehicle.is_rudder_neutral()
             || vehicle.is_stopped()
@@ -134,10 +129,8 @@ mod tests {
 
     #[test]
     fn exact_what_is_not_known_does_not_count() {
-        let samples = [9.0, 9.0, 1.0, f64::NAN, 2.0].map(|rudder_rad| Sample {
-            rudder_rad,
-            ..Sample::default()
-        });
+        let samples = [9.0, 9.0, 1.0, f64::NAN, 2.0]
+            .map(|rudder_rad| Sample { rudder_rad, ..Sample::default() });
         let rudder = |sample: &Sample<f64>| sample.rudder_rad;
         assert_eq!(late_mean(&samples, rudder), 1.5);
         assert_eq!(late_mean(&[], rudder), 0.0);

@@ -157,12 +157,7 @@ impl Channel {
                 let socket = UdpSocket::bind(any)?;
                 // Only the peer is heard.
                 socket.connect(peer)?;
-                Self::Udp {
-                    socket,
-                    is_open: false,
-                    peer: Some((peer, Instant::now())),
-                    last: None,
-                }
+                Self::Udp { socket, is_open: false, peer: Some((peer, Instant::now())), last: None }
             }
             Address::Tcp(place) => {
                 let stream = TcpStream::connect_timeout(&resolve(place)?, Duration::from_secs(2))?;
@@ -211,12 +206,9 @@ impl Channel {
 
     fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
         match self {
-            Self::Udp {
-                socket,
-                is_open: true,
-                peer: Some((peer, _)),
-                ..
-            } => socket.send_to(bytes, *peer).map(drop),
+            Self::Udp { socket, is_open: true, peer: Some((peer, _)), .. } => {
+                socket.send_to(bytes, *peer).map(drop)
+            }
             Self::Udp { is_open: true, .. } => Ok(()),
             Self::Udp { socket, .. } => socket.send(bytes).map(drop),
             Self::Tcp(stream) => stream.write_all(bytes),
@@ -227,10 +219,7 @@ impl Channel {
 
 /// No bytes for now, and nothing is broken. A datagram to a port where nobody listens yet is reported at the next read.
 fn is_passing(kind: ErrorKind) -> bool {
-    matches!(
-        kind,
-        ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted
-    )
+    matches!(kind, ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
 }
 
 impl Wire for Transport {
@@ -274,12 +263,7 @@ impl Wire for Transport {
     }
 
     fn is_vehicle(&mut self) {
-        let Some(Channel::Udp {
-            is_open: true,
-            peer,
-            last: Some(last),
-            ..
-        }) = &mut self.channel
+        let Some(Channel::Udp { is_open: true, peer, last: Some(last), .. }) = &mut self.channel
         else {
             return;
         };

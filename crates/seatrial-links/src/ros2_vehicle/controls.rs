@@ -22,10 +22,7 @@ impl<G: Graph> Controls for RosVehicle<G> {
         self.sampler.skip();
         let mut samples = Vec::new();
         if self.stopped.is_none() {
-            self.ask(Demand {
-                rudder_rad: steer * self.description.rudder.limit_rad,
-                thrust,
-            });
+            self.ask(Demand { rudder_rad: steer * self.description.rudder.limit_rad, thrust });
         }
         self.wait(duration_s, |vehicle| {
             while let Some(sample) = vehicle.sampler.take() {

@@ -52,7 +52,5 @@ fn over_zenoh(description: &Description, zenoh: &Zenoh) -> Result<VehicleTopics,
 
 #[cfg(not(feature = "ros2-zenoh"))]
 fn over_zenoh(_: &Description, _: &Zenoh) -> Result<VehicleTopics, JoinError> {
-    Err(JoinError::NotBuilt {
-        feature: "ros2-zenoh",
-    })
+    Err(JoinError::NotBuilt { feature: "ros2-zenoh" })
 }

@@ -114,10 +114,7 @@ pub struct RosVehicle<G: Graph> {
 impl<G: Graph> RosVehicle<G> {
     /// Behind this graph.
     pub fn new(graph: G, description: Description, settings: Settings) -> Self {
-        let has_depth = description
-            .odometry
-            .as_ref()
-            .is_some_and(|odometry| odometry.depth);
+        let has_depth = description.odometry.as_ref().is_some_and(|odometry| odometry.depth);
         let is_measured = description.feedback.is_some();
         Self {
             sampler: Sampler::new(description.frame, has_depth, is_measured),
@@ -230,10 +227,7 @@ impl<G: Graph> RosVehicle<G> {
             return;
         };
         if self.following.is_lost(now_s, found_rad, near_rad) {
-            self.stop_on_guard(Stop::NotFollowed {
-                asked_rad: demand.rudder_rad,
-                found_rad,
-            });
+            self.stop_on_guard(Stop::NotFollowed { asked_rad: demand.rudder_rad, found_rad });
         }
     }
 
@@ -257,10 +251,7 @@ impl<G: Graph> RosVehicle<G> {
             |value: Option<f64>| value.map_or_else(|| "none".into(), |value| format!("{value:.4}"));
         let values = vec![
             ("samples", self.sampler.count.to_string()),
-            (
-                "rudder asked for, rad",
-                number(self.demand.map(|d| d.rudder_rad)),
-            ),
+            ("rudder asked for, rad", number(self.demand.map(|d| d.rudder_rad))),
             ("rudder, rad", number(self.sampler.last_rudder_rad())),
             ("thrust", number(self.demand.map(|d| d.thrust))),
         ];
@@ -383,10 +374,7 @@ impl<G: Graph> Vehicle<f64> for RosVehicle<G> {
             Steering::Rudder(rudder_rad) => rudder_rad,
             Steering::HoldHeading(heading_rad) => self.holding_rudder_rad(heading_rad),
         };
-        self.ask(Demand {
-            rudder_rad,
-            thrust: action.thrust.unwrap_or(0.0),
-        });
+        self.ask(Demand { rudder_rad, thrust: action.thrust.unwrap_or(0.0) });
         Ok(())
     }
 

@@ -44,10 +44,7 @@ impl<G: Graph> RosVehicle<G> {
             found.check("samples", false, text);
             return found;
         }
-        found.vehicle = format!(
-            "ROS 2, domain {}, samples of {source}",
-            self.description.domain
-        );
+        found.vehicle = format!("ROS 2, domain {}, samples of {source}", self.description.domain);
         self.check_rates(&mut found);
         let is_matched = self.wait(CONNECT_S / 2.0, |vehicle| {
             let matched = vehicle.graph.matched();
@@ -88,12 +85,8 @@ impl<G: Graph> RosVehicle<G> {
 
     fn check_rates(&mut self, found: &mut Preflight) {
         self.sampler.skip();
-        let begin = (
-            self.graph.now_s(),
-            self.sampler.clock_s(),
-            self.sampler.count,
-            self.sampler.rudders,
-        );
+        let begin =
+            (self.graph.now_s(), self.sampler.clock_s(), self.sampler.count, self.sampler.rudders);
         self.wait(RATES_S, |_| false);
         let (begin_s, stamp_s, count, rudders) = begin;
         let span_s = self.graph.now_s() - begin_s;

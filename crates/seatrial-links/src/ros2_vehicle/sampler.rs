@@ -30,11 +30,7 @@ pub(super) struct Offset {
 
 impl Offset {
     fn new(came_s: f64, offset_s: f64) -> Self {
-        Self {
-            begun_s: came_s,
-            smallest_s: offset_s,
-            before_s: offset_s,
-        }
+        Self { begun_s: came_s, smallest_s: offset_s, before_s: offset_s }
     }
 
     fn take(&mut self, came_s: f64, offset_s: f64) {
@@ -119,9 +115,7 @@ impl Sampler {
             return;
         }
         let offset_s = came_s - motion.stamp_s;
-        self.offset
-            .get_or_insert(Offset::new(came_s, offset_s))
-            .take(came_s, offset_s);
+        self.offset.get_or_insert(Offset::new(came_s, offset_s)).take(came_s, offset_s);
         self.motions.push_back(motion);
         self.count += 1;
         self.complete();
@@ -218,11 +212,7 @@ impl Sampler {
             }
         }
         // Half of the interval must be known.
-        if covered_s > 0.5 * (to_s - from_s) {
-            sum / covered_s
-        } else {
-            f64::NAN
-        }
+        if covered_s > 0.5 * (to_s - from_s) { sum / covered_s } else { f64::NAN }
     }
 
     fn sample(&self, motion: &Motion, rudder_rad: f64) -> Sample<f64> {
@@ -244,9 +234,7 @@ impl Sampler {
             },
             rudder_rad,
             surge_speed_m_s: odometry.and_then(|odometry| odometry.speed_m_s),
-            depth_m: place_m
-                .filter(|_| self.has_depth)
-                .map(|[_, _, vertical_m]| sign * vertical_m),
+            depth_m: place_m.filter(|_| self.has_depth).map(|[_, _, vertical_m]| sign * vertical_m),
             altitude_m: None,
             roll_rad: Some(roll_rad),
             pitch_rad: Some(sign * pitch_rad),
@@ -314,9 +302,8 @@ mod tests {
             let stamp_s = 1.0 + 0.05 * f64::from(k);
             sampler.motion(50.0 + stamp_s, motion(stamp_s, 0.0));
         }
-        let rudders: Vec<f64> = std::iter::from_fn(|| sampler.take())
-            .map(|sample| sample.rudder_rad)
-            .collect();
+        let rudders: Vec<f64> =
+            std::iter::from_fn(|| sampler.take()).map(|sample| sample.rudder_rad).collect();
         assert_eq!(rudders.len(), 28);
         assert!(rudders.iter().all(|rudder_rad| rudder_rad.is_nan()));
     }

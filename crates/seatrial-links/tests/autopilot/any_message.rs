@@ -59,10 +59,7 @@ fn prop_no_message_in_the_vehicles_name_ends_the_program() {
         let mut sea = Sea::new(calm(), Weather::default(), 1);
         let vehicle = FirstOrderVehicle::new(calm(), 1).unwrap();
         sea.boat = Speaker::new(vehicle, profile, INTERVAL_S, FULL_RUDDER_RAD, None);
-        let settings = Settings {
-            outputs: outputs_of(profile),
-            ..settings()
-        };
+        let settings = Settings { outputs: outputs_of(profile), ..settings() };
         let (mut damage, ids) = (Damage::new(seed), ids.clone());
         // An even seed lets the trial begin.
         let from_s = if seed.is_multiple_of(2) { 25.0 } else { 0.0 };

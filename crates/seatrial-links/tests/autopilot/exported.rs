@@ -25,14 +25,8 @@ fn plan_of(factor: f64) -> Plan<f64> {
 
 /// The models of a trial on the same boat whose full steering is taken for this angle.
 fn models(full_rudder_deg: f64, plan: Plan<f64>) -> Models {
-    let full_rudder = FullRudder {
-        angle_rad: full_rudder_deg.to_radians(),
-        is_assumed: true,
-    };
-    let settings = Settings {
-        full_rudder_rad: full_rudder.angle_rad,
-        ..settings()
-    };
+    let full_rudder = FullRudder { angle_rad: full_rudder_deg.to_radians(), is_assumed: true };
+    let settings = Settings { full_rudder_rad: full_rudder.angle_rad, ..settings() };
     let (mut autopilot, _) = taken_with(Sea::new(calm(), Weather::default(), 1), settings);
     let about = Campaign {
         vehicle: "mavlink:udp:0.0.0.0:14550".into(),
@@ -62,10 +56,7 @@ fn parity_parameters_do_not_depend_on_the_angle_that_was_assumed() {
         let scaled = plan_of(full_rudder_deg.to_radians() / FULL_RUDDER_RAD);
         let found = models(full_rudder_deg, scaled);
         for (export, vehicle) in [
-            (
-                ardupilot::parameters as fn(&_, _) -> _,
-                VehicleType::Surface,
-            ),
+            (ardupilot::parameters as fn(&_, _) -> _, VehicleType::Surface),
             (ardupilot::parameters, VehicleType::Underwater),
             (px4::parameters, VehicleType::Underwater),
         ] {
@@ -94,21 +85,12 @@ fn exact_limits_beyond_the_trial_say_so() {
     let limits = parameters(&found, ardupilot::parameters, VehicleType::Surface);
     for name in ["ATC_STR_RAT_MAX", "ATC_TURN_MAX_G"] {
         let limit = limits.iter().find(|limit| limit.name == name).unwrap();
-        let seen = limit
-            .seen
-            .expect("the trial's rudder went to a sixth of full");
-        assert!(
-            seen < 0.25 * limit.value,
-            "{name}: {seen} of {}",
-            limit.value
-        );
+        let seen = limit.seen.expect("the trial's rudder went to a sixth of full");
+        assert!(seen < 0.25 * limit.value, "{name}: {seen} of {}", limit.value);
     }
     let tuned = TuningPoint::from(found.points.last().unwrap());
     let point = found.operating_point(&tuned, 0.7).unwrap();
     let file = ardupilot::param_file(&point, VehicleType::Surface);
-    assert!(
-        file.contains("EXTRAPOLATED to full rudder: in the record"),
-        "{file}"
-    );
+    assert!(file.contains("EXTRAPOLATED to full rudder: in the record"), "{file}");
     assert!(file.contains("ASSUMED to be 60.0 degrees"), "{file}");
 }

@@ -11,10 +11,7 @@ use seatrial_sim::FirstOrderVehicle;
 use super::sea::{Draw, FULL_RUDDER_RAD, INTERVAL_S, Mishap, Sea, Weather, boat};
 use super::{Witness, about, calm, failures, plan, settings, truth};
 
-pub const VEHICLE: Sender = Sender {
-    system: 1,
-    component: 1,
-};
+pub const VEHICLE: Sender = Sender { system: 1, component: 1 };
 
 /// A vehicle on whose link somebody else sends, too; what we send is noted.
 pub struct Tapped {
@@ -26,12 +23,7 @@ pub struct Tapped {
 
 impl Tapped {
     pub fn new(sea: Sea, forge: impl FnMut(f64) -> Vec<u8> + 'static) -> Self {
-        Self {
-            sea,
-            forge: Box::new(forge),
-            decoder: Decoder::default(),
-            sent: Vec::new(),
-        }
+        Self { sea, forge: Box::new(forge), decoder: Decoder::default(), sent: Vec::new() }
     }
 }
 
@@ -72,18 +64,9 @@ fn armed(base_mode: u8, custom_mode: u32) -> Heartbeat {
 /// Only where it is known which autopilot is the vehicle is anybody asked for a parameter, a message or a mode.
 #[test]
 fn io_a_spoofed_autopilot_heard_first_is_asked_for_nothing() {
-    let other_system = Sender {
-        system: 9,
-        component: 1,
-    };
-    let namesake = Sender {
-        system: 1,
-        component: 25,
-    };
-    let chosen = Settings {
-        vehicle: Some(1),
-        ..settings()
-    };
+    let other_system = Sender { system: 9, component: 1 };
+    let namesake = Sender { system: 1, component: 25 };
+    let chosen = Settings { vehicle: Some(1), ..settings() };
     for (spoof, settings, expected) in [
         (other_system, settings(), "--vehicle-id"),
         (namesake, chosen, "components 1 and 25 of system 1"),
@@ -103,10 +86,8 @@ fn io_a_spoofed_autopilot_heard_first_is_asked_for_nothing() {
 }
 
 pub fn outputs_of(profile: Profile) -> Option<SteeringOutputs> {
-    (profile == Profile::Px4).then(|| SteeringOutputs {
-        outputs: vec![1],
-        pulses_us: [1100.0, 1500.0, 1900.0],
-    })
+    (profile == Profile::Px4)
+        .then(|| SteeringOutputs { outputs: vec![1], pulses_us: [1100.0, 1500.0, 1900.0] })
 }
 
 /// A whole trial beside a forger.
@@ -119,10 +100,7 @@ fn trial(
     let mut sea = Sea::new(calm(), Weather::default(), 1);
     let vehicle = FirstOrderVehicle::new(calm(), 1).unwrap();
     sea.boat = Speaker::new(vehicle, profile, INTERVAL_S, FULL_RUDDER_RAD, key());
-    let settings = Settings {
-        outputs: outputs_of(profile),
-        ..settings()
-    };
+    let settings = Settings { outputs: outputs_of(profile), ..settings() };
     let mut autopilot = Autopilot::new(Tapped::new(sea, forge), settings, key());
     let preflight = autopilot.inspect();
     assert_eq!(failures(&preflight.checks), [""; 0]);
@@ -161,13 +139,8 @@ fn wrong_models(conducted: &TrialResult<Stop>) -> usize {
         let found = found.and_then(|found| found.refined.as_ref());
         found.is_none_or(|found| {
             let interval = found.interval_95;
-            let pairs = [
-                (a22_per_s, interval.a22_per_s),
-                (b2_per_s2, interval.b2_per_s2),
-            ];
-            pairs
-                .iter()
-                .any(|(truth, [low, high])| (truth - 0.5 * (low + high)).abs() > high - low)
+            let pairs = [(a22_per_s, interval.a22_per_s), (b2_per_s2, interval.b2_per_s2)];
+            pairs.iter().any(|(truth, [low, high])| (truth - 0.5 * (low + high)).abs() > high - low)
         })
     };
     let accepted = conducted.campaign.runs.iter();
@@ -187,12 +160,7 @@ fn io_forged_messages_end_a_trial_that_is_not_signed_and_no_other() {
             assert_eq!(outcome, Some(Outcome::Aborted(AbortReason::Disarmed)));
         }
         assert!(outcome.is_some(), "{expected}");
-        assert_eq!(
-            wrong_models(&conducted),
-            0,
-            "{expected}: {:?}",
-            conducted.campaign
-        );
+        assert_eq!(wrong_models(&conducted), 0, "{expected}: {:?}", conducted.campaign);
         let done = autopilot.hand_back();
         assert_eq!(done.not_restored, [""; 0], "{expected}");
         let sea = &autopilot.wire().sea;
@@ -202,13 +170,7 @@ fn io_forged_messages_end_a_trial_that_is_not_signed_and_no_other() {
         let (conducted, mut autopilot) = trial(Profile::Rover, true, from_then_on(forged));
         let outcome = conducted.campaign.outcome;
         assert_eq!(outcome, Some(Outcome::Finished), "{expected}");
-        assert!(
-            conducted
-                .campaign
-                .runs
-                .iter()
-                .any(|run| run.verdict.accepted)
-        );
+        assert!(conducted.campaign.runs.iter().any(|run| run.verdict.accepted));
         assert!(autopilot.damage().refused_frames > 0);
         assert!(autopilot.hand_back().is_complete());
     }
@@ -221,18 +183,11 @@ fn io_garbage_under_load_stops_no_trial() {
         let mut draw = Draw(5);
         let garbage = move |_| {
             let bytes = (0..2000).map(|_| (256.0 * draw.next()) as u8);
-            bytes
-                .map(|byte| if byte < 16 { 0xfd } else { byte })
-                .collect()
+            bytes.map(|byte| if byte < 16 { 0xfd } else { byte }).collect()
         };
         let (conducted, mut autopilot) = trial(profile, false, garbage);
         let outcome = conducted.campaign.outcome;
-        assert_eq!(
-            outcome,
-            Some(Outcome::Finished),
-            "{profile:?}: {:?}",
-            conducted.fault
-        );
+        assert_eq!(outcome, Some(Outcome::Finished), "{profile:?}: {:?}", conducted.fault);
         let done = autopilot.hand_back();
         assert!(done.is_complete(), "{profile:?}: {done:?}");
     }
@@ -253,10 +208,7 @@ fn io_mishaps_on_other_kinds_of_autopilots() {
             let context = format!("{profile:?}, {mishap:?}");
             let mut sea = Sea::new(calm(), Weather::default(), 1);
             sea.boat = boat(&calm(), profile);
-            let settings = Settings {
-                outputs: outputs_of(profile),
-                ..settings()
-            };
+            let settings = Settings { outputs: outputs_of(profile), ..settings() };
             let (mut autopilot, backup) = super::taken_with(sea, settings);
             let at_s = autopilot.wire().now_s + 14.0;
             autopilot.wire().mishap = Some((at_s, mishap));
@@ -270,10 +222,7 @@ fn io_mishaps_on_other_kinds_of_autopilots() {
             );
             let done = autopilot.hand_back();
             let held_s = autopilot.wire().held_s - at_s;
-            assert!(
-                held_s <= longest_s + 2.0 * INTERVAL_S,
-                "{context}: {held_s} s"
-            );
+            assert!(held_s <= longest_s + 2.0 * INTERVAL_S, "{context}: {held_s} s");
             let is_cut = matches!(mishap, Mishap::LinkLost | Mishap::Mute);
             assert_eq!(done.not_restored.is_empty(), !is_cut, "{context}: {done:?}");
             autopilot.wire().mishap = None;

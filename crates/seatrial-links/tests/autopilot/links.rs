@@ -34,10 +34,7 @@ fn recover_a_whole_trial_replays_bit_for_bit() {
 #[test]
 fn recover_a_lagging_rudder() {
     let mut config = calm();
-    config.servo = Servo {
-        time_constant_s: 0.15,
-        ..config.servo
-    };
+    config.servo = Servo { time_constant_s: 0.15, ..config.servo };
     for speed in &mut config.speeds {
         (speed.a22_per_s, speed.b2_per_s2, speed.c0_rad_per_s2) = (-0.91, 1.75, 0.02);
     }
@@ -50,35 +47,18 @@ fn recover_a_lagging_rudder() {
 
 #[test]
 fn recover_through_bad_links() {
-    let loss = Weather {
-        loss: 0.3,
-        ..Weather::default()
-    };
-    let disorder = Weather {
-        duplication: 0.3,
-        jitter_s: 0.12,
-        garbage: 0.05,
-        ..Weather::default()
-    };
-    let late = Weather {
-        latency_s: 0.5,
-        ..Weather::default()
-    };
-    for (name, weather, share) in [
-        ("loss", loss, 0.1),
-        ("disorder", disorder, 0.1),
-        ("late", late, 0.05),
-    ] {
+    let loss = Weather { loss: 0.3, ..Weather::default() };
+    let disorder =
+        Weather { duplication: 0.3, jitter_s: 0.12, garbage: 0.05, ..Weather::default() };
+    let late = Weather { latency_s: 0.5, ..Weather::default() };
+    for (name, weather, share) in
+        [("loss", loss, 0.1), ("disorder", disorder, 0.1), ("late", late, 0.05)]
+    {
         let (mut autopilot, _) = taken(Sea::new(calm(), weather, 3));
         let mut witness = Witness::default();
         let conducted = run(&mut autopilot, &mut witness);
         let outcome = conducted.campaign.outcome;
-        assert_eq!(
-            outcome,
-            Some(Outcome::Finished),
-            "{name}: {:?}",
-            conducted.fault
-        );
+        assert_eq!(outcome, Some(Outcome::Finished), "{name}: {:?}", conducted.fault);
         let done = autopilot.hand_back();
         assert!(done.is_complete(), "{name}: {done:?}");
         assert_as_before(autopilot.wire());
@@ -95,14 +75,9 @@ fn recover_on_other_kinds_of_autopilots() {
         let mut sea = Sea::new(calm(), Weather::default(), 1);
         sea.boat = boat(&calm(), profile);
         let before = sea.boat.mode;
-        let outputs = (profile == Profile::Px4).then(|| SteeringOutputs {
-            outputs: vec![1],
-            pulses_us: [1100.0, 1500.0, 1900.0],
-        });
-        let settings = Settings {
-            outputs,
-            ..settings()
-        };
+        let outputs = (profile == Profile::Px4)
+            .then(|| SteeringOutputs { outputs: vec![1], pulses_us: [1100.0, 1500.0, 1900.0] });
+        let settings = Settings { outputs, ..settings() };
         let (mut autopilot, backup) = taken_with(sea, settings);
         assert_eq!(backup.parameters.len(), 1, "{profile:?}: its timeout");
         assert!(autopilot.wire().boat.is_steered());

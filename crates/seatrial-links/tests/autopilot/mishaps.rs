@@ -68,22 +68,10 @@ fn suffer(mishap: Mishap, after_s: f64, seed: u64) {
     assert_eq!(outcome, Outcome::Aborted(expected), "{context}");
     let last_s = witness.steps.last().unwrap().sample.time_s;
     // A sample is complete with the next, and one may be under way.
-    let gap_s = autopilot
-        .wire()
-        .seen_s
-        .map_or(0.0, |seen_s| seen_s - last_s);
+    let gap_s = autopilot.wire().seen_s.map_or(0.0, |seen_s| seen_s - last_s);
     assert!(gap_s < 0.2, "{context}: {gap_s} s are missing");
-    let kept = conducted
-        .campaign
-        .runs
-        .iter()
-        .map(|run| run.record.samples.len())
-        .sum::<usize>();
-    assert!(
-        kept + 3 >= witness.steps.len(),
-        "{context}: {kept} of {}",
-        witness.steps.len()
-    );
+    let kept = conducted.campaign.runs.iter().map(|run| run.record.samples.len()).sum::<usize>();
+    assert!(kept + 3 >= witness.steps.len(), "{context}: {kept} of {}", witness.steps.len());
     assert_replays(&witness.steps);
     let done = autopilot.hand_back();
     assert_held(autopilot.wire(), &context);
@@ -103,10 +91,7 @@ fn assert_held(sea: &Sea, context: &str) {
     let seen_s = sea.seen_s.unwrap_or(sea.now_s);
     // The second, and a step of the vehicle.
     let held_s = sea.held_s - seen_s;
-    assert!(
-        held_s <= 1.0 + INTERVAL_S,
-        "{context}: the rudder was held for {held_s:.2} s"
-    );
+    assert!(held_s <= 1.0 + INTERVAL_S, "{context}: the rudder was held for {held_s:.2} s");
 }
 
 fn restore_later(mut autopilot: Autopilot<Sea>, backup: &Backup, context: &str) {
@@ -152,21 +137,15 @@ fn io_a_panic_hands_the_vehicle_back() {
             self.0.borrow_mut().send(bytes);
         }
     }
-    let sea = std::rc::Rc::new(std::cell::RefCell::new(Sea::new(
-        starfish(),
-        Weather::default(),
-        1,
-    )));
+    let sea =
+        std::rc::Rc::new(std::cell::RefCell::new(Sea::new(starfish(), Weather::default(), 1)));
     let mut autopilot = Autopilot::new(Shared(sea.clone()), settings(), None);
     let preflight = autopilot.inspect();
     let checks = autopilot.take_control(&preflight.changes, &mut |_| Ok(()));
     assert_eq!(failures(&checks), [""; 0]);
     let start_s = sea.borrow().now_s;
     let panicked = std::panic::catch_unwind(std::panic::AssertUnwindSafe(move || {
-        let mut witness = Witness {
-            stop_from_s: Some(start_s + 12.0),
-            ..Witness::default()
-        };
+        let mut witness = Witness { stop_from_s: Some(start_s + 12.0), ..Witness::default() };
         conduct(&mut autopilot, plan(), about(), &mut witness)
     }));
     assert!(panicked.is_err());
@@ -218,9 +197,5 @@ fn regress_no_stick_of_a_submarine_is_left_deflected() {
 }
 
 fn full_rudder() -> Action<f64> {
-    Action {
-        steering: Steering::Rudder(FULL_RUDDER_RAD),
-        thrust: Some(0.6),
-        outcome: None,
-    }
+    Action { steering: Steering::Rudder(FULL_RUDDER_RAD), thrust: Some(0.6), outcome: None }
 }

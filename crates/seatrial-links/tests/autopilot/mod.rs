@@ -25,10 +25,7 @@ fn starfish() -> VehicleConfig {
 }
 
 fn plan() -> Plan<f64> {
-    Plan {
-        thrusts: List::from_slice(&[0.6]).unwrap(),
-        ..Plan::paper()
-    }
+    Plan { thrusts: List::from_slice(&[0.6]).unwrap(), ..Plan::paper() }
 }
 
 fn settings() -> Settings {
@@ -41,10 +38,7 @@ fn settings() -> Settings {
 }
 
 fn about() -> Campaign {
-    Campaign {
-        rudder_limit_rad: FULL_RUDDER_RAD,
-        ..Campaign::of("mavlink", &Plan::paper())
-    }
+    Campaign { rudder_limit_rad: FULL_RUDDER_RAD, ..Campaign::of("mavlink", &Plan::paper()) }
 }
 
 /// Keeps every step, and aborts when it is told.
@@ -58,9 +52,7 @@ struct Witness {
 impl Watch for Witness {
     fn step(&mut self, step: &Step, _trial: &Trial<f64>) {
         self.steps.push(*step);
-        let is_gone = self
-            .stop_from_s
-            .is_some_and(|from_s| step.sample.time_s >= from_s);
+        let is_gone = self.stop_from_s.is_some_and(|from_s| step.sample.time_s >= from_s);
         assert!(!is_gone, "the process is gone");
     }
 
@@ -72,9 +64,7 @@ impl Watch for Witness {
 
 fn failures(checks: &[Check]) -> Vec<String> {
     let failed = checks.iter().filter(|check| !check.passed);
-    failed
-        .map(|check| format!("{}: {}", check.name, check.text))
-        .collect()
+    failed.map(|check| format!("{}: {}", check.name, check.text)).collect()
 }
 
 /// A vehicle that is ours, and what would put it back.
@@ -108,9 +98,7 @@ fn assert_as_before(sea: &Sea) {
 fn assert_replays(steps: &[Step]) {
     let mut trial = Trial::new(plan()).unwrap();
     // The two steps of an operator's abort are nothing that samples tell.
-    let is_over = steps
-        .last()
-        .is_some_and(|step| step.action.outcome.is_some());
+    let is_over = steps.last().is_some_and(|step| step.action.outcome.is_some());
     for step in &steps[..steps.len() - if is_over { 2 } else { 0 }] {
         let again = Step::take(&mut trial, step.sample);
         let bits = |step: &Step| step.estimate.map(|model| model.theta().map(f64::to_bits));

@@ -38,17 +38,10 @@ fn io_a_preflight_refuses_and_says_why() {
 #[test]
 fn exact_a_preflight_says_what_full_steering_is_taken_for() {
     for is_full_rudder_assumed in [true, false] {
-        let settings = Settings {
-            full_rudder_rad: 0.6,
-            is_full_rudder_assumed,
-            ..settings()
-        };
+        let settings = Settings { full_rudder_rad: 0.6, is_full_rudder_assumed, ..settings() };
         let sea = Sea::new(starfish(), Weather::default(), 1);
         let found = Autopilot::new(sea, settings, None).inspect();
-        let item = found
-            .checks
-            .iter()
-            .find(|check| check.name == "full rudder");
+        let item = found.checks.iter().find(|check| check.name == "full rudder");
         let text = &item.unwrap().text;
         assert!(text.contains("34.4 degrees"), "{text}");
         assert_eq!(text.contains("ASSUMED"), is_full_rudder_assumed, "{text}");
@@ -68,10 +61,7 @@ fn io_the_wiggle_finds_a_rudder_that_does_not_answer() {
         failures
     };
     let mut reversed = starfish();
-    reversed
-        .speeds
-        .iter_mut()
-        .for_each(|speed| speed.b2_per_s2 *= -1.0);
+    reversed.speeds.iter_mut().for_each(|speed| speed.b2_per_s2 *= -1.0);
     assert!(refused(reversed, settings()).contains("rudder sense"));
     let elsewhere = Settings {
         outputs: Some(seatrial_links::autopilot::SteeringOutputs {
@@ -89,9 +79,8 @@ fn io_no_backup_no_change() {
     let sea = Sea::new(starfish(), Weather::default(), 1);
     let mut autopilot = Autopilot::new(sea, settings(), None);
     let preflight = autopilot.inspect();
-    let checks = autopilot.take_control(&preflight.changes, &mut |_| {
-        Err(std::io::Error::other("full"))
-    });
+    let checks =
+        autopilot.take_control(&preflight.changes, &mut |_| Err(std::io::Error::other("full")));
     assert!(failures(&checks).join("").contains("full"));
     assert_as_before(autopilot.wire());
     assert_eq!(autopilot.wire().boat.mode, 4);
@@ -112,10 +101,7 @@ fn regress_a_submarine_makes_less_of_its_stick() {
     // A thruster would be at its end.
     let mut sea = Sea::new(starfish(), Weather::default(), 1);
     sea.boat = boat(&starfish(), Profile::Sub);
-    let greedy = Settings {
-        most_asked: 2.2,
-        ..settings()
-    };
+    let greedy = Settings { most_asked: 2.2, ..settings() };
     let refused = failures(&Autopilot::new(sea, greedy, None).inspect().checks);
     assert_eq!(refused.len(), 1, "{refused:?}");
     assert!(refused[0].contains("0.45 would do"), "{refused:?}");
@@ -131,10 +117,7 @@ fn regress_a_submarine_without_a_remote_control() {
         sea.boat.set_parameter("FS_PILOT_INPUT", action);
         sea
     };
-    let settings = Settings {
-        without_remote_control: true,
-        ..settings()
-    };
+    let settings = Settings { without_remote_control: true, ..settings() };
     let mut disarmed = Autopilot::new(sea_with(2.0), settings.clone(), None);
     let refused = failures(&disarmed.inspect().checks).join("; ");
     assert!(refused.contains("FS_PILOT_INPUT is 2"), "{refused}");
@@ -158,13 +141,7 @@ fn regress_a_vehicle_that_wants_a_key() {
     let mut sea = Sea::new(starfish(), Weather::default(), 1);
     let key = Signing::new(Key::new([7; 32]), 0, 0.0);
     let vehicle = FirstOrderVehicle::new(starfish(), 1).unwrap();
-    sea.boat = Speaker::new(
-        vehicle,
-        Profile::Rover,
-        INTERVAL_S,
-        FULL_RUDDER_RAD,
-        Some(key),
-    );
+    sea.boat = Speaker::new(vehicle, Profile::Rover, INTERVAL_S, FULL_RUDDER_RAD, Some(key));
     let refused = failures(&Autopilot::new(sea, settings(), None).inspect().checks);
     assert_eq!(refused.len(), 1, "{refused:?}");
     assert!(refused[0].contains("--signing-key"), "{refused:?}");

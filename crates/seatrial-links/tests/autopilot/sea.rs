@@ -175,15 +175,9 @@ impl Sea {
             let arrival_s = self.now_s + weather.latency_s + weather.jitter_s * self.draw.next();
             let mut datagram = bytes.clone();
             if self.draw.next() < weather.garbage {
-                datagram = (0..60)
-                    .map(|_| (256.0 * self.draw.next()) as u8 | 0xf0)
-                    .collect();
+                datagram = (0..60).map(|_| (256.0 * self.draw.next()) as u8 | 0xf0).collect();
             }
-            let queue = if to_us {
-                &mut self.to_us
-            } else {
-                &mut self.to_boat
-            };
+            let queue = if to_us { &mut self.to_us } else { &mut self.to_boat };
             let place = queue.iter().rposition(|(other_s, _)| *other_s <= arrival_s);
             queue.insert(place.map_or(0, |place| place + 1), (arrival_s, datagram));
         }
@@ -287,10 +281,7 @@ impl Sea {
     pub fn pass(&mut self, until_s: f64) -> Option<Vec<u8>> {
         loop {
             let next_s = self.to_us.front().map_or(f64::INFINITY, |(at_s, _)| *at_s);
-            let boat_s = self
-                .to_boat
-                .front()
-                .map_or(f64::INFINITY, |(at_s, _)| *at_s);
+            let boat_s = self.to_boat.front().map_or(f64::INFINITY, |(at_s, _)| *at_s);
             let due_s = next_s.min(boat_s).min(self.step_s);
             if due_s > until_s {
                 self.now_s = self.now_s.max(until_s);

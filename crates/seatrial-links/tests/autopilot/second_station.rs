@@ -3,10 +3,7 @@
 use seatrial_links::link::message::{Heartbeat, RcChannelsOverride};
 use seatrial_links::link::{Encoder, Message, Sender};
 
-const STATION: Sender = Sender {
-    system: 255,
-    component: 1,
-};
+const STATION: Sender = Sender { system: 255, component: 1 };
 
 /// What tells that it is there.
 pub fn heartbeat() -> Vec<u8> {
@@ -19,10 +16,6 @@ pub fn heartbeat() -> Vec<u8> {
 pub fn joystick() -> Vec<u8> {
     let mut pulses = [u16::MAX; 8];
     (pulses[0], pulses[2]) = (1880, 1720);
-    let moved = Message::from(RcChannelsOverride {
-        pulses,
-        target_system: 1,
-        target_component: 1,
-    });
+    let moved = Message::from(RcChannelsOverride { pulses, target_system: 1, target_component: 1 });
     Encoder::new(STATION).encode(&moved, None, 0.0)
 }

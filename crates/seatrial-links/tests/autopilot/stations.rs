@@ -39,21 +39,12 @@ fn refused_beside(other: Vec<u8>, settings: Settings) -> Vec<String> {
 #[test]
 fn io_a_second_station_is_named_before_the_trial() {
     let refused = refused_beside(second_station::heartbeat(), settings()).join("; ");
-    assert!(
-        refused.contains("(component 1) has our system id 255"),
-        "{refused}"
-    );
-    let mission_planner = Sender {
-        system: 255,
-        component: 190,
-    };
+    assert!(refused.contains("(component 1) has our system id 255"), "{refused}");
+    let mission_planner = Sender { system: 255, component: 190 };
     let heartbeat = Message::from(Heartbeat::GROUND_STATION);
     let heard = Encoder::new(mission_planner).encode(&heartbeat, None, 0.0);
     let refused = refused_beside(heard, settings()).join("; ");
-    assert!(
-        refused.contains("Mission Planner or QGroundControl"),
-        "{refused}"
-    );
+    assert!(refused.contains("Mission Planner or QGroundControl"), "{refused}");
 }
 
 /// Its heartbeat was not heard before; what it does to the vehicle is.
@@ -68,19 +59,13 @@ fn io_the_joystick_of_a_second_station_ends_the_trial() {
     assert_eq!(outcome, Some(Outcome::Aborted(AbortReason::SecondStation)));
     let last_s = witness.steps.last().unwrap().sample.time_s;
     let started_s = autopilot.wire().now_s - at_s;
-    assert!(
-        started_s <= 0.5,
-        "{started_s} s after it began, at {last_s} s"
-    );
+    assert!(started_s <= 0.5, "{started_s} s after it began, at {last_s} s");
 }
 
 /// An autopilot that nobody asked for must not be the one that is changed.
 #[test]
 fn io_two_autopilots_need_a_choice() {
-    let other = Sender {
-        system: 9,
-        component: 1,
-    };
+    let other = Sender { system: 9, component: 1 };
     let heartbeat = Message::from(Heartbeat {
         custom_mode: 0,
         kind: 11,
@@ -90,10 +75,7 @@ fn io_two_autopilots_need_a_choice() {
         mavlink_version: 3,
     });
     let heard = Encoder::new(other).encode(&heartbeat, None, 0.0);
-    let chosen = Settings {
-        vehicle: Some(1),
-        ..settings()
-    };
+    let chosen = Settings { vehicle: Some(1), ..settings() };
     assert_eq!(refused_beside(heard.clone(), chosen), [""; 0]);
     // Heard first, it is taken for the vehicle, and nothing that it does not answer is changed.
     let refused = refused_beside(heard, settings());
@@ -105,11 +87,7 @@ fn io_two_autopilots_need_a_choice() {
 fn io_a_process_that_was_suspended_says_so() {
     for steering in [Steering::Rudder(0.1), Steering::HoldHeading(0.0)] {
         let (mut autopilot, _) = taken(Sea::new(starfish(), Weather::default(), 3));
-        let action = Action {
-            steering,
-            thrust: Some(0.6),
-            outcome: None,
-        };
+        let action = Action { steering, thrust: Some(0.6), outcome: None };
         autopilot.act(&action).unwrap();
         autopilot.next_sample().unwrap();
         autopilot.wire().now_s += 6.0;
@@ -130,11 +108,8 @@ fn exact_a_vehicle_that_is_played_faster_waits_as_long_for_its_station() {
         let vehicle = FirstOrderVehicle::new(starfish(), 1).unwrap();
         let mut speaker = Speaker::new(vehicle, Profile::Rover, 0.05, FULL_RUDDER_RAD, None);
         speaker.speed = speed;
-        for (name, value) in [
-            ("FS_GCS_ENABLE", 1.0),
-            ("FS_GCS_TIMEOUT", 0.3),
-            ("FS_TIMEOUT", 0.0),
-        ] {
+        for (name, value) in [("FS_GCS_ENABLE", 1.0), ("FS_GCS_TIMEOUT", 0.3), ("FS_TIMEOUT", 0.0)]
+        {
             speaker.set_parameter(name, value);
         }
         speaker.step().unwrap();
@@ -148,9 +123,6 @@ fn exact_a_vehicle_that_is_played_faster_waits_as_long_for_its_station() {
     };
     for speed in [1.0, 4.0, 10.0] {
         let held_after_s = held_after_s(speed);
-        assert!(
-            (0.3..=0.5).contains(&held_after_s),
-            "{speed}: {held_after_s}"
-        );
+        assert!((0.3..=0.5).contains(&held_after_s), "{speed}: {held_after_s}");
     }
 }

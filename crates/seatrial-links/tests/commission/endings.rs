@@ -20,10 +20,7 @@ fn recover_gains_of_a_true_model_are_kept_and_can_be_undone() {
     assert_kept_as_foreseen(&found);
     let [old, new] = [found.old.unwrap(), found.new.unwrap()];
     // The defaults oscillate on this boat.
-    assert!(
-        old.settling_s
-            .is_none_or(|old_s| new.settling_s.unwrap() < old_s)
-    );
+    assert!(old.settling_s.is_none_or(|old_s| new.settling_s.unwrap() < old_s));
     let after = vehicle.gains();
     assert_ne!(before, after);
     // The failsafes and the mode are as before, and nothing is left to restore.
@@ -53,11 +50,7 @@ fn recover_a_boat_with_a_weak_rudder_waits_until_the_integral_has_learnt() {
     let integral_s = proposal.settings.integral_time_s().unwrap();
     assert!(integral_s > 45.0, "{integral_s}");
     let found = vehicle.carry_out(&proposal);
-    assert!(
-        matches!(found.ending, Ending::Kept { .. }),
-        "{}",
-        found.line()
-    );
+    assert!(matches!(found.ending, Ending::Kept { .. }), "{}", found.line());
     let small = found.small.unwrap();
     assert!(small.steady_error_rad < 0.007, "{small:?}");
     assert!(found.new.unwrap().overshoot <= 0.05, "{}", found.line());
@@ -93,13 +86,8 @@ fn prop_a_wrong_model_leaves_the_old_gains() {
         point.point.model = YawModel::from_theta([-0.2, 0.15, 0.0]);
         point
     };
-    let wrong = [
-        changed(1.0, 0.5),
-        changed(1.0, 1.5),
-        changed(0.5, 1.0),
-        changed(1.5, 1.0),
-        another,
-    ];
+    let wrong =
+        [changed(1.0, 0.5), changed(1.0, 1.5), changed(0.5, 1.0), changed(1.5, 1.0), another];
     for point in wrong {
         let mut vehicle = OnSea::take(sea(2));
         let before = vehicle.gains();
@@ -119,11 +107,7 @@ fn prop_a_wrong_model_leaves_the_old_gains() {
             assert_eq!(vehicle.restore, None);
         }
         let is_half_or_twice = (model.b2_per_s2 / truth().point.model.b2_per_s2 - 1.0).abs() > 0.4;
-        assert!(
-            !is_half_or_twice || is_refused,
-            "{model:?}: {}",
-            found.line()
-        );
+        assert!(!is_half_or_twice || is_refused, "{model:?}: {}", found.line());
     }
 }
 
@@ -143,10 +127,7 @@ fn exact_a_reversed_model_is_refused_before_the_vehicle_moves() {
     };
     let refused =
         seatrial_app::trials::commission::propose(&reversed, 0.26, &control, 0.5).unwrap_err();
-    assert!(
-        refused.to_string().contains("does not surely turn"),
-        "{refused}"
-    );
+    assert!(refused.to_string().contains("does not surely turn"), "{refused}");
 }
 
 /// PX4 has no heading that can be asked for from outside: it says so, and what to do instead.
@@ -157,13 +138,7 @@ fn exact_px4_is_refused_and_told_what_to_do() {
     let mut autopilot = Autopilot::new(sea, settings(), None);
     let (found, control) = autopilot.inspect_heading();
     assert_eq!(control, None);
-    let refused = found
-        .checks
-        .iter()
-        .find(|check| !check.passed && check.name == "heading mode");
+    let refused = found.checks.iter().find(|check| !check.passed && check.name == "heading mode");
     let text = &refused.unwrap().text;
-    assert!(
-        text.contains("`seatrial gains --export px4 --out gains.params`"),
-        "{text}"
-    );
+    assert!(text.contains("`seatrial gains --export px4 --out gains.params`"), "{text}");
 }

@@ -69,9 +69,7 @@ impl Voyage {
         let begun = vehicle.begun.iter();
         Self {
             proposal,
-            stages: begun
-                .map(|(stage, at_s)| (*stage, at_s - start_s))
-                .collect(),
+            stages: begun.map(|(stage, at_s)| (*stage, at_s - start_s)).collect(),
             end_s,
         }
     }
@@ -80,10 +78,7 @@ impl Voyage {
     fn within(&self, wanted: Stage, share: f64) -> Option<f64> {
         let place = self.stages.iter().position(|(stage, _)| *stage == wanted)?;
         let (_, from_s) = self.stages[place];
-        let to_s = self
-            .stages
-            .get(place + 1)
-            .map_or(self.end_s, |(_, at_s)| *at_s);
+        let to_s = self.stages.get(place + 1).map_or(self.end_s, |(_, at_s)| *at_s);
         Some(from_s + share * (to_s - from_s))
     }
 }
@@ -112,10 +107,7 @@ fn suffer(mishap: Mishap, after_s: f64, proposal: &Proposal, sea: Sea) -> Tally 
     if sea.now_s > at_s && is_disturbed && mishap != Mishap::ParametersLost {
         tally.longest_held_s = sea.held_s - seen_s;
         let held_s = tally.longest_held_s;
-        assert!(
-            held_s <= LONGEST_HELD_S,
-            "{context}: steered for {held_s:.2} s"
-        );
+        assert!(held_s <= LONGEST_HELD_S, "{context}: steered for {held_s:.2} s");
     }
     if vehicle.undo.is_some() {
         // They were proven before it happened.
@@ -192,10 +184,7 @@ fn suffer_all(sea: fn(u64) -> Sea, count: usize) {
     let all = || rows.iter().flat_map(|(_, tallies)| tallies);
     let restored: u32 = all().map(|t| t.old_by_restore).sum();
     let at_once: u32 = all().map(|t| t.old_at_once).sum();
-    assert!(
-        restored > 0 && at_once > restored,
-        "{restored} and {at_once}"
-    );
+    assert!(restored > 0 && at_once > restored, "{restored} and {at_once}");
 }
 
 impl Tally {

@@ -169,11 +169,7 @@ impl OnSea {
     fn carry_out(&mut self, proposal: &Proposal) -> CommissionResult {
         let abort = Arc::clone(&self.abort);
         let stage = Arc::clone(&self.stage);
-        let order = Order {
-            proposal,
-            envelope: Envelope::default(),
-            stop: &abort,
-        };
+        let order = Order { proposal, envelope: Envelope::default(), stop: &abort };
         conduct(self, &order, &mut |text| {
             if let Some(begun) = Stage::announced(text) {
                 *stage.lock().unwrap() = Some(begun);
@@ -185,8 +181,7 @@ impl OnSea {
     fn pass(&mut self, begun: Option<Stage>) {
         let now_s = self.autopilot.wire().now_s;
         let announced = self.stage.lock().unwrap().take();
-        self.begun
-            .extend(begun.or(announced).map(|stage| (stage, now_s)));
+        self.begun.extend(begun.or(announced).map(|stage| (stage, now_s)));
         if self.abort_s.is_some_and(|at_s| now_s >= at_s) {
             self.abort.store(true, Ordering::Relaxed);
         }
@@ -195,18 +190,13 @@ impl OnSea {
     }
 
     fn lost(&self, why: String) -> ControlLoss {
-        ControlLoss {
-            reason: self.autopilot.ended_for(),
-            why,
-        }
+        ControlLoss { reason: self.autopilot.ended_for(), why }
     }
 
     fn gains(&mut self) -> Vec<(&'static str, Option<f32>)> {
         let profile = self.profile;
         let boat = &self.autopilot.wire().boat;
-        cascade::names(profile)
-            .map(|name| (name, boat.parameter(name)))
-            .collect()
+        cascade::names(profile).map(|name| (name, boat.parameter(name))).collect()
     }
 }
 
@@ -214,10 +204,9 @@ impl GainsLease for OnSea {
     fn next_sample(&mut self) -> Result<Sample<f64>, ControlLoss> {
         self.pass(None);
         match self.autopilot.next_sample() {
-            Ok(Some(sample)) => Ok(Sample {
-                rudder_rad: sample.rudder_rad / FULL_RUDDER_RAD,
-                ..sample
-            }),
+            Ok(Some(sample)) => {
+                Ok(Sample { rudder_rad: sample.rudder_rad / FULL_RUDDER_RAD, ..sample })
+            }
             Ok(None) => Err(self.lost("not ours".into())),
             Err(stop) => Err(self.lost(stop.to_string())),
         }
@@ -263,18 +252,11 @@ impl GainsLease for OnSea {
 
 /// The new gains are kept, and do what was foreseen.
 fn assert_kept_as_foreseen(found: &CommissionResult) {
-    assert!(
-        matches!(found.ending, Ending::Kept { .. }),
-        "{}",
-        found.line()
-    );
+    assert!(matches!(found.ending, Ending::Kept { .. }), "{}", found.line());
     let new = found.new.unwrap();
     assert!(new.overshoot <= 0.08, "{new:?}");
     let foreseen = found.new_foreseen.unwrap();
-    assert!(
-        new.settling_s.unwrap() < 1.3 * foreseen.settling_s.high,
-        "{new:?} {foreseen:?}"
-    );
+    assert!(new.settling_s.unwrap() < 1.3 * foreseen.settling_s.high, "{new:?} {foreseen:?}");
 }
 
 /// What lies in the file that undoes kept gains puts these back.

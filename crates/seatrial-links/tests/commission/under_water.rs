@@ -66,9 +66,6 @@ fn exact_the_operator_gets_it_on_the_heading_that_it_has() {
     while vehicle.autopilot.wire().pass(end_s).is_some() {}
     let boat = &vehicle.autopilot.wire().boat;
     let held_rad = boat.heading_rad();
-    assert!(
-        (held_rad - turned_rad).abs() < 0.15,
-        "{held_rad} {turned_rad}"
-    );
+    assert!((held_rad - turned_rad).abs() < 0.15, "{held_rad} {turned_rad}");
     assert_eq!((boat.thrust(), boat.mode), (0.0, 2));
 }

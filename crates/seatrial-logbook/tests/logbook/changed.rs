@@ -38,13 +38,9 @@ fn write_example(path: &Path) {
             let note = "a ferry passed";
             let entered = logbook.review(campaign, 1, accepted, note, "Anna");
             assert_eq!(entered.unwrap(), Some(()));
-            let circumstances = Circumstances {
-                operator: Some("Anna".into()),
-                ..Circumstances::default()
-            };
-            logbook
-                .enter_circumstances(campaign, &circumstances)
-                .unwrap();
+            let circumstances =
+                Circumstances { operator: Some("Anna".into()), ..Circumstances::default() };
+            logbook.enter_circumstances(campaign, &circumstances).unwrap();
         }
     }
 }
@@ -89,10 +85,7 @@ fn changed(value: &Value) -> Vec<Value> {
     match value {
         Value::Null => vec![Value::Integer(1), Value::Real(0.5), Value::Text("x".into())],
         Value::Integer(number) => vec![Value::Integer(number + 1), Value::Null],
-        Value::Real(number) => vec![
-            Value::Real(f64::from_bits(number.to_bits() ^ 1)),
-            Value::Null,
-        ],
+        Value::Real(number) => vec![Value::Real(f64::from_bits(number.to_bits() ^ 1)), Value::Null],
         Value::Text(text) => [format!("{text} "), format!(" {text}"), text.to_uppercase()]
             .into_iter()
             .filter(|other| other != text)
@@ -114,17 +107,11 @@ struct Place {
 
 /// Every value of the first, the middle and the last row of a table: the rows between are like them.
 fn places(connection: &Connection, table: &str) -> Vec<Place> {
-    let columns = rows(
-        connection,
-        &format!("SELECT name, pk FROM pragma_table_info('{table}')"),
-    );
+    let columns = rows(connection, &format!("SELECT name, pk FROM pragma_table_info('{table}')"));
     let names: Vec<String> = columns.iter().map(|column| text(&column[0])).collect();
     let is_key = |k: &usize| columns[*k][1] != Value::Integer(0);
     let keys: Vec<usize> = (0..columns.len()).filter(is_key).collect();
-    let all = rows(
-        connection,
-        &format!("SELECT {} FROM {table}", names.join(", ")),
-    );
+    let all = rows(connection, &format!("SELECT {} FROM {table}", names.join(", ")));
     let mut chosen = vec![0, all.len() / 2, all.len().saturating_sub(1)];
     chosen.dedup();
     let rows = chosen.into_iter().filter_map(|k| all.get(k));
@@ -156,14 +143,9 @@ fn io_no_changed_value_of_any_table_goes_unnoticed() {
     let (damage, before) = read(&path).unwrap();
     assert_eq!(damage, 0);
     let connection = Connection::open(&path).unwrap();
-    let tables = rows(
-        &connection,
-        "SELECT name FROM sqlite_schema WHERE type = 'table'",
-    );
+    let tables = rows(&connection, "SELECT name FROM sqlite_schema WHERE type = 'table'");
     let tables = tables.iter().map(|table| text(&table[0]));
-    let all: Vec<Place> = tables
-        .flat_map(|table| places(&connection, &table))
-        .collect();
+    let all: Vec<Place> = tables.flat_map(|table| places(&connection, &table)).collect();
     drop(connection);
     let (mut tried, mut found) = (0, 0);
     let mut missed = Vec::new();
@@ -174,10 +156,8 @@ fn io_no_changed_value_of_any_table_goes_unnoticed() {
             connection
                 .execute_batch("PRAGMA foreign_keys = OFF; PRAGMA synchronous = OFF")
                 .unwrap();
-            let change = format!(
-                "UPDATE {} SET {} = ? WHERE {}",
-                place.table, place.column, place.row
-            );
+            let change =
+                format!("UPDATE {} SET {} = ? WHERE {}", place.table, place.column, place.row);
             if connection.execute(&change, [&other]).is_err() {
                 continue;
             }
@@ -248,10 +228,7 @@ fn io_reviews_and_commands_that_nobody_entered_are_told_and_decide_nothing() {
             assert!(entry.damage.is_some(), "{change}");
             assert_eq!(entry.runs_accepted, 0);
             let campaign = logbook.campaign(entry.id).unwrap();
-            assert!(
-                campaign.runs.iter().all(|run| !run.verdict.accepted),
-                "{change}"
-            );
+            assert!(campaign.runs.iter().all(|run| !run.verdict.accepted), "{change}");
             assert!(!campaign.verdict().accepted);
         }
         drop(logbook);
@@ -259,9 +236,7 @@ fn io_reviews_and_commands_that_nobody_entered_are_told_and_decide_nothing() {
         let mut logbook = Logbook::open(&copy).unwrap();
         let id = logbook.entries().unwrap()[0].id;
         logbook.review(id, 1, true, "", "Anna").unwrap();
-        logbook
-            .enter_circumstances(id, &Circumstances::default())
-            .unwrap();
+        logbook.enter_circumstances(id, &Circumstances::default()).unwrap();
         assert!(!logbook.verify().unwrap().damage.is_empty(), "{change}");
     }
 }

@@ -36,13 +36,7 @@ impl Draw {
                 east_m: self.optional(),
                 thrust: self.optional(),
             },
-            stage: self.maybe(|draw| {
-                if draw.yes() {
-                    Stage::Train
-                } else {
-                    Stage::Validate
-                }
-            }),
+            stage: self.maybe(|draw| if draw.yes() { Stage::Train } else { Stage::Validate }),
             action: Action {
                 steering: if self.yes() {
                     Steering::Rudder(angle)
@@ -69,10 +63,7 @@ impl Draw {
             attempt: 1,
             surge_speed_m_s: self.optional(),
             stages: [Stage::Settle, Stage::Train]
-                .map(|stage| StageSpan {
-                    stage,
-                    window: self.window(),
-                })
+                .map(|stage| StageSpan { stage, window: self.window() })
                 .to_vec(),
             record: steps.iter().map(|step| step.sample).collect(),
             identification: self.maybe(Self::identification),
@@ -84,10 +75,7 @@ impl Draw {
         Identification {
             training: self.window(),
             samples_used: self.count() as usize,
-            samples_rejected: RejectedSamples {
-                spike: self.count(),
-                ..Default::default()
-            },
+            samples_rejected: RejectedSamples { spike: self.count(), ..Default::default() },
             settings: Settings {
                 as_paper: self.yes(),
                 lambda_rad_s: self.number(),
@@ -102,10 +90,7 @@ impl Draw {
                 model: self.model(),
                 delta0_rad: self.optional(),
                 covariance: self.matrix(),
-                least_squares: LeastSquares {
-                    model: self.model(),
-                    covariance: self.matrix(),
-                },
+                least_squares: LeastSquares { model: self.model(), covariance: self.matrix() },
                 batch: self.maybe(Self::model),
                 theta_at: [("100".into(), self.numbers())].into(),
                 convergence: Convergence {
@@ -195,10 +180,7 @@ impl Draw {
     }
 
     fn window(&mut self) -> Window {
-        Window {
-            from_s: self.number(),
-            to_s: self.number(),
-        }
+        Window { from_s: self.number(), to_s: self.number() }
     }
 
     fn verdict(&mut self) -> Verdict {

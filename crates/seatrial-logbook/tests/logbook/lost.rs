@@ -13,9 +13,7 @@ use crate::{NEW, example_runs};
 fn write(path: &Path) {
     let mut recorder = begun(path);
     for (run, steps) in &example_runs() {
-        recorder
-            .begin_run(run.number, run.thrust, run.attempt)
-            .unwrap();
+        recorder.begin_run(run.number, run.thrust, run.attempt).unwrap();
         steps.iter().for_each(|step| recorder.step(*step).unwrap());
         recorder.finish_run(run).unwrap();
     }
@@ -41,9 +39,7 @@ fn altered(folder: &Path, sql: &str) -> PathBuf {
     let path = folder.join("a.db");
     write(&path);
     let connection = Connection::open(&path).unwrap();
-    connection
-        .execute_batch("PRAGMA foreign_keys = OFF")
-        .unwrap();
+    connection.execute_batch("PRAGMA foreign_keys = OFF").unwrap();
     connection.execute_batch(sql).unwrap();
     path
 }
@@ -74,13 +70,7 @@ fn io_a_row_that_nobody_wrote_is_told() {
     }
     let folder = tempfile::tempdir().unwrap();
     let path = altered(folder.path(), "");
-    assert!(
-        Logbook::open_read_only(&path)
-            .unwrap()
-            .verify()
-            .unwrap()
-            .is_whole()
-    );
+    assert!(Logbook::open_read_only(&path).unwrap().verify().unwrap().is_whole());
     Logbook::check_writable(&path).unwrap();
     Logbook::check_writable(folder.path().join("new.db")).unwrap();
 }
@@ -90,16 +80,10 @@ fn killed(folder: &Path, with_index: bool) -> PathBuf {
     let path = folder.join("seatrial.db");
     let mut recorder = begun(&path);
     let (run, steps) = &example_runs()[0];
-    recorder
-        .begin_run(run.number, run.thrust, run.attempt)
-        .unwrap();
+    recorder.begin_run(run.number, run.thrust, run.attempt).unwrap();
     steps.iter().for_each(|step| recorder.step(*step).unwrap());
     let copy = folder.join("killed.db");
-    let endings: &[&str] = if with_index {
-        &["", "-wal", "-shm"]
-    } else {
-        &["", "-wal"]
-    };
+    let endings: &[&str] = if with_index { &["", "-wal", "-shm"] } else { &["", "-wal"] };
     for ending in endings {
         let from = folder.join(format!("seatrial.db{ending}"));
         fs::copy(from, folder.join(format!("killed.db{ending}"))).unwrap();
@@ -117,10 +101,7 @@ fn io_a_write_ahead_log_that_was_cut_or_changed_is_told() {
         let output = alone.args(["--exact", name]).env(ALONE, "1").output();
         let output = output.unwrap();
         let said = String::from_utf8_lossy(&output.stdout);
-        assert!(
-            output.status.success() && said.contains("1 passed"),
-            "{said}"
-        );
+        assert!(output.status.success() && said.contains("1 passed"), "{said}");
         return;
     }
     let cut = |bytes: &mut Vec<u8>, to: usize| bytes.truncate(to);
@@ -167,9 +148,7 @@ fn io_a_logbook_that_is_removed_or_replaced_during_a_trial_is_saved_beside() {
         write(&at("other.db"));
         let (run, steps) = &example_runs()[0];
         let mut recorder = begun(&at("a.db"));
-        recorder
-            .begin_run(run.number, run.thrust, run.attempt)
-            .unwrap();
+        recorder.begin_run(run.number, run.thrust, run.attempt).unwrap();
         steps.iter().for_each(|step| recorder.step(*step).unwrap());
         match is_replaced {
             true => fs::rename(at("other.db"), at("a.db")).unwrap(),
@@ -199,18 +178,10 @@ fn io_a_logbook_that_something_else_writes_into_during_a_trial_is_not_called_sav
     let path = folder.path().join("a.db");
     let (run, steps) = &example_runs()[0];
     let mut recorder = begun(&path);
-    recorder
-        .begin_run(run.number, run.thrust, run.attempt)
-        .unwrap();
+    recorder.begin_run(run.number, run.thrust, run.attempt).unwrap();
     steps.iter().for_each(|step| recorder.step(*step).unwrap());
-    fs::OpenOptions::new()
-        .write(true)
-        .truncate(true)
-        .open(&path)
-        .unwrap();
+    fs::OpenOptions::new().write(true).truncate(true).open(&path).unwrap();
     // Where the run itself cannot be written, that is told.
-    let told = recorder
-        .finish_run(run)
-        .and(recorder.finish(Outcome::Finished));
+    let told = recorder.finish_run(run).and(recorder.finish(Outcome::Finished));
     assert!(told.is_err(), "{told:?}");
 }

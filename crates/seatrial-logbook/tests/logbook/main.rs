@@ -31,11 +31,7 @@ const NEW: NewCampaign = NewCampaign {
 
 /// Any double at all: subnormal, -0, infinite, every NaN.
 fn any_bits() -> impl Strategy<Value = f64> {
-    prop_oneof![
-        any::<u64>().prop_map(f64::from_bits),
-        any::<i8>().prop_map(f64::from),
-        Just(-0.0)
-    ]
+    prop_oneof![any::<u64>().prop_map(f64::from_bits), any::<i8>().prop_map(f64::from), Just(-0.0)]
 }
 
 fn finite() -> impl Strategy<Value = f64> {
@@ -48,9 +44,7 @@ fn write(path: &Path, runs: &[(Run, Vec<Step>)]) -> CampaignId {
     let mut recorder = Recorder::begin(Logbook::open(path).unwrap(), &NEW).unwrap();
     let campaign = recorder.campaign();
     for (run, steps) in runs {
-        recorder
-            .begin_run(run.number, run.thrust, run.attempt)
-            .unwrap();
+        recorder.begin_run(run.number, run.thrust, run.attempt).unwrap();
         for step in steps {
             recorder.step(*step).unwrap();
         }
@@ -117,11 +111,7 @@ fn example_step(k: u32) -> Step {
             ..Sample::default()
         },
         stage: Some(Stage::Train),
-        action: Action {
-            steering: Steering::Rudder(0.26),
-            thrust: Some(0.6),
-            outcome: None,
-        },
+        action: Action { steering: Steering::Rudder(0.26), thrust: Some(0.6), outcome: None },
         estimate: Some(YawModel::from_theta([-1.0 / 3.0, 1.08, 0.012])),
     }
 }
@@ -155,10 +145,7 @@ fn example(path: &Path) -> Campaign {
 fn io_verify_names_what_was_changed_and_where() {
     let folder = tempfile::tempdir().unwrap();
     let changes = [
-        (
-            "UPDATE sample SET depth_m = 2.5 WHERE run = 2 AND number = 217",
-            "campaign 1, run 2",
-        ),
+        ("UPDATE sample SET depth_m = 2.5 WHERE run = 2 AND number = 217", "campaign 1, run 2"),
         (
             "UPDATE sample SET action_thrust = NULL WHERE run = 1 AND number = 3",
             "campaign 1, run 1",
@@ -167,29 +154,14 @@ fn io_verify_names_what_was_changed_and_where() {
             "UPDATE sample SET heading_rad = 'north' WHERE run = 2 AND number = 205",
             "campaign 1, run 2",
         ),
-        (
-            "DELETE FROM sample WHERE run = 2 AND number = 399",
-            "campaign 1, run 2",
-        ),
-        (
-            "UPDATE run SET verdict = replace(verdict, 'code', 'cod')",
-            "campaign 1, run 1",
-        ),
-        (
-            "UPDATE stage SET stage = 'validate' WHERE run = 1",
-            "campaign 1, run 1",
-        ),
-        (
-            "UPDATE sample SET rudder_rad = 0.2 WHERE run IS NULL",
-            "campaign 1",
-        ),
+        ("DELETE FROM sample WHERE run = 2 AND number = 399", "campaign 1, run 2"),
+        ("UPDATE run SET verdict = replace(verdict, 'code', 'cod')", "campaign 1, run 1"),
+        ("UPDATE stage SET stage = 'validate' WHERE run = 1", "campaign 1, run 1"),
+        ("UPDATE sample SET rudder_rad = 0.2 WHERE run IS NULL", "campaign 1"),
         ("UPDATE campaign SET plan = plan || ' '", "campaign 1"),
         ("UPDATE campaign SET vehicle = 'sim:remus100'", "campaign 1"),
         ("UPDATE campaign SET outcome = NULL", "campaign 1"),
-        (
-            "UPDATE run SET sha256 = NULL WHERE number = 2",
-            "campaign 1",
-        ),
+        ("UPDATE run SET sha256 = NULL WHERE number = 2", "campaign 1"),
         (
             "PRAGMA foreign_keys = OFF; DELETE FROM run WHERE number = 2",
             "entries of the kind sample",
@@ -211,10 +183,7 @@ fn io_verify_names_what_was_changed_and_where() {
         let connection = Connection::open(&path).unwrap();
         connection.execute_batch(change).unwrap();
         let damage = damage();
-        assert!(
-            damage.iter().any(|damage| damage.place == *place),
-            "{change}: {damage:?}"
-        );
+        assert!(damage.iter().any(|damage| damage.place == *place), "{change}: {damage:?}");
     }
 }
 
@@ -325,10 +294,7 @@ fn io_a_logbook_that_is_renamed_during_a_trial_keeps_all_of_it_and_is_told() {
     recorder.begin_run(run.number, run.thrust, 1).unwrap();
     std::fs::rename(&path, &renamed).unwrap();
     // Another logbook of the old name would get what is written here.
-    for refused in [
-        Logbook::open(&path).map(drop),
-        Logbook::check_writable(&path),
-    ] {
+    for refused in [Logbook::open(&path).map(drop), Logbook::check_writable(&path)] {
         assert!(refused.unwrap_err().to_string().contains("a.db-wal"));
     }
     for step in steps {
@@ -336,16 +302,10 @@ fn io_a_logbook_that_is_renamed_during_a_trial_keeps_all_of_it_and_is_told() {
     }
     recorder.finish_run(run).unwrap();
     let told = recorder.finish(Outcome::Finished).unwrap_err();
-    assert!(
-        told.is_not_saved() && told.to_string().contains("renamed"),
-        "{told}"
-    );
+    assert!(told.is_not_saved() && told.to_string().contains("renamed"), "{told}");
     let logbook = Logbook::open_read_only(&renamed).unwrap();
     assert!(logbook.verify().unwrap().is_whole());
-    assert_eq!(
-        logbook.campaign(CampaignId(1)).unwrap().runs,
-        std::slice::from_ref(run)
-    );
+    assert_eq!(logbook.campaign(CampaignId(1)).unwrap().runs, std::slice::from_ref(run));
 }
 
 /// A process killed while it writes without WAL, as it does while it makes the file.
@@ -433,10 +393,7 @@ fn io_a_result_that_cannot_be_kept_exactly_is_refused() {
     let steps: Vec<_> = steps.into_iter().map(|step| (Some(id), step)).collect();
     logbook.append(campaign, &steps[..150]).unwrap();
     let short = logbook.finish_run(id, &run).unwrap_err();
-    assert!(
-        short.to_string().contains("200 samples is not the 150"),
-        "{short}"
-    );
+    assert!(short.to_string().contains("200 samples is not the 150"), "{short}");
 
     logbook.append(campaign, &steps[150..]).unwrap();
     let mut identification = example_identification();
@@ -572,18 +529,11 @@ fn io_a_review_goes_before_the_verdict() {
         assert_eq!(rejected.reasons[0].code, ReasonCode::RejectedByOperator);
         assert_eq!(rejected.reasons[1..], run.verdict.reasons);
         // Only what has a model can be used.
-        let entered = logbook
-            .review(id, run.number, true, "it was far away", "Ben")
-            .unwrap();
+        let entered = logbook.review(id, run.number, true, "it was far away", "Ben").unwrap();
         assert_eq!(entered.is_some(), run.identification.is_some());
         assert_eq!(counted(&logbook)[place].verdict.accepted, entered.is_some());
     }
-    assert_eq!(
-        logbook
-            .review(id, 99, false, "no such run", "Anna")
-            .unwrap(),
-        None
-    );
+    assert_eq!(logbook.review(id, 99, false, "no such run", "Anna").unwrap(), None);
     assert_eq!(logbook.reviews(id).unwrap().len(), found.runs.len());
     assert_eq!(logbook.recording(id).unwrap().campaign, found);
     assert_eq!(logbook.verify().unwrap().damage, []);
@@ -604,9 +554,6 @@ fn io_commands_are_read_newest_first() {
         logbook.enter_command(&new).unwrap();
     }
     let read = logbook.commands(2).unwrap();
-    let names: Vec<(i64, &str)> = read
-        .iter()
-        .map(|c| (c.number, c.command.as_str()))
-        .collect();
+    let names: Vec<(i64, &str)> = read.iter().map(|c| (c.number, c.command.as_str())).collect();
     assert_eq!(names, [(3, "abort_trial"), (2, "start_trial")]);
 }

@@ -47,11 +47,7 @@ pub(crate) struct Era {
 }
 
 const fn era(unit: Unit, zero_unix_s: f64, name: &'static str) -> Era {
-    Era {
-        unit,
-        zero_unix_s,
-        name,
-    }
+    Era { unit, zero_unix_s, name }
 }
 
 /// Beginnings of two of the eras, in seconds since 1970.
@@ -73,11 +69,7 @@ const ERAS: [Era; 16] = [
     era(Unit::Second, LABVIEW_UNIX_S, "1904, as LabVIEW counts"),
     era(Unit::Millisecond, LABVIEW_UNIX_S, "1904, as LabVIEW counts"),
     era(Unit::Day, -2_209_161_600.0, "1900, as a spreadsheet counts"),
-    era(
-        Unit::Day,
-        -3_506_716_800.0,
-        "17 November 1858 (modified Julian date)",
-    ),
+    era(Unit::Day, -3_506_716_800.0, "17 November 1858 (modified Julian date)"),
     era(Unit::Day, -62_167_305_600.0, "year 0, as MATLAB counts"),
     era(Unit::Day, -210_866_760_000.0, "4713 BC (Julian date)"),
 ];
@@ -122,12 +114,7 @@ pub(crate) struct ClockFound {
 impl ClockFound {
     /// A clock whose times say that they are in seconds.
     fn known(clock: Clock, because: &str) -> Self {
-        Self {
-            clock,
-            unit: Unit::Second,
-            because: Some(because.into()),
-            is_doubtful: false,
-        }
+        Self { clock, unit: Unit::Second, because: Some(because.into()), is_doubtful: false }
     }
 
     /// A date or a time of day says of what it is; a number does not.
@@ -159,13 +146,9 @@ impl Clock {
             (Self::Epoch { start, era }, Cell::Number(time)) => {
                 Some((time - start) / era.per_second())
             }
-            (
-                Self::Digits {
-                    start_s,
-                    per_second,
-                },
-                Cell::Number(time),
-            ) => Some(of_digits(time / per_second)? - start_s),
+            (Self::Digits { start_s, per_second }, Cell::Number(time)) => {
+                Some(of_digits(time / per_second)? - start_s)
+            }
             (Self::Calendar { start }, Cell::Instant(time)) => {
                 let nanoseconds = time.as_nanosecond() - start.as_nanosecond();
                 Some(nanoseconds as f64 / 1e9)
@@ -230,10 +213,7 @@ impl Clock {
             && let Some(per_second) = digits_per_second(&numbers)
         {
             let start_s = of_digits(first / per_second).unwrap_or(0.0);
-            let clock = Self::Digits {
-                start_s,
-                per_second,
-            };
+            let clock = Self::Digits { start_s, per_second };
             return ClockFound::known(clock, "digits of hours, minutes and seconds");
         }
         let median = median_step(&numbers);
@@ -252,9 +232,7 @@ impl Clock {
         }
         let (unit, because, is_doubtful) = plain_unit(&numbers, median, &eras, stated);
         ClockFound {
-            clock: Self::Plain {
-                per_second: per_second(unit),
-            },
+            clock: Self::Plain { per_second: per_second(unit) },
             unit,
             because,
             is_doubtful,
@@ -279,10 +257,8 @@ fn plain_unit(
 
 /// `1 counts us since 1601 or 100ns since 1970`.
 fn several(first: f64, eras: &[Era]) -> String {
-    let each: Vec<String> = eras
-        .iter()
-        .map(|era| format!("{} since {}", era.unit, era.name))
-        .collect();
+    let each: Vec<String> =
+        eras.iter().map(|era| format!("{} since {}", era.unit, era.name)).collect();
     format!("size: {first} counts {}", each.join(" or "))
 }
 
@@ -368,12 +344,7 @@ fn of_digits(number: f64) -> Option<f64> {
         return None;
     }
     let days = days as u32;
-    let date = format!(
-        "{}-{:02}-{:02}",
-        days / 10_000,
-        days / 100 % 100,
-        days % 100
-    );
+    let date = format!("{}-{:02}-{:02}", days / 10_000, days / 100 % 100, days % 100);
     let midnight = instant(&format!("{date}T00:00:00Z"))?;
     Some(midnight.as_second() as f64 + of_day_s)
 }
@@ -404,12 +375,7 @@ pub(crate) fn stamp_s(text: &str) -> Option<f64> {
     if let Some(of_day_s) = time_of_day(text) {
         return Some(of_day_s);
     }
-    let number: f64 = text
-        .parse()
-        .ok()
-        .filter(|number: &f64| number.is_finite())?;
-    let era = ERAS
-        .iter()
-        .find(|era| era.unit != Unit::Day && era.is_ours(number));
+    let number: f64 = text.parse().ok().filter(|number: &f64| number.is_finite())?;
+    let era = ERAS.iter().find(|era| era.unit != Unit::Day && era.is_ours(number));
     Some(era.map_or(number, |era| era.unix_s(number)))
 }

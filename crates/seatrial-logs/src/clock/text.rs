@@ -201,11 +201,7 @@ fn year_first(text: &str) -> Option<String> {
     // Two digits of a year are one beside a time of day.
     let is_short =
         first.len() <= 2 && third.len() == 2 && time.contains(':') && !date.contains('-');
-    let third = if is_short {
-        format!("20{third}")
-    } else {
-        third.to_owned()
-    };
+    let third = if is_short { format!("20{third}") } else { third.to_owned() };
     let third = third.as_str();
     let (year, month, day) = match (first.len(), third.len()) {
         (4, 1 | 2) if !date.contains('-') => (first, second, third),
@@ -217,10 +213,7 @@ fn year_first(text: &str) -> Option<String> {
         "" => "00:00",
         time => time,
     };
-    Some(format!(
-        "{year}-{month:0>2}-{day:0>2}T{}",
-        time.replace(',', ".")
-    ))
+    Some(format!("{year}-{month:0>2}-{day:0>2}T{}", time.replace(',', ".")))
 }
 
 fn is_number(text: &str) -> bool {
@@ -282,13 +275,8 @@ mod tests {
         }
         let fifth = instant("2026-04-05T00:00:00Z");
         assert_eq!(instant("05.04.2026"), fifth);
-        for text in [
-            "20-11-26 12:00",
-            "1.2.3",
-            "not a date",
-            "31.31.2026 12:00",
-            "192.168.20.2026",
-        ] {
+        for text in ["20-11-26 12:00", "1.2.3", "not a date", "31.31.2026 12:00", "192.168.20.2026"]
+        {
             assert_eq!(instant(text), None, "{text}");
         }
     }

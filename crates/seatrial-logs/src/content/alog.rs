@@ -57,10 +57,8 @@ impl LineFormat for Alog {
         known.add_fields(&channels.kinds, CHANNELS);
         let found = crate::error::clipped(&names(&channels.kinds));
         known.lacks(Heading, format!("expected NAV_HEADING; found {found}"));
-        known.lacks(
-            Rudder,
-            format!("expected NAV_RUDDER, RUDDER or DESIRED_RUDDER; found {found}"),
-        );
+        known
+            .lacks(Rudder, format!("expected NAV_RUDDER, RUDDER or DESIRED_RUDDER; found {found}"));
         known
     }
 }

@@ -34,11 +34,7 @@ pub(crate) fn is_start(start: &[u8]) -> bool {
 fn names<'a>(lines: &mut impl Iterator<Item = &'a str>) -> Option<BTreeMap<u32, String>> {
     let mut of_line = || {
         let line = lines.next()?.trim().strip_prefix('!')?;
-        Some(
-            line.split(',')
-                .map(|cell| cell.trim().to_owned())
-                .collect::<Vec<_>>(),
-        )
+        Some(line.split(',').map(|cell| cell.trim().to_owned()).collect::<Vec<_>>())
     };
     let (names, numbers) = (of_line()?, of_line()?);
     let numbers = numbers.iter().skip(1).map(|number| number.parse().ok());

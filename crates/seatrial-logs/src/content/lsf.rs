@@ -77,12 +77,7 @@ pub(super) fn is_start(start: &[u8]) -> bool {
 }
 
 /// Name, kinds and names of the fields of a message.
-fn layout(
-    id: u16,
-) -> Option<(
-    &'static str,
-    impl Iterator<Item = (Primitive, &'static str)>,
-)> {
+fn layout(id: u16) -> Option<(&'static str, impl Iterator<Item = (Primitive, &'static str)>)> {
     let (_, name, fields) = LAYOUTS.into_iter().find(|(of, ..)| *of == id)?;
     let named = |(kind, names): &'static (Primitive, &'static str)| {
         names.split(' ').map(move |name| (*kind, name))
@@ -192,10 +187,7 @@ impl Lsf {
             }
             let packet = packet.filter(|packet| packet.is_sound(seen));
             if packet.is_none() && !seen.is_empty() {
-                let next = seen
-                    .iter()
-                    .skip(1)
-                    .position(|byte| [0x54, 0xfe].contains(byte));
+                let next = seen.iter().skip(1).position(|byte| [0x54, 0xfe].contains(byte));
                 let next = next.map_or(seen.len(), |next| next + 1);
                 self.bytes.skip(next);
                 continue;
@@ -266,14 +258,8 @@ impl Messages for Lsf {
             }
         }
         let found = names(&self.kinds);
-        known.lacks(
-            Heading,
-            format!("expected EulerAngles or EstimatedState; found {found}"),
-        );
-        known.lacks(
-            Rudder,
-            format!("expected ServoPosition or SetServoPosition; found {found}"),
-        );
+        known.lacks(Heading, format!("expected EulerAngles or EstimatedState; found {found}"));
+        known.lacks(Rudder, format!("expected ServoPosition or SetServoPosition; found {found}"));
         known
     }
 

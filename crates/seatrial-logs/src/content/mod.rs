@@ -34,10 +34,7 @@ macro_rules! built {
         }
         #[cfg(not(feature = $needed))]
         {
-            Err(Fault::NotBuilt {
-                format: $name,
-                feature: concat!("--features ", $feature),
-            })
+            Err(Fault::NotBuilt { format: $name, feature: concat!("--features ", $feature) })
         }
     }};
 }
@@ -75,19 +72,13 @@ fn is_dbd_ascii(start: &[u8]) -> bool {
 
 fn start(input: impl Read) -> Result<Vec<u8>, Fault> {
     let mut start = Vec::new();
-    input
-        .take(START)
-        .read_to_end(&mut start)
-        .map_err(Fault::read)?;
+    input.take(START).read_to_end(&mut start).map_err(Fault::read)?;
     Ok(start)
 }
 
 /// Is this file a log, or what packs one? Of a text or a Parquet file its columns tell: a heading, and a rudder or a time.
 pub fn is_log(path: &Path) -> bool {
-    let Ok(start) = crate::input::opened(path)
-        .map_err(Fault::read)
-        .and_then(start)
-    else {
+    let Ok(start) = crate::input::opened(path).map_err(Fault::read).and_then(start) else {
         return false;
     };
     if let Err(fault) = check_is_log(&start) {
@@ -130,10 +121,7 @@ pub(crate) fn table(
     if path == Path::new("-") {
         return open_stream(io::stdin(), formats);
     }
-    let opening = |source| Fault::Io {
-        doing: "opened",
-        source,
-    };
+    let opening = |source| Fault::Io { doing: "opened", source };
     let file = held.open(path).map_err(opening)?;
     if file.is_folder().map_err(opening)? {
         return Err(Fault::Folder);
@@ -198,12 +186,9 @@ fn built_in(
     held: &FileMap,
 ) -> Result<Box<dyn Table>, Fault> {
     match format {
-        Format::Parquet => built!(
-            "parquet-reader",
-            "parquet",
-            "Parquet",
-            crate::parquet::Columnar::open(file)?
-        ),
+        Format::Parquet => {
+            built!("parquet-reader", "parquet", "Parquet", crate::parquet::Columnar::open(file)?)
+        }
         Format::Mcap => built!(
             "mcap-reader",
             "mcap",
@@ -224,10 +209,7 @@ fn built_in(
         Format::Ulog => joined(format, crate::ulog::ULog::open(file)),
         Format::Lsf => joined(format, lsf::Lsf::open(file)),
         Format::Slocum => joined(format, crate::slocum::Glider::open(file, path, held)),
-        Format::Canboat => Ok(Box::new(MessageTable::new(
-            format,
-            crate::nmea2000::open(file)?,
-        ))),
+        Format::Canboat => Ok(Box::new(MessageTable::new(format, crate::nmea2000::open(file)?))),
         Format::Nmea0183 => joined(format, crate::nmea0183::Sentences::open(file)),
         Format::Expedition => lines(format, file, expedition::Pairs::default()),
         Format::SignalK => lines(format, file, crate::signal_k::Deltas),
@@ -329,9 +311,7 @@ fn is_nmea0183(start: &[u8]) -> bool {
         line[at..].contains(&b',')
             && address.is_some_and(|address| {
                 (5..=8).contains(&address.len())
-                    && address
-                        .iter()
-                        .all(|byte| byte.is_ascii_uppercase() || byte.is_ascii_digit())
+                    && address.iter().all(|byte| byte.is_ascii_uppercase() || byte.is_ascii_digit())
             })
     };
     first_lines(start).take(3).any(is_sentence)

@@ -69,10 +69,7 @@ impl Header {
                 _ => break line,
             }
         };
-        let rows: Vec<&[u8]> = std::iter::once(first)
-            .chain(lines)
-            .take(MOST_TITLES + 20)
-            .collect();
+        let rows: Vec<&[u8]> = std::iter::once(first).chain(lines).take(MOST_TITLES + 20).collect();
         let titles = titles(&rows);
         let groups = titles.checked_sub(1).map(|at| rows[at]);
         let (first, rows) = rows[titles..].split_first()?;
@@ -95,18 +92,12 @@ impl Header {
                 are_of_topics(first, rows, delimiter).then(|| TOPIC.map(str::to_owned).to_vec())
             }
         };
-        let between: Vec<Vec<String>> = rows
-            .iter()
-            .take(3)
-            .map(|row| cells(row, delimiter))
-            .collect();
+        let between: Vec<Vec<String>> =
+            rows.iter().take(3).map(|row| cells(row, delimiter)).collect();
         let below = below(&between);
         let widest = rows[below..].iter().map(|row| cells(row, delimiter).len());
         Some(Self {
-            dialect: Dialect {
-                delimiter,
-                decimal_comma: has_decimal_commas(rows, delimiter),
-            },
+            dialect: Dialect { delimiter, decimal_comma: has_decimal_commas(rows, delimiter) },
             line: if titles > 0 { line_of(start, first) } else { 1 },
             in_comment,
             comment: sign,
@@ -130,13 +121,10 @@ impl Header {
                 let again = names.iter().filter(|other| *other == name).count() > 1;
                 again || name.parse::<Unit>().is_ok()
             };
-            let of_group = names
-                .iter()
-                .zip(groups)
-                .map(|(name, group)| match is_vague(name) {
-                    true => format!("{group} {name}").trim().to_owned(),
-                    false => name.clone(),
-                });
+            let of_group = names.iter().zip(groups).map(|(name, group)| match is_vague(name) {
+                true => format!("{group} {name}").trim().to_owned(),
+                false => name.clone(),
+            });
             names = of_group.collect();
         }
         let below = self.units.iter().flatten().map(String::as_str);
@@ -215,20 +203,15 @@ fn has_values(cells: &[String]) -> bool {
 
 /// Are rows without names above them times, topics and numbers, one value a row? Topics then come again.
 fn are_of_topics(first: &[u8], rows: &[&[u8]], delimiter: u8) -> bool {
-    let rows: Vec<Vec<String>> = std::iter::once(&first)
-        .chain(rows)
-        .map(|row| cells(row, delimiter))
-        .collect();
+    let rows: Vec<Vec<String>> =
+        std::iter::once(&first).chain(rows).map(|row| cells(row, delimiter)).collect();
     let is_row = |row: &Vec<String>| {
         matches!(&row[..], [time, topic, value]
             if is_value(time) && !is_value(topic) && topic.contains(char::is_alphabetic)
                 && number(value, false).is_some())
     };
-    let topics: BTreeSet<&str> = rows
-        .iter()
-        .filter_map(|row| row.get(1))
-        .map(String::as_str)
-        .collect();
+    let topics: BTreeSet<&str> =
+        rows.iter().filter_map(|row| row.get(1)).map(String::as_str).collect();
     rows.len() >= LEAST_ROWS_OF_TOPICS && topics.len() < rows.len() && rows.iter().all(is_row)
 }
 
@@ -250,9 +233,7 @@ fn titles(rows: &[&[u8]]) -> usize {
         names.iter().filter(is_name).count() >= LEAST_COLUMNS
             && under.get(below(&under)).is_some_and(|row| has_values(row))
     };
-    (0..rows.len().min(MOST_TITLES))
-        .find(|at| is_header(*at))
-        .unwrap_or(0)
+    (0..rows.len().min(MOST_TITLES)).find(|at| is_header(*at)).unwrap_or(0)
 }
 
 /// Is it a number with a point or a comma, or a time?

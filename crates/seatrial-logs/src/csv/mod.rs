@@ -115,16 +115,9 @@ impl Text {
             bytes_read: 0,
             hash: Sha256::new(),
             parser: csv_core::Reader::new(),
-            dialect: Dialect {
-                delimiter: b',',
-                decimal_comma: false,
-            },
+            dialect: Dialect { delimiter: b',', decimal_comma: false },
             last_byte: b'\n',
-            record: Record {
-                bytes: vec![0; LONGEST_LINE],
-                ends: vec![0; MOST_COLUMNS],
-                cells: 0,
-            },
+            record: Record { bytes: vec![0; LONGEST_LINE], ends: vec![0; MOST_COLUMNS], cells: 0 },
             columns: Vec::new(),
             selected: Vec::new(),
             at_end: false,
@@ -164,12 +157,7 @@ impl Text {
         text: impl Read + Send + 'static,
         remarks: Vec<String>,
     ) -> Result<Self, Fault> {
-        Ok(Self {
-            format,
-            made_of: Some(file),
-            remarks,
-            ..Self::open(text)?
-        })
+        Ok(Self { format, made_of: Some(file), remarks, ..Self::open(text)? })
     }
 
     /// Reads as far as the row of names, and the rows below it that are no samples.
@@ -178,9 +166,8 @@ impl Text {
         while line < header.line {
             line = self.read_record()?.ok_or(Fault::Empty)?;
         }
-        let mut columns: Vec<String> = (0..self.record.cells)
-            .map(|i| decoded(self.record.cell(i)).into_owned())
-            .collect();
+        let mut columns: Vec<String> =
+            (0..self.record.cells).map(|i| decoded(self.record.cell(i)).into_owned()).collect();
         while columns.last().is_some_and(String::is_empty) {
             columns.pop();
         }
@@ -188,10 +175,7 @@ impl Text {
         let numbers = columns.iter().filter(is_number).count();
         let are_most = numbers >= header::LEAST_COLUMNS && 2 * numbers > columns.len();
         if are_most || numbers == columns.len() {
-            return Err(Fault::NoHeader {
-                line,
-                found: clipped(&columns.join(",")),
-            });
+            return Err(Fault::NoHeader { line, found: clipped(&columns.join(",")) });
         }
         for _ in 0..header.below {
             self.read_record()?;
@@ -253,10 +237,7 @@ impl Text {
                     ReadRecordResult::Record => break,
                     ReadRecordResult::End => return Ok(None),
                     ReadRecordResult::OutputFull => {
-                        return Err(Fault::LineTooLong {
-                            line: self.line(),
-                            limit: LONGEST_LINE,
-                        });
+                        return Err(Fault::LineTooLong { line: self.line(), limit: LONGEST_LINE });
                     }
                     ReadRecordResult::OutputEndsFull => {
                         return Err(Fault::TooManyColumns {
@@ -402,11 +383,7 @@ impl Table for Text {
             .then(|| format!("{repeated} rows repeat the names of the columns and are left out"));
         let damage = self.damage.as_ref();
         let damage = damage.map(|damage| format!("it was exported from what is damaged: {damage}"));
-        let own = damage
-            .into_iter()
-            .chain(cut_off)
-            .chain(none)
-            .chain(repeated);
+        let own = damage.into_iter().chain(cut_off).chain(none).chain(repeated);
         self.remarks.iter().cloned().chain(own).collect()
     }
 
@@ -448,21 +425,13 @@ fn decoded(bytes: &[u8]) -> Cow<'_, str> {
 
 /// No control characters, and nothing outside UTF-8 but single letters and signs of Latin-1.
 fn check_is_text(start: &[u8]) -> Result<(), Fault> {
-    let is_wide = [[0xff, 0xfe], [0xfe, 0xff]]
-        .iter()
-        .any(|mark| start.starts_with(mark));
+    let is_wide = [[0xff, 0xfe], [0xfe, 0xff]].iter().any(|mark| start.starts_with(mark));
     if is_wide || (start.len() > 3 && start[0] != 0 && start[1] == 0 && start[3] == 0) {
         return Err(Fault::Utf16);
     }
-    let not_text = |offset: usize| Fault::NotText {
-        offset,
-        found: start[offset],
-    };
+    let not_text = |offset: usize| Fault::NotText { offset, found: start[offset] };
     // The instruments' 0x00 after a power loss is a fault of its row; in the first line it is not text.
-    let first_line = start
-        .iter()
-        .position(|&byte| byte == b'\n')
-        .unwrap_or(start.len());
+    let first_line = start.iter().position(|&byte| byte == b'\n').unwrap_or(start.len());
     if let Some(offset) = start[..first_line].iter().position(is_control) {
         return Err(not_text(offset));
     }

@@ -83,9 +83,7 @@ fn with_a_letter(text: &str, decimal_comma: bool) -> Option<f64> {
         }
         at => text.split_at(at),
     };
-    let (_, sign) = LETTERS
-        .iter()
-        .find(|(word, _)| word.eq_ignore_ascii_case(letters))?;
+    let (_, sign) = LETTERS.iter().find(|(word, _)| word.eq_ignore_ascii_case(letters))?;
     // Minutes before S are those of a latitude as well.
     let is_of_minutes = letters.eq_ignore_ascii_case("S") && number_text.contains(MINUTES);
     let number = number(number_text.trim_end(), decimal_comma).filter(|_| !is_of_minutes)?;
@@ -103,17 +101,8 @@ fn degrees_and_minutes(text: &str) -> Option<f64> {
     // A backslash before a quotation mark is how some programs write it.
     let rest = rest.replace('\\', "").replace(',', ".");
     let (minutes, rest) = rest.split_once(MINUTES)?;
-    let sixtieths = |text: &str| {
-        text.trim()
-            .parse()
-            .ok()
-            .filter(|n| (0.0..=60.0).contains(n))
-    };
-    let seconds = match rest
-        .trim()
-        .trim_end_matches(SECONDS)
-        .trim_end_matches(MINUTES)
-    {
+    let sixtieths = |text: &str| text.trim().parse().ok().filter(|n| (0.0..=60.0).contains(n));
+    let seconds = match rest.trim().trim_end_matches(SECONDS).trim_end_matches(MINUTES) {
         "" => 0.0,
         seconds => sixtieths(seconds)?,
     };
@@ -142,9 +131,7 @@ pub(super) fn unit_behind(text: &str) -> Option<&'static str> {
         .filter(is_letter)
         .find_map(|(word, _)| split_unit(text[..text.len() - word.len()].trim_end()));
     let (digits, unit) = split_unit(text).or(of_side)?;
-    digits
-        .ends_with(|c: char| c.is_ascii_digit())
-        .then_some(unit)
+    digits.ends_with(|c: char| c.is_ascii_digit()).then_some(unit)
 }
 
 /// Is it a whole number whose thousands are in groups of three behind this sign?

@@ -55,8 +55,7 @@ impl Directory {
             }
             Record::Statistics(counts) => {
                 let counted = counts.iter().filter(|(_, count)| *count > 0);
-                self.with_messages
-                    .extend(counted.map(|(channel, _)| *channel));
+                self.with_messages.extend(counted.map(|(channel, _)| *channel));
             }
             _ => {}
         }
@@ -94,25 +93,14 @@ impl<'a> Record<'a> {
                 let (name, rest) = text(data.get(2..)?)?;
                 let (encoding, rest) = text(rest)?;
                 let (text, _) = text(rest)?;
-                let text = if encoding == "ros2msg" {
-                    text
-                } else {
-                    String::new()
-                };
+                let text = if encoding == "ros2msg" { text } else { String::new() };
                 Self::Schema(number(data, 0)?, Schema { name, text })
             }
             CHANNEL => {
                 let (topic, rest) = text(data.get(4..)?)?;
                 let (encoding, _) = text(rest)?;
                 let schema = number(data, 2)?;
-                Self::Channel(
-                    number(data, 0)?,
-                    Channel {
-                        schema,
-                        topic,
-                        encoding,
-                    },
-                )
+                Self::Channel(number(data, 0)?, Channel { schema, topic, encoding })
             }
             MESSAGE => Self::Message {
                 channel: number(data, 0)?,
@@ -133,8 +121,6 @@ impl<'a> Record<'a> {
 
 /// A text behind its length, and what follows it.
 fn text(data: &[u8]) -> Option<(String, &[u8])> {
-    let (text, rest) = data
-        .get(4..)?
-        .split_at_checked(number::<u32>(data, 0)? as usize)?;
+    let (text, rest) = data.get(4..)?.split_at_checked(number::<u32>(data, 0)? as usize)?;
     Some((String::from_utf8_lossy(text).into_owned(), rest))
 }

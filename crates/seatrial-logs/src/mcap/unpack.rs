@@ -38,9 +38,7 @@ mod tests {
     /// 200 messages of 3 kB in chunks of 64 kB, half of it noise that does not pack.
     fn packed(by: mcap::Compression) -> Vec<u8> {
         let mut file = std::io::Cursor::new(Vec::new());
-        let options = mcap::WriteOptions::new()
-            .compression(Some(by))
-            .chunk_size(Some(64 << 10));
+        let options = mcap::WriteOptions::new().compression(Some(by)).chunk_size(Some(64 << 10));
         let mut writer = options.create(&mut file).unwrap();
         let channel = writer.add_channel(0, "/heading", "cdr", &Default::default());
         let channel_id = channel.unwrap();

@@ -60,16 +60,10 @@ pub(crate) struct Sentences {
 pub(crate) fn time_before(text: &str) -> Option<f64> {
     // A tag block: `\s:rudder,c:1577836800*5A\`.
     if let Some(block) = text.trim().strip_prefix('\\') {
-        let code = block
-            .split([',', '*'])
-            .find_map(|part| part.strip_prefix("c:"))?;
+        let code = block.split([',', '*']).find_map(|part| part.strip_prefix("c:"))?;
         return stamp_s(code);
     }
-    let parts = || {
-        std::iter::once(text)
-            .chain(text.split([',', ';', '\t']))
-            .map(trimmed)
-    };
+    let parts = || std::iter::once(text).chain(text.split([',', ';', '\t'])).map(trimmed);
     let dated = parts().find_map(|part| instant(part).or_else(|| instant(&with_t(part))));
     if let Some(time) = dated {
         return Some(time.as_nanosecond() as f64 / 1e9);
@@ -88,24 +82,17 @@ fn with_t(text: &str) -> String {
 }
 
 fn trimmed(text: &str) -> &str {
-    text.trim()
-        .trim_matches(['[', ']', '(', ')', '"', ',', ';', ':'])
-        .trim()
+    text.trim().trim_matches(['[', ']', '(', ')', '"', ',', ';', ':']).trim()
 }
 
 /// What stands before a sentence beside numbers and times.
 fn source_before(text: &str) -> String {
     if let Some(block) = text.trim().strip_prefix('\\') {
-        let source = block
-            .split([',', '*'])
-            .find_map(|part| part.strip_prefix("s:"));
+        let source = block.split([',', '*']).find_map(|part| part.strip_prefix("s:"));
         return source.unwrap_or_default().into();
     }
     let is_name = |part: &&str| part.starts_with(|c: char| c.is_ascii_alphabetic());
-    let parts = text
-        .split([',', ';', '\t', ' '])
-        .map(trimmed)
-        .filter(is_name);
+    let parts = text.split([',', ';', '\t', ' ']).map(trimmed).filter(is_name);
     parts.collect::<Vec<_>>().join(" ")
 }
 
@@ -129,9 +116,7 @@ pub(crate) fn sentence(line: &str) -> Option<(&str, Vec<&str>)> {
     let cells: Vec<&str> = body.split(',').map(str::trim).collect();
     let address = cells.first()?;
     let is_address = (3..=8).contains(&address.len())
-        && address
-            .bytes()
-            .all(|byte| byte.is_ascii_uppercase() || byte.is_ascii_digit());
+        && address.bytes().all(|byte| byte.is_ascii_uppercase() || byte.is_ascii_digit());
     is_address.then_some((before, cells))
 }
 
@@ -198,10 +183,7 @@ impl Sentences {
 
     /// The kind of an instrument's sentences; new ones only on the way through for them.
     fn kind_of(&mut self, instrument: Instrument, is_new: bool) -> Option<usize> {
-        let known = self
-            .instruments
-            .iter()
-            .position(|known| *known == instrument);
+        let known = self.instruments.iter().position(|known| *known == instrument);
         if known.is_some() || !is_new {
             return known;
         }
@@ -224,10 +206,7 @@ impl Sentences {
     fn spread(&mut self, from_s: f64, to_s: Option<f64>) {
         let until_next = to_s.map(|to_s| to_s - from_s).filter(|s| *s > 0.0);
         let is_gap = |s: &f64| self.interval_s.is_some_and(|usual_s| *s > GAP * usual_s);
-        let interval_s = until_next
-            .filter(|s| !is_gap(s))
-            .or(self.interval_s)
-            .unwrap_or(0.0);
+        let interval_s = until_next.filter(|s| !is_gap(s)).or(self.interval_s).unwrap_or(0.0);
         if let Some(until_next_s) = until_next.filter(|s| !is_gap(s)) {
             self.interval_s = Some(until_next_s);
         }
@@ -308,11 +287,8 @@ impl Sentences {
             self.untimed += 1;
             return;
         }
-        let instrument = Instrument {
-            sentence,
-            talker: talker.into(),
-            source: source_before(before),
-        };
+        let instrument =
+            Instrument { sentence, talker: talker.into(), source: source_before(before) };
         let kind = self.kind_of(instrument, wanted.is_none());
         let Some(kind) = kind.filter(|kind| wanted.is_none_or(|wanted| wanted[*kind])) else {
             return;
@@ -320,11 +296,7 @@ impl Sentences {
         if let Some(own_s) = own_s {
             self.stamps.take(kind, own_s);
         }
-        let values = SENTENCES[sentence]
-            .1
-            .iter()
-            .map(|field| field.value(cells))
-            .collect();
+        let values = SENTENCES[sentence].1.iter().map(|field| field.value(cells)).collect();
         match (own_s, self.clock.last_s) {
             (Some(own_s), _) => self.ready.push_back((kind, own_s, values)),
             (None, Some(last_s)) => {
@@ -348,9 +320,8 @@ impl Sentences {
                 let numbers = self.numbers[kind][at];
                 (name == sentence && numbers.count > 0).then_some((numbers.changes, numbers.count))
             };
-            let mut kinds: Vec<((bool, u64), usize)> = (0..self.kinds.len())
-                .filter_map(|kind| Some((of_sentence(kind)?, kind)))
-                .collect();
+            let mut kinds: Vec<((bool, u64), usize)> =
+                (0..self.kinds.len()).filter_map(|kind| Some((of_sentence(kind)?, kind))).collect();
             kinds.sort_by_key(|(count, kind)| (Reverse(*count), *kind));
             let column = |kind: usize| format!("{}.{field}", self.kinds[kind].name);
             let columns: Vec<String> = kinds.iter().map(|(_, kind)| column(*kind)).collect();
@@ -470,9 +441,7 @@ impl Messages for Sentences {
         }
         if self.is_damaged() {
             let wrong = self.wrong_sums;
-            warnings.push(format!(
-                "{wrong} sentences have a wrong checksum and are left out"
-            ));
+            warnings.push(format!("{wrong} sentences have a wrong checksum and are left out"));
         }
         warnings
     }

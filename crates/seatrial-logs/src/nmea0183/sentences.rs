@@ -20,34 +20,19 @@ pub(super) struct Field {
 }
 
 const fn field(name: &'static str, cell: usize) -> Field {
-    Field {
-        name,
-        cell,
-        flag: None,
-        is_coordinate: false,
-        is_of_a_side: false,
-    }
+    Field { name, cell, flag: None, is_coordinate: false, is_of_a_side: false }
 }
 
 const fn flagged(name: &'static str, cell: usize, at: usize, flag: &'static str) -> Field {
-    Field {
-        flag: Some((at, flag)),
-        ..field(name, cell)
-    }
+    Field { flag: Some((at, flag)), ..field(name, cell) }
 }
 
 const fn coordinate(name: &'static str, cell: usize) -> Field {
-    Field {
-        is_coordinate: true,
-        ..field(name, cell)
-    }
+    Field { is_coordinate: true, ..field(name, cell) }
 }
 
 const fn of_a_side(name: &'static str, cell: usize) -> Field {
-    Field {
-        is_of_a_side: true,
-        ..field(name, cell)
-    }
+    Field { is_of_a_side: true, ..field(name, cell) }
 }
 
 impl Field {
@@ -91,40 +76,15 @@ pub(super) const SENTENCES: [(&str, &[Field]); 17] = [
     ("HDG", &[field("heading_deg", 1)]),
     ("HDM", &[field("heading_deg", 1)]),
     ("ROT", &[flagged("rate_deg_min", 1, 2, "A")]),
-    (
-        "RSA",
-        &[
-            flagged("rudder_deg", 1, 2, "A"),
-            flagged("port_deg", 3, 4, "A"),
-        ],
-    ),
+    ("RSA", &[flagged("rudder_deg", 1, 2, "A"), flagged("port_deg", 3, 4, "A")]),
     // What an autopilot orders.
     ("HTC", &[of_a_side("rudder_order_deg", 2)]),
     ("HTD", &[of_a_side("rudder_order_deg", 2)]),
     ("VHW", &[field("heading_deg", 1), field("speed_kn", 5)]),
     ("VTG", &[field("speed_kn", 5)]),
-    (
-        "RMC",
-        &[
-            field("speed_kn", 7),
-            coordinate("latitude_deg", 3),
-            coordinate("longitude_deg", 5),
-        ],
-    ),
-    (
-        "GGA",
-        &[
-            coordinate("latitude_deg", 2),
-            coordinate("longitude_deg", 4),
-        ],
-    ),
-    (
-        "GLL",
-        &[
-            coordinate("latitude_deg", 1),
-            coordinate("longitude_deg", 3),
-        ],
-    ),
+    ("RMC", &[field("speed_kn", 7), coordinate("latitude_deg", 3), coordinate("longitude_deg", 5)]),
+    ("GGA", &[coordinate("latitude_deg", 2), coordinate("longitude_deg", 4)]),
+    ("GLL", &[coordinate("latitude_deg", 1), coordinate("longitude_deg", 3)]),
     ("XDR", &[field("rudder_deg", NAMED)]),
     ("DPT", &[field("depth_m", 1)]),
     ("DBT", &[field("depth_m", 3)]),

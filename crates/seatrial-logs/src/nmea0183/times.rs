@@ -18,8 +18,7 @@ pub(super) struct Stamps {
 
 impl Stamps {
     pub fn take(&mut self, kind: usize, own_s: f64) {
-        self.last_s
-            .resize(self.last_s.len().max(kind + 1), f64::NAN);
+        self.last_s.resize(self.last_s.len().max(kind + 1), f64::NAN);
         self.repeated += u64::from(self.last_s[kind] == own_s);
         self.last_s[kind] = own_s;
         self.count += 1;

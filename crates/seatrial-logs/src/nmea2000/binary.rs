@@ -40,9 +40,7 @@ pub(super) fn container(start: &[u8]) -> Option<Records> {
         return records(gateway, None);
     }
     // A recording that begins in a message.
-    let begin = start
-        .windows(3)
-        .position(|bytes| *bytes == [DATA_LINK_ESCAPE, 0x02, 0x93]);
+    let begin = start.windows(3).position(|bytes| *bytes == [DATA_LINK_ESCAPE, 0x02, 0x93]);
     if let Some(at) = begin.filter(|at| *at < LONGEST_RECORD)
         && matches!(gateway(&start[at..]), (Piece::Frame(_), _))
     {
@@ -181,10 +179,7 @@ fn sent_message(message: &[u8]) -> Option<Frame> {
         return None;
     };
     let length = usize::from(*body.get(5)?);
-    let (number, data) = (
-        number::<u32>(body, 1)? & 0xff_ffff,
-        body.get(6..6 + length)?,
-    );
+    let (number, data) = (number::<u32>(body, 1)? & 0xff_ffff, body.get(6..6 + length)?);
     Some(Frame::of_message(f64::NAN, number, 0, data.to_vec()))
 }
 
@@ -194,17 +189,9 @@ pub(super) fn long_message(message: &[u8]) -> Option<Frame> {
         return None;
     };
     let length = usize::from(*body.get(10)?);
-    let (time_s, data) = (
-        f64::from(number::<u32>(body, 6)?) / 1e3,
-        body.get(11..11 + length)?,
-    );
+    let (time_s, data) = (f64::from(number::<u32>(body, 6)?) / 1e3, body.get(11..11 + length)?);
     let group = number::<u32>(body, 1)? & 0xff_ffff;
-    Some(Frame::of_message(
-        time_s,
-        group,
-        *body.get(5)?,
-        data.to_vec(),
-    ))
+    Some(Frame::of_message(time_s, group, *body.get(5)?, data.to_vec()))
 }
 
 /// Kind 0x95: length, ms (2), source, number without its page (2), page and priority, data of one frame.

@@ -34,11 +34,7 @@ impl FastPackets {
             if length > MOST_BYTES || (self.0.len() == MOST_OPEN && !self.0.contains_key(&key)) {
                 return None;
             }
-            let open = Open {
-                length,
-                next: 1,
-                data: rest[..rest.len().min(FIRST)].to_vec(),
-            };
+            let open = Open { length, next: 1, data: rest[..rest.len().min(FIRST)].to_vec() };
             self.0.insert(key, open);
         } else {
             let open = self.0.get_mut(&key)?;
@@ -50,10 +46,7 @@ impl FastPackets {
             open.next += 1;
             open.data.extend_from_slice(&rest[..rest.len().min(OTHERS)]);
         }
-        let is_whole = self
-            .0
-            .get(&key)
-            .is_some_and(|open| open.data.len() >= open.length);
+        let is_whole = self.0.get(&key).is_some_and(|open| open.data.len() >= open.length);
         let mut open = is_whole.then(|| self.0.remove(&key))??;
         open.data.truncate(open.length);
         Some(open.data)

@@ -89,9 +89,7 @@ fn field<'a>(fields: &'a Value, name: &str) -> Option<&'a Value> {
         letters.flat_map(char::to_lowercase).collect()
     };
     let is_it = |(known, _): &(&String, &Value)| plain(known) == plain(name);
-    fields
-        .get(name)
-        .or_else(|| Some(fields.as_object()?.iter().find(is_it)?.1))
+    fields.get(name).or_else(|| Some(fields.as_object()?.iter().find(is_it)?.1))
 }
 
 /// A number, or the value of an object with a name beside it.

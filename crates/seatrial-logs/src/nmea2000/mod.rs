@@ -52,30 +52,16 @@ impl Frame {
             true => page,
             false => page | identifier >> 8 & 0xff,
         };
-        Self {
-            time_s,
-            number,
-            source: identifier as u8,
-            data,
-            is_of_bus: true,
-        }
+        Self { time_s, number, source: identifier as u8, data, is_of_bus: true }
     }
 
     /// A whole message.
     fn of_message(time_s: f64, number: u32, source: u8, data: Vec<u8>) -> Self {
-        Self {
-            time_s,
-            number,
-            source,
-            data,
-            is_of_bus: false,
-        }
+        Self { time_s, number, source, data, is_of_bus: false }
     }
 
     fn group(&self) -> Option<usize> {
-        GROUPS
-            .iter()
-            .position(|(number, ..)| *number == self.number)
+        GROUPS.iter().position(|(number, ..)| *number == self.number)
     }
 
     fn key(&self) -> Option<(usize, u8, u8)> {
@@ -89,8 +75,7 @@ impl Frame {
 
     fn values(&self, group: usize) -> impl Iterator<Item = f64> + '_ {
         fields(group).map(|(_, at, kind, resolution)| {
-            kind.below_none(&self.data, at)
-                .map_or(f64::NAN, |number| number * resolution)
+            kind.below_none(&self.data, at).map_or(f64::NAN, |number| number * resolution)
         })
     }
 }

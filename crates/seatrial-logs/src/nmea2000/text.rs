@@ -55,33 +55,23 @@ pub(super) fn container(start: &[u8]) -> Option<fn(&str) -> Option<Frame>> {
         miniplex,
     ];
     let count = |read: &fn(&str) -> Option<Frame>| {
-        lines[..whole]
-            .iter()
-            .filter(|line| read(line).is_some())
-            .count()
+        lines[..whole].iter().filter(|line| read(line).is_some()).count()
     };
-    all.into_iter()
-        .find(|read| 2 * count(read) >= whole && count(read) > 0)
+    all.into_iter().find(|read| 2 * count(read) >= whole && count(read) > 0)
 }
 
 /// Are the first lines frames as candump writes them without times?
 pub(super) fn are_untimed(start: &[u8]) -> bool {
     let text = String::from_utf8_lossy(start);
     let is_frame = |line: &str| {
-        let mut cells = line
-            .split_whitespace()
-            .filter(|cell| !cell.starts_with("can"));
+        let mut cells = line.split_whitespace().filter(|cell| !cell.starts_with("can"));
         let first = cells.next().unwrap_or_default();
         let hex = first.trim_matches(['<', '>']).trim_start_matches("0x");
         let length = cells.next().unwrap_or_default();
         let is_length = length.starts_with('[') && length.ends_with(']');
         identifier(hex).is_some() && is_length && cells.all(|cell| cell.len() == 2)
     };
-    let lines: Vec<&str> = text
-        .lines()
-        .filter(|line| !line.starts_with('#'))
-        .take(LINES)
-        .collect();
+    let lines: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).take(LINES).collect();
     let frames = lines.iter().filter(|line| is_frame(line)).count();
     frames > 0 && 2 * frames >= lines.len()
 }
@@ -289,22 +279,13 @@ fn vector(line: &str) -> Option<Frame> {
     // Remarks on the length and the bits on the wire may stand behind the bytes.
     let remarks = cells.iter().position(|cell| *cell == "Length");
     let behind = cells.get(at + 1..remarks.unwrap_or(cells.len()))?;
-    adapter(
-        finite(cells.first()?)?,
-        &[&[long.as_str()], behind].concat(),
-    )
+    adapter(finite(cells.first()?)?, &[&[long.as_str()], behind].concat())
 }
 
 fn savvy(line: &str) -> Option<Frame> {
-    let cells: Vec<&str> = line
-        .trim_end_matches(',')
-        .split(',')
-        .take(MOST_CELLS)
-        .collect();
+    let cells: Vec<&str> = line.trim_end_matches(',').split(',').take(MOST_CELLS).collect();
     // Is the identifier one of 29 bits?
-    cells
-        .get(2)
-        .filter(|flag| ["true", "false", "1", "0"].contains(*flag))?;
+    cells.get(2).filter(|flag| ["true", "false", "1", "0"].contains(*flag))?;
     adapter(finite(cells.first()?)? / 1e6, cells.get(1..)?)
 }
 
@@ -313,10 +294,7 @@ fn adapter(time_s: f64, cells: &[&str]) -> Option<Frame> {
     let at = cells.iter().position(|cell| identifier(cell).is_some())?;
     let lengths = at + 1..cells.len().min(at + 6);
     let data = lengths.into_iter().find_map(|at| {
-        let length: usize = cells[at]
-            .parse()
-            .ok()
-            .filter(|length| (1..=8).contains(length))?;
+        let length: usize = cells[at].parse().ok().filter(|length| (1..=8).contains(length))?;
         let rest = cells.get(at + 1..)?;
         (rest.len() == length).then(|| bytes(rest.iter().copied()))?
     })?;
@@ -333,12 +311,7 @@ fn garmin(line: &str) -> Option<Frame> {
     };
     // Source, destination, priority, single frame, size and data come last.
     let source = cells.get(cells.len().checked_sub(6)?)?.parse().ok()?;
-    Some(Frame::of_message(
-        time_s,
-        number,
-        source,
-        hexadecimal(digits)?,
-    ))
+    Some(Frame::of_message(time_s, number, source, hexadecimal(digits)?))
 }
 
 /// `month_day_year_hours_minutes_seconds_milliseconds`.
@@ -359,12 +332,7 @@ fn sea_smart(line: &str) -> Option<Frame> {
     (name == "PCDIN").then_some(())?;
     let time_s = f64::from(base16(time)?) / 1e3;
     let (number, source) = (base16(number)?, u8::try_from(base16(source)?).ok()?);
-    Some(Frame::of_message(
-        time_s,
-        number,
-        source,
-        hexadecimal(data)?,
-    ))
+    Some(Frame::of_message(time_s, number, source, hexadecimal(data)?))
 }
 
 fn actisense(line: &str) -> Option<Frame> {
@@ -376,12 +344,7 @@ fn actisense(line: &str) -> Option<Frame> {
     let addresses = cells.next().filter(|cell| cell.len() == 5)?;
     let number = base16(cells.next()?)?;
     let source = base16(addresses.get(..2)?)? as u8;
-    Some(Frame::of_message(
-        time_s,
-        number,
-        source,
-        hexadecimal(cells.next()?)?,
-    ))
+    Some(Frame::of_message(time_s, number, source, hexadecimal(cells.next()?)?))
 }
 
 fn open_cpn(line: &str) -> Option<Frame> {

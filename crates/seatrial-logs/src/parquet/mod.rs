@@ -105,9 +105,8 @@ impl Columnar {
                 return Err(broken("a row group without all columns"));
             }
             for chunk in group.columns() {
-                let from = chunk
-                    .dictionary_page_offset()
-                    .unwrap_or_else(|| chunk.data_page_offset());
+                let from =
+                    chunk.dictionary_page_offset().unwrap_or_else(|| chunk.data_page_offset());
                 let end = from.checked_add(chunk.compressed_size());
                 let is_inside = from >= 0
                     && chunk.compressed_size() >= 0
@@ -118,9 +117,7 @@ impl Columnar {
             }
         }
         if rows > MOST_ROWS + 2 * length {
-            return Err(too_much(format!(
-                "it says that it has {rows} rows in {length} bytes"
-            )));
+            return Err(too_much(format!("it says that it has {rows} rows in {length} bytes")));
         }
         Ok(Self {
             file: own,
@@ -171,9 +168,7 @@ impl Columnar {
         }
         match hash.finalize() == sum {
             true => Ok(()),
-            false => Err(broken(&format!(
-                "the checksum of its bytes {from} to {end} is wrong"
-            ))),
+            false => Err(broken(&format!("the checksum of its bytes {from} to {end} is wrong"))),
         }
     }
 
@@ -181,10 +176,7 @@ impl Columnar {
     fn open_group(&mut self) -> Result<bool, Fault> {
         while self.next_group < self.reader.metadata().num_row_groups() {
             self.check_sum()?;
-            let group = self
-                .reader
-                .get_row_group(self.next_group)
-                .map_err(damaged)?;
+            let group = self.reader.get_row_group(self.next_group).map_err(damaged)?;
             self.next_group += 1;
             self.rows_left_in_group = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
             if self.rows_left_in_group == 0 {
@@ -299,10 +291,7 @@ impl Meaning {
     fn text(self, value: &ByteArray) -> Cell {
         match (self, std::str::from_utf8(value.data())) {
             (Self::Number, Ok(text)) => {
-                let end = text
-                    .char_indices()
-                    .nth(TEXT)
-                    .map_or(text.len(), |(at, _)| at);
+                let end = text.char_indices().nth(TEXT).map_or(text.len(), |(at, _)| at);
                 let text = &text[..end];
                 instant(text).map_or_else(|| Cell::Text(text.into()), Cell::Instant)
             }
@@ -315,29 +304,27 @@ impl Column {
     fn fill(&mut self) -> Result<(), Fault> {
         let (meaning, present, cells) = (self.meaning, self.present, &mut self.cells);
         match &mut self.reader {
-            ColumnReader::Int32ColumnReader(reader) => batch(reader, cells, present, |value| {
-                meaning.integer(i64::from(*value))
-            }),
+            ColumnReader::Int32ColumnReader(reader) => {
+                batch(reader, cells, present, |value| meaning.integer(i64::from(*value)))
+            }
             ColumnReader::Int64ColumnReader(reader) => {
                 batch(reader, cells, present, |value| meaning.integer(*value))
             }
             ColumnReader::Int96ColumnReader(reader) => {
-                batch(reader, cells, present, |value: &Int96| {
-                    meaning.integer(value.to_nanos())
-                })
+                batch(reader, cells, present, |value: &Int96| meaning.integer(value.to_nanos()))
             }
-            ColumnReader::FloatColumnReader(reader) => batch(reader, cells, present, |value| {
-                meaning.float(f64::from(*value))
-            }),
+            ColumnReader::FloatColumnReader(reader) => {
+                batch(reader, cells, present, |value| meaning.float(f64::from(*value)))
+            }
             ColumnReader::DoubleColumnReader(reader) => {
                 batch(reader, cells, present, |value| meaning.float(*value))
             }
             ColumnReader::ByteArrayColumnReader(reader) => {
                 batch(reader, cells, present, |value| meaning.text(value))
             }
-            ColumnReader::BoolColumnReader(reader) => batch(reader, cells, present, |value| {
-                Cell::Text(value.to_string().into())
-            }),
+            ColumnReader::BoolColumnReader(reader) => {
+                batch(reader, cells, present, |value| Cell::Text(value.to_string().into()))
+            }
             ColumnReader::FixedLenByteArrayColumnReader(reader) => {
                 batch(reader, cells, present, |_| Cell::Text("bytes".into()))
             }
@@ -353,19 +340,15 @@ fn batch<T: DataType>(
     cell: impl Fn(&T::T) -> Cell,
 ) -> Result<(), Fault> {
     let (mut values, mut levels) = (Vec::new(), Vec::new());
-    let (rows, _, _) = reader
-        .read_records(BATCH_ROWS, Some(&mut levels), None, &mut values)
-        .map_err(damaged)?;
+    let (rows, _, _) =
+        reader.read_records(BATCH_ROWS, Some(&mut levels), None, &mut values).map_err(damaged)?;
     let mut values = values.iter();
     if levels.is_empty() {
         cells.extend(values.map(cell));
         return Ok(());
     }
     cells.extend(levels.iter().take(rows).map(|level| {
-        (*level == present)
-            .then(|| values.next())
-            .flatten()
-            .map_or(Cell::Missing, &cell)
+        (*level == present).then(|| values.next()).flatten().map_or(Cell::Missing, &cell)
     }));
     Ok(())
 }
@@ -387,10 +370,7 @@ fn damaged(error: ParquetError) -> Fault {
         ParquetError::External(source) if let Some(what) = source.downcast_ref::<TooMuch>() => {
             too_much(what.to_string())
         }
-        ParquetError::NYI(what) => Fault::NothingToRead {
-            format: "Parquet",
-            what: what.clone(),
-        },
+        ParquetError::NYI(what) => Fault::NothingToRead { format: "Parquet", what: what.clone() },
         _ => broken(&error.to_string()),
     }
 }
@@ -411,9 +391,7 @@ fn check_footer(file: &mut Input, length: u64) -> Result<(), Fault> {
         return Ok(());
     }
     if u64::from(footer) >= MOST_FOOTER + length / 32 {
-        return Err(too_much(format!(
-            "its footer has {footer} bytes of {length}"
-        )));
+        return Err(too_much(format!("its footer has {footer} bytes of {length}")));
     }
     let mut structure = vec![0; footer as usize];
     file.seek(SeekFrom::Start(before - u64::from(footer)))
@@ -426,15 +404,9 @@ fn check_footer(file: &mut Input, length: u64) -> Result<(), Fault> {
 }
 
 fn too_much(what: String) -> Fault {
-    Fault::TooMuch {
-        format: "Parquet",
-        what,
-    }
+    Fault::TooMuch { format: "Parquet", what }
 }
 
 fn broken(what: &str) -> Fault {
-    Fault::Damaged {
-        format: "Parquet",
-        what: what.chars().take(200).collect(),
-    }
+    Fault::Damaged { format: "Parquet", what: what.chars().take(200).collect() }
 }

@@ -55,10 +55,7 @@ impl PageHeader {
                 encoding: number(5, 2)?,
                 definition_encoding: number(5, 3)?,
             },
-            2 => PageKind::Dictionary {
-                values: count(7, 1)?,
-                encoding: number(7, 2)?,
-            },
+            2 => PageKind::Dictionary { values: count(7, 1)?, encoding: number(7, 2)? },
             3 => PageKind::Data2 {
                 values: count(8, 1)?,
                 nulls: count(8, 2)?,
@@ -97,11 +94,7 @@ struct Thrift<'a> {
 impl<'a> Thrift<'a> {
     /// At the end of the structure that these bytes begin with.
     fn walked(bytes: &'a [u8]) -> Option<Self> {
-        let mut thrift = Self {
-            bytes,
-            at: 0,
-            numbers: BTreeMap::new(),
-        };
+        let mut thrift = Self { bytes, at: 0, numbers: BTreeMap::new() };
         thrift.structure(0, 0)?;
         Some(thrift)
     }
@@ -200,9 +193,7 @@ mod tests {
     fn exact_a_header_is_read_to_its_end() {
         let statistics = [0x18, 2, b'a', b'b', 0x18, 1, b'c', 0x16, 0, 0];
         let header = [
-            &[
-                0x15, 0, 0x15, 48, 0x15, 52, 0x2c, 0x15, 6, 0x15, 0, 0x15, 6, 0x15, 6,
-            ][..],
+            &[0x15, 0, 0x15, 48, 0x15, 52, 0x2c, 0x15, 6, 0x15, 0, 0x15, 6, 0x15, 6][..],
             &[0x1c],
             &statistics,
             &[0, 0],
@@ -213,16 +204,9 @@ mod tests {
             packed: 26,
             unpacked: 24,
             checksum: None,
-            kind: PageKind::Data {
-                values: 3,
-                encoding: 0,
-                definition_encoding: 3,
-            },
+            kind: PageKind::Data { values: 3, encoding: 0, definition_encoding: 3 },
         };
-        assert_eq!(
-            PageHeader::read(&[&header[..], b"behind"].concat()),
-            Some(expected)
-        );
+        assert_eq!(PageHeader::read(&[&header[..], b"behind"].concat()), Some(expected));
         for length in 0..header.len() {
             assert_eq!(PageHeader::read(&header[..length]), None, "{length}");
         }
@@ -241,9 +225,7 @@ mod tests {
 
     #[test]
     fn io_lengths_of_a_header_are_not_trusted() {
-        let long_text = [
-            0x18, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 1, 0,
-        ];
+        let long_text = [0x18, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 1, 0];
         let long_list = [0x19, 0xf3, 0xff, 0xff, 0xff, 0xff, 0x7f, 0];
         let deep = [0x1c; 100_000];
         for bytes in [&long_text[..], &long_list, &deep, &[0x05, 0xff]] {

@@ -104,10 +104,7 @@ impl Pages {
     fn header(&self) -> Result<PageHeader> {
         let mut seen = Vec::new();
         for window in [1 << 8, LONGEST_HEADER] {
-            let mut rest = self
-                .file
-                .get_read(self.at)?
-                .take(window.min(self.end - self.at));
+            let mut rest = self.file.get_read(self.at)?.take(window.min(self.end - self.at));
             seen.clear();
             rest.read_to_end(&mut seen)?;
             if let Some(header) = PageHeader::read(&seen) {
@@ -159,9 +156,7 @@ impl Pages {
         }
         match bytes.len() == length {
             true => Ok(bytes),
-            false => Err(broken(
-                "a page unpacks to another length than its header says",
-            )),
+            false => Err(broken("a page unpacks to another length than its header says")),
         }
     }
 
@@ -172,10 +167,7 @@ impl Pages {
         }
         self.hold(header)?;
         let body = self.file.get_bytes(self.at, header.packed)?;
-        if header
-            .checksum
-            .is_some_and(|sum| sum != crc32fast::hash(&body))
-        {
+        if header.checksum.is_some_and(|sum| sum != crc32fast::hash(&body)) {
             let what = format!("the page at byte {} has a wrong checksum", self.at);
             return Err(broken(&what));
         }
@@ -185,11 +177,7 @@ impl Pages {
             false => self.unpack(body, header.unpacked),
         };
         Ok(Some(match header.kind {
-            PageKind::Data {
-                values,
-                encoding,
-                definition_encoding,
-            } => {
+            PageKind::Data { values, encoding, definition_encoding } => {
                 if self.has_definition_levels && definition_encoding != RLE {
                     return Err(broken("levels in an encoding that is no longer allowed"));
                 }
@@ -212,9 +200,8 @@ impl Pages {
                 is_packed,
             } => {
                 let levels = definition_length as usize + repetition_length as usize;
-                let Some((first, rest)) = body
-                    .split_at_checked(levels)
-                    .filter(|_| levels <= header.unpacked)
+                let Some((first, rest)) =
+                    body.split_at_checked(levels).filter(|_| levels <= header.unpacked)
                 else {
                     return Err(broken("the levels of a page are longer than the page"));
                 };

@@ -62,18 +62,15 @@ fn fields_of(quantity: Quantity) -> &'static [&'static str] {
             "sensor_msgs/Imu:angular_velocity.yaw_rate_rad_s",
             "nav_msgs/Odometry:twist.twist.angular.yaw_rate_rad_s",
         ],
-        Quantity::Speed => &[
-            "nav_msgs/Odometry:twist.twist.linear.x",
-            "geometry_msgs/TwistStamped:twist.linear.x",
-        ],
-        Quantity::North => &[
-            "nav_msgs/Odometry:pose.pose.position.y",
-            "geometry_msgs/PoseStamped:pose.position.y",
-        ],
-        Quantity::East => &[
-            "nav_msgs/Odometry:pose.pose.position.x",
-            "geometry_msgs/PoseStamped:pose.position.x",
-        ],
+        Quantity::Speed => {
+            &["nav_msgs/Odometry:twist.twist.linear.x", "geometry_msgs/TwistStamped:twist.linear.x"]
+        }
+        Quantity::North => {
+            &["nav_msgs/Odometry:pose.pose.position.y", "geometry_msgs/PoseStamped:pose.position.y"]
+        }
+        Quantity::East => {
+            &["nav_msgs/Odometry:pose.pose.position.x", "geometry_msgs/PoseStamped:pose.position.x"]
+        }
         Quantity::Depth => &["marine_sensor_msgs/Depth:depth"],
         _ => &[],
     }
@@ -103,10 +100,7 @@ pub(crate) fn nothing_in(
         [] => nothing.to_owned(),
         others => others.join(", "),
     };
-    Fault::NothingToRead {
-        format,
-        what: format!("expected {expected}, found {}", clipped(&found)),
-    }
+    Fault::NothingToRead { format, what: format!("expected {expected}, found {}", clipped(&found)) }
 }
 
 /// Types of one number, whose meaning is in the topic's name.
@@ -116,10 +110,7 @@ impl Topics {
     /// None yet, of messages that are written so.
     #[cfg(feature = "containers")]
     pub fn of_wire(wire: Wire) -> Self {
-        Self {
-            wire,
-            ..Self::default()
-        }
+        Self { wire, ..Self::default() }
     }
 
     /// Takes up a topic that has messages.
@@ -128,8 +119,7 @@ impl Topics {
         let Some(schema) =
             schema.filter(|schema| self.fields + schema.names().len() <= MOST_FIELDS)
         else {
-            self.unknown
-                .push(format!("{} ({})", clipped(topic), clipped(type_name)));
+            self.unknown.push(format!("{} ({})", clipped(topic), clipped(type_name)));
             return;
         };
         self.fields += schema.names().len();
@@ -138,17 +128,10 @@ impl Topics {
         let existing = self.kinds.iter().position(|kind| kind.name == name);
         let kind = existing.unwrap_or(self.kinds.len());
         if existing.is_none() {
-            self.kinds.push(Kind {
-                name,
-                fields: schema.names(),
-            });
+            self.kinds.push(Kind { name, fields: schema.names() });
         }
         let type_name = plain(type_name);
-        let topic = Topic {
-            kind,
-            type_name,
-            schema,
-        };
+        let topic = Topic { kind, type_name, schema };
         self.by_number.insert(number, topic);
     }
 
@@ -162,11 +145,7 @@ impl Topics {
         wanted: &[bool],
         message: &mut Message,
     ) -> bool {
-        let Some(topic) = self
-            .by_number
-            .get(&number)
-            .filter(|topic| wanted[topic.kind])
-        else {
+        let Some(topic) = self.by_number.get(&number).filter(|topic| wanted[topic.kind]) else {
             return false;
         };
         match topic.schema.decode(body, &mut message.values) {
@@ -211,9 +190,7 @@ impl Topics {
 
     /// Topics of one number whose names fit a quantity.
     fn add_plain_numbers(&self, quantity: Quantity, known: &mut Known) {
-        let plain = self
-            .topics()
-            .filter(|topic| PLAIN_NUMBERS.contains(&topic.type_name.as_str()));
+        let plain = self.topics().filter(|topic| PLAIN_NUMBERS.contains(&topic.type_name.as_str()));
         let mut named: Vec<(Fit, String)> = plain
             .filter_map(|topic| {
                 let name = &self.kinds[topic.kind].name;
@@ -240,10 +217,7 @@ impl Topics {
         let is_twist = |topic: &&Topic| topic.type_name.starts_with("geometry_msgs/Twist");
         for topic in self.topics().filter(is_twist) {
             let kind = &self.kinds[topic.kind];
-            let command = kind
-                .fields
-                .iter()
-                .find(|field| field.ends_with("angular.z"));
+            let command = kind.fields.iter().find(|field| field.ends_with("angular.z"));
             if let Some(field) = command.filter(|_| kind.name.contains("cmd")) {
                 known.channels.push(KnownChannel {
                     quantity: Quantity::Rudder,
@@ -265,9 +239,7 @@ impl Topics {
             .map(|topic| format!("{} ({})", self.kinds[topic.kind].name, topic.type_name))
             .collect();
         let found = found.join(", ");
-        let pulses = self
-            .topics()
-            .find(|topic| topic.type_name == "mavros_msgs/RCOut");
+        let pulses = self.topics().find(|topic| topic.type_name == "mavros_msgs/RCOut");
         let pulses = pulses.map_or(String::new(), |topic| {
             let name = &self.kinds[topic.kind].name;
             format!("; {name} has the pulses of all outputs: say which one steers, as in --rudder {name}.channels[0] --unit rudder=pwm, or which two with --channels FILE")
@@ -285,10 +257,7 @@ impl Topics {
     /// For people.
     pub fn warnings(&self) -> Vec<String> {
         let undecoded = (self.undecoded > 0).then(|| {
-            format!(
-                "{} messages do not fit their definitions and are left out",
-                self.undecoded
-            )
+            format!("{} messages do not fit their definitions and are left out", self.undecoded)
         });
         let unknown = (!self.unknown.is_empty()).then(|| {
             format!(

@@ -261,9 +261,7 @@ impl Schema {
                 Derived::Attitude([w, ..]) => (*w, &["roll_rad", "pitch_rad", "heading_rad"]),
                 Derived::YawRate(z) => (*z, &["yaw_rate_rad_s"]),
             };
-            let prefix = self.fields[slot]
-                .rsplit_once('.')
-                .map_or("", |(path, _)| path);
+            let prefix = self.fields[slot].rsplit_once('.').map_or("", |(path, _)| path);
             names.extend(computed.iter().map(|name| format!("{prefix}.{name}")));
         }
         names
@@ -285,12 +283,7 @@ impl Schema {
                 }
             }
             #[cfg(feature = "containers")]
-            Wire::Ros1 => Cdr {
-                body: message,
-                at: 0,
-                is_little_endian: true,
-                widest: 1,
-            },
+            Wire::Ros1 => Cdr { body: message, at: 0, is_little_endian: true, widest: 1 },
         };
         cdr.read(&self.root, values)?;
         for derived in &self.derived {
@@ -303,9 +296,7 @@ impl Schema {
                 Derived::YawRate(slot) => values.push(-values[slot]),
             }
         }
-        let stamp_s = self
-            .stamp
-            .map(|[sec, nanosec]| values[sec] + values[nanosec] / 1e9);
+        let stamp_s = self.stamp.map(|[sec, nanosec]| values[sec] + values[nanosec] / 1e9);
         Some(stamp_s.filter(|stamp_s| *stamp_s > 0.0))
     }
 }

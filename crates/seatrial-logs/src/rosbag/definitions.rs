@@ -30,9 +30,6 @@ const ODOMETRY: &str = concat!(
     header!(),
     geometry!()
 );
-const POSE_STAMPED: &str = concat!(
-    "std_msgs/Header header\ngeometry_msgs/Pose pose",
-    header!(),
-    geometry!()
-);
+const POSE_STAMPED: &str =
+    concat!("std_msgs/Header header\ngeometry_msgs/Pose pose", header!(), geometry!());
 const TWIST: &str = concat!("Vector3 linear\nVector3 angular", geometry!());

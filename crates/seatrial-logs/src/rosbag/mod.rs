@@ -63,10 +63,8 @@ impl Bag {
             None => damaged(&error),
         })?;
         if bag.topics.kinds.is_empty() {
-            let (expected, unknown) = (
-                "topics in CDR whose definitions it holds",
-                &bag.topics.unknown,
-            );
+            let (expected, unknown) =
+                ("topics in CDR whose definitions it holds", &bag.topics.unknown);
             return Err(nothing_in("rosbag2", expected, unknown, "no topics"));
         }
         Ok(bag)
@@ -78,12 +76,9 @@ impl Bag {
         for topic in topics {
             let plain_name = plain(&topic.type_name);
             let built_in = DEFINITIONS.iter().find(|(name, _)| *name == plain_name);
-            let definition = topic
-                .definition
-                .or_else(|| Some(built_in?.1.to_string()))
-                .unwrap_or_default();
-            self.topics
-                .add(topic.id as u64, &topic.name, &topic.type_name, &definition);
+            let definition =
+                topic.definition.or_else(|| Some(built_in?.1.to_string())).unwrap_or_default();
+            self.topics.add(topic.id as u64, &topic.name, &topic.type_name, &definition);
         }
         Ok(())
     }
@@ -120,17 +115,13 @@ impl Size {
         let mut head = Vec::new();
         file.take(100).read_to_end(&mut head).map_err(Fault::read)?;
         file.rewind().map_err(Fault::read)?;
-        let page = head
-            .get(16..18)
-            .map_or(0, |size| u64::from(size[0]) << 8 | u64::from(size[1]));
+        let page = head.get(16..18).map_or(0, |size| u64::from(size[0]) << 8 | u64::from(size[1]));
         let pages = head.get(28..).and_then(|size| size.first_chunk()).copied();
         // Writers of old left the number of pages as it was.
         let is_current = head.len() == 100 && head[24..28] == head[92..96];
         Ok(Self {
             page: if page == 1 { 1 << 16 } else { page.max(512) },
-            pages: pages
-                .filter(|_| is_current)
-                .map(|pages| u32::from_be_bytes(pages).into()),
+            pages: pages.filter(|_| is_current).map(|pages| u32::from_be_bytes(pages).into()),
         })
     }
 
@@ -149,10 +140,7 @@ fn unpacked(data: Vec<u8>) -> Vec<u8> {
 }
 
 fn damaged(error: &impl Display) -> Fault {
-    Fault::Damaged {
-        format: "rosbag2",
-        what: clipped(&error.to_string()),
-    }
+    Fault::Damaged { format: "rosbag2", what: clipped(&error.to_string()) }
 }
 
 impl Messages for Bag {
@@ -170,10 +158,7 @@ impl Messages for Bag {
                 self.read += 1;
                 let time_s = stored.time_ns as f64 / 1e9;
                 let data = unpacked(stored.data);
-                if self
-                    .topics
-                    .take(stored.topic as u64, time_s, &data, wanted, message)
-                {
+                if self.topics.take(stored.topic as u64, time_s, &data, wanted, message) {
                     return Ok(true);
                 }
             }

@@ -76,11 +76,7 @@ impl Tables {
         let path = copy.as_ref().map_or(path, |copy| copy.path());
         let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         let database = Connection::open_with_flags(path, flags).map_err(|error| damaged(&error))?;
-        Ok(Self {
-            database,
-            last: i64::MIN,
-            _copy: copy,
-        })
+        Ok(Self { database, last: i64::MIN, _copy: copy })
     }
 
     /// The number of messages, or 0 where nobody knows it, and the topics in CDR that have messages. In a cut
@@ -95,32 +91,21 @@ impl Tables {
         let has_definitions = self.has_table("message_definitions")?;
         let count = "SELECT count(*) FROM messages";
         let or_cut = |error| if is_cut { Ok(0) } else { Err(error) };
-        let rows = self
-            .database
-            .query_row(count, [], |row| row.get(0))
-            .or_else(or_cut)?;
+        let rows = self.database.query_row(count, [], |row| row.get(0)).or_else(or_cut)?;
         let mut topics = self.database.prepare(
             "SELECT id, name, type FROM topics WHERE serialization_format = 'cdr' LIMIT ?1",
         )?;
-        let mut with_messages = self
-            .database
-            .prepare("SELECT EXISTS (SELECT 1 FROM messages WHERE topic_id = ?1)")?;
+        let mut with_messages =
+            self.database.prepare("SELECT EXISTS (SELECT 1 FROM messages WHERE topic_id = ?1)")?;
         let found: Vec<(i64, String, String)> = topics
-            .query_map([MOST_TOPICS as i64], |row| {
-                Ok((row.get(0)?, row.get(1)?, row.get(2)?))
-            })?
+            .query_map([MOST_TOPICS as i64], |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?)))?
             .collect::<Result<_, _>>()?;
         let mut topics = Vec::new();
         for (id, name, type_name) in found {
             let has_messages = with_messages.query_row(params![id], |row| row.get(0));
             if has_messages.or_else(|error| if is_cut { Ok(true) } else { Err(error) })? {
                 let definition = has_definitions.then(|| self.definition(&type_name));
-                topics.push(Topic {
-                    id,
-                    name,
-                    definition: definition.flatten(),
-                    type_name,
-                });
+                topics.push(Topic { id, name, definition: definition.flatten(), type_name });
             }
         }
         Ok((rows, topics))

@@ -46,13 +46,8 @@ fn declaration(text: &str) -> Option<(&str, Option<usize>, &str)> {
 
 impl Layout {
     pub fn of(topic: &str, formats: &BTreeMap<String, String>) -> Option<Self> {
-        let mut layout = Self {
-            fields: Vec::new(),
-            timestamp: 0,
-            length: 0,
-            quaternion: None,
-            velocity: None,
-        };
+        let mut layout =
+            Self { fields: Vec::new(), timestamp: 0, length: 0, quaternion: None, velocity: None };
         layout.expand("", topic, formats, 0)?;
         let position = |name: &str| layout.fields.iter().position(|(field, ..)| field == name);
         let timestamp = position("timestamp")?;
@@ -123,13 +118,10 @@ impl Layout {
     pub fn numbers(&self, data: &[u8], values: &mut Vec<f64>) {
         values.clear();
         values.extend(
-            self.fields
-                .iter()
-                .map(|(_, kind, at)| kind.number(data, *at).unwrap_or(f64::NAN)),
+            self.fields.iter().map(|(_, kind, at)| kind.number(data, *at).unwrap_or(f64::NAN)),
         );
-        if let Some(&[w, x, y, z]) = self
-            .quaternion
-            .and_then(|first| values.get(first..)?.first_chunk())
+        if let Some(&[w, x, y, z]) =
+            self.quaternion.and_then(|first| values.get(first..)?.first_chunk())
         {
             values.extend(euler_rad([w, x, y, z]));
         }

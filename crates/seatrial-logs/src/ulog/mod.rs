@@ -230,15 +230,7 @@ impl ULog {
             return;
         };
         let kind = self.kind_of.get(&(topic.clone(), instance)).copied();
-        self.subscriptions.insert(
-            id,
-            Subscription {
-                topic,
-                instance,
-                layout,
-                kind,
-            },
-        );
+        self.subscriptions.insert(id, Subscription { topic, instance, layout, kind });
     }
 
     /// Makes a kind of the topic of a data message.
@@ -270,15 +262,10 @@ impl ULog {
         (0..8).find_map(|surface| {
             let parameter = format!("CA_SV_CS{surface}_TYPE");
             let kind = self.parameters.get(&parameter)?;
-            let (_, name) = STEERING_SURFACES
-                .iter()
-                .find(|(number, _)| number == kind)?;
+            let (_, name) = STEERING_SURFACES.iter().find(|(number, _)| number == kind)?;
             let field = format!("control[{surface}]");
             has(&self.kinds, "actuator_servos", &field).then(|| {
-                (
-                    format!("actuator_servos.{field}"),
-                    format!("{parameter} {kind}, {name}"),
-                )
+                (format!("actuator_servos.{field}"), format!("{parameter} {kind}, {name}"))
             })
         })
     }
@@ -293,19 +280,15 @@ fn is_certain(
 ) -> Option<bool> {
     let is_text = |text: &[u8]| text.iter().all(|byte| (b' '..=b'~').contains(byte));
     Some(match kind {
-        b'D' => number(body, 0)
-            .and_then(|id: u16| subscriptions.get(&id))
-            .is_some_and(|of| {
-                // Padding at the end is not logged.
-                let missing = (of.layout.length + 2).checked_sub(body.len());
-                missing.is_some_and(|bytes| bytes < 8)
-            }),
+        b'D' => number(body, 0).and_then(|id: u16| subscriptions.get(&id)).is_some_and(|of| {
+            // Padding at the end is not logged.
+            let missing = (of.layout.length + 2).checked_sub(body.len());
+            missing.is_some_and(|bytes| bytes < 8)
+        }),
         b'S' => body == SYNC,
         b'O' => body.len() == 2,
         b'F' => is_text(body) && body.contains(&b':'),
-        b'A' => body
-            .get(3..)
-            .is_some_and(|name| formats.contains_key(&text_of(name))),
+        b'A' => body.get(3..).is_some_and(|name| formats.contains_key(&text_of(name))),
         b'P' | b'I' => body
             .split_first()
             .and_then(|(length, rest)| rest.get(..usize::from(*length)))
@@ -320,11 +303,7 @@ fn is_known(kind: u8) -> bool {
 
 /// Topic and field of commands that steer where no surface is a rudder, and why they are taken.
 const YAW_COMMANDS: [(&str, &str, &str); 4] = [
-    (
-        "rover_steering_setpoint",
-        "normalized_steering_setpoint",
-        "",
-    ),
+    ("rover_steering_setpoint", "normalized_steering_setpoint", ""),
     ("rover_steering_setpoint", "normalized_steering_angle", ""),
     ("vehicle_torque_setpoint", "xyz[2]", YAW_TORQUE),
     ("actuator_controls_0", "control[2]", YAW_TORQUE),
@@ -375,10 +354,7 @@ impl Messages for ULog {
             known.add_fields(&self.kinds, [(Depth, POSITION, "z", Some(Metre))]);
         }
         let found = names(&self.kinds);
-        known.lacks(
-            Heading,
-            format!("expected the topic vehicle_attitude; found {found}"),
-        );
+        known.lacks(Heading, format!("expected the topic vehicle_attitude; found {found}"));
         known.lacks(
             Rudder,
             format!("expected actuator_servos with a surface whose CA_SV_CSn_TYPE is 4 (rudder), vehicle_torque_setpoint or actuator_controls_0; found {found}"),

@@ -30,11 +30,7 @@ impl FoxgloveServer {
             context
                 .channel_builder(topic(number))
                 .message_encoding(MESSAGE_ENCODING)
-                .schema(Schema::new(
-                    TYPE_NAME,
-                    DEFINITION_ENCODING,
-                    DEFINITION.as_bytes(),
-                ))
+                .schema(Schema::new(TYPE_NAME, DEFINITION_ENCODING, DEFINITION.as_bytes()))
                 .build_raw()
         };
         let channels = (0..TOPICS).map(channel).collect::<Result<_, _>>();

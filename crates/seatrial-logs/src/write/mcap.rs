@@ -59,12 +59,7 @@ impl<W: Write> McapWriter<W> {
         }
         let channel = self
             .writer
-            .add_channel(
-                self.schema,
-                &topic(number),
-                MESSAGE_ENCODING,
-                &BTreeMap::new(),
-            )
+            .add_channel(self.schema, &topic(number), MESSAGE_ENCODING, &BTreeMap::new())
             .map_err(as_io)?;
         self.channels[number] = Some(channel);
         Ok(channel)
@@ -81,9 +76,7 @@ impl<W: Write> RowWriter for McapWriter<W> {
                 log_time: time_ns,
                 publish_time: time_ns,
             };
-            self.writer
-                .write_to_known_channel(&header, &message)
-                .map_err(as_io)?;
+            self.writer.write_to_known_channel(&header, &message).map_err(as_io)?;
         }
         self.sequence = self.sequence.wrapping_add(1);
         Ok(())

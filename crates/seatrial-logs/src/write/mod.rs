@@ -52,10 +52,7 @@ pub struct Estimate {
 
 impl From<Sample<f64>> for Row {
     fn from(sample: Sample<f64>) -> Self {
-        Self {
-            sample,
-            ..Self::default()
-        }
+        Self { sample, ..Self::default() }
     }
 }
 
@@ -101,18 +98,10 @@ const COLUMNS: [Column; 20] = {
         column("stage", |r| r.stage.map(stage_number)),
         column("estimate_a22_per_s", |r| Some(r.estimate?.model.a22_per_s)),
         column("estimate_b2_per_s2", |r| Some(r.estimate?.model.b2_per_s2)),
-        column("estimate_c0_rad_per_s2", |r| {
-            Some(r.estimate?.model.c0_rad_per_s2)
-        }),
-        column("half_width_a22_per_s", |r| {
-            Some(r.estimate?.half_widths?[0])
-        }),
-        column("half_width_b2_per_s2", |r| {
-            Some(r.estimate?.half_widths?[1])
-        }),
-        column("half_width_c0_rad_per_s2", |r| {
-            Some(r.estimate?.half_widths?[2])
-        }),
+        column("estimate_c0_rad_per_s2", |r| Some(r.estimate?.model.c0_rad_per_s2)),
+        column("half_width_a22_per_s", |r| Some(r.estimate?.half_widths?[0])),
+        column("half_width_b2_per_s2", |r| Some(r.estimate?.half_widths?[1])),
+        column("half_width_c0_rad_per_s2", |r| Some(r.estimate?.half_widths?[2])),
         column("estimate_step_norm", |r| Some(r.estimate?.step_norm)),
     ]
 };
@@ -144,11 +133,7 @@ mod tests {
     fn val_every_column_is_in_the_docs() {
         let docs = include_str!("../../../../docs/recordings.md");
         for column in COLUMNS {
-            assert!(
-                docs.contains(&format!("| `{}` |", column.name)),
-                "{}",
-                column.name
-            );
+            assert!(docs.contains(&format!("| `{}` |", column.name)), "{}", column.name);
         }
     }
 }

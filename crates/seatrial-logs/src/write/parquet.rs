@@ -39,20 +39,14 @@ impl<W: Write> Write for Summed<W> {
 /// Writes rows as Parquet, compressed.
 pub fn write_parquet(out: impl Write + Send, rows: &[Row]) -> io::Result<()> {
     let columns = columns_of(rows);
-    let fields: Vec<String> = columns
-        .iter()
-        .map(|column| format!("OPTIONAL DOUBLE {};", column.name))
-        .collect();
+    let fields: Vec<String> =
+        columns.iter().map(|column| format!("OPTIONAL DOUBLE {};", column.name)).collect();
     let schema = parse_message_type(&format!("message log {{ {} }}", fields.join(" ")))
         .map_err(io::Error::other)?;
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::default()))
         .build();
-    let out = Summed {
-        out,
-        length: 0,
-        sum: crc32fast::Hasher::new(),
-    };
+    let out = Summed { out, length: 0, sum: crc32fast::Hasher::new() };
     let mut writer = SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties))?;
     let mut sums = Vec::new();
     for group in rows.chunks(GROUP_ROWS) {
@@ -62,13 +56,9 @@ pub fn write_parquet(out: impl Write + Send, rows: &[Row]) -> io::Result<()> {
             let levels: Vec<i16> = cells.iter().map(|c| i16::from(c.is_some())).collect();
             let values: Vec<f64> = cells.into_iter().flatten().collect();
             let Some(mut column_writer) = group_writer.next_column()? else {
-                return Err(io::Error::other(
-                    "the schema has fewer columns than it was given",
-                ));
+                return Err(io::Error::other("the schema has fewer columns than it was given"));
             };
-            column_writer
-                .typed::<DoubleType>()
-                .write_batch(&values, Some(&levels), None)?;
+            column_writer.typed::<DoubleType>().write_batch(&values, Some(&levels), None)?;
             column_writer.close()?;
         }
         group_writer.close()?;

@@ -51,9 +51,7 @@ pub fn write_track(
         let (Some(north_m), Some(east_m)) = (sample.north_m, sample.east_m) else {
             continue;
         };
-        let is_due = points
-            .last()
-            .is_none_or(|(last_s, _)| sample.time_s >= last_s + INTERVAL_S);
+        let is_due = points.last().is_none_or(|(last_s, _)| sample.time_s >= last_s + INTERVAL_S);
         if is_due && north_m.is_finite() && east_m.is_finite() {
             points.push((sample.time_s, place([north_m, east_m], origin_deg)));
         }
@@ -107,10 +105,7 @@ mod tests {
         let there = [54.31, -179.98];
         let back = place(metres(there, origin), origin);
         // A tenth of a millimetre on the chart.
-        assert!(
-            (back[0] - there[0]).abs() < 1e-9 && (back[1] - there[1]).abs() < 1e-9,
-            "{back:?}"
-        );
+        assert!((back[0] - there[0]).abs() < 1e-9 && (back[1] - there[1]).abs() < 1e-9, "{back:?}");
     }
 
     #[test]
@@ -133,9 +128,6 @@ mod tests {
         );
         assert!(gpx.contains("<time>2026-05-01T10:00:02Z</time>"), "{gpx}");
         assert!(written(TrackFormat::Kml).contains("8.0000000,50.0000000\n"));
-        assert_eq!(
-            write_track(TrackFormat::Gpx, &samples[..3], [50.0, 8.0], None),
-            None
-        );
+        assert_eq!(write_track(TrackFormat::Gpx, &samples[..3], [50.0, 8.0], None), None);
     }
 }

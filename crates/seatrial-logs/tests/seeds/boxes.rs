@@ -6,11 +6,7 @@ use super::{ROWS, START_S, heading_rad};
 
 /// A row: time in s, heading in degrees, rudder in degrees.
 fn row(k: u32) -> [f64; 3] {
-    [
-        0.1 * f64::from(k),
-        f64::from(heading_rad(k)).to_degrees(),
-        5.0 - f64::from(k),
-    ]
+    [0.1 * f64::from(k), f64::from(heading_rad(k)).to_degrees(), 5.0 - f64::from(k)]
 }
 
 fn counted(bytes: &[u8]) -> Vec<u8> {
@@ -29,10 +25,8 @@ fn record(head: &[(&str, &[u8])], data: &[u8]) -> Vec<u8> {
 /// An attitude and a rudder, in chunks of this packing.
 pub fn rosbag1(packing: &str) -> Vec<u8> {
     const IMU: &str = "Header header\ngeometry_msgs/Quaternion orientation\n=====\nMSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n=====\nMSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w";
-    let topics = [
-        ("/imu", "sensor_msgs/Imu", IMU),
-        ("/rudder", "std_msgs/Float64", "float64 data"),
-    ];
+    let topics =
+        [("/imu", "sensor_msgs/Imu", IMU), ("/rudder", "std_msgs/Float64", "float64 data")];
     let mut bag = b"#ROSBAG V2.0\n".to_vec();
     bag.extend(record(&[("op", &[3])], &[b' '; 64]));
     let mut chunk = Vec::new();
@@ -43,10 +37,8 @@ pub fn rosbag1(packing: &str) -> Vec<u8> {
             ("message_definition", definition.as_bytes()),
         ]);
         let number = number.to_le_bytes();
-        chunk.extend(record(
-            &[("op", &[7]), ("conn", &number), ("topic", topic.as_bytes())],
-            &says,
-        ));
+        chunk
+            .extend(record(&[("op", &[7]), ("conn", &number), ("topic", topic.as_bytes())], &says));
     }
     for k in 0..ROWS {
         let [time_s, heading, rudder] = row(k);
@@ -59,18 +51,11 @@ pub fn rosbag1(packing: &str) -> Vec<u8> {
         let rudder = rudder.to_radians().to_le_bytes();
         for (number, data) in [(0_u32, &imu[..]), (1, &rudder)] {
             let number = number.to_le_bytes();
-            chunk.extend(record(
-                &[("op", &[2]), ("conn", &number), ("time", &time)],
-                data,
-            ));
+            chunk.extend(record(&[("op", &[2]), ("conn", &number), ("time", &time)], data));
         }
         let size = (chunk.len() as u32).to_le_bytes();
         bag.extend(record(
-            &[
-                ("op", &[5]),
-                ("compression", packing.as_bytes()),
-                ("size", &size),
-            ],
+            &[("op", &[5]), ("compression", packing.as_bytes()), ("size", &size)],
             &packed(packing, &chunk),
         ));
         chunk.clear();
@@ -116,12 +101,8 @@ pub fn signal_k_array() -> Vec<u8> {
 
 /// One value a row without names of columns.
 pub fn topics() -> Vec<u8> {
-    let rows = (0..ROWS).map(|k| {
-        format!(
-            "0.{k}5 boat/heading_deg {}\n0.{k}5 boat/rudder_deg -3.25\n",
-            80 + k
-        )
-    });
+    let rows = (0..ROWS)
+        .map(|k| format!("0.{k}5 boat/heading_deg {}\n0.{k}5 boat/rudder_deg -3.25\n", 80 + k));
     rows.collect::<String>().into_bytes()
 }
 
@@ -148,12 +129,7 @@ fn sheet() -> String {
 /// A title, names, and rows.
 pub fn xlsx() -> Vec<u8> {
     let sheet = sheet();
-    let texts = [
-        "Sea trial, \"fast\"",
-        "time (s)",
-        "heading (deg)",
-        "rudder (deg)",
-    ];
+    let texts = ["Sea trial, \"fast\"", "time (s)", "heading (deg)", "rudder (deg)"];
     let texts: String = texts.map(|text| format!("<si><t>{text}</t></si>")).concat();
     let texts = format!(
         "<sst xmlns=\"http://schemas.openxmlformats.org/spreadsheetml/2006/main\">{texts}</sst>"
@@ -215,9 +191,7 @@ fn matrix(class: u32, sizes: [u32; 2], name: &str, rest: &[u8]) -> Vec<u8> {
 /// A structure of three columns, and a text.
 pub fn mat(is_packed: bool) -> Vec<u8> {
     let columns = [0, 1, 2].map(|column| {
-        let numbers: Vec<u8> = (0..ROWS)
-            .flat_map(|k| row(k)[column].to_le_bytes())
-            .collect();
+        let numbers: Vec<u8> = (0..ROWS).flat_map(|k| row(k)[column].to_le_bytes()).collect();
         matrix(6, [ROWS, 1], "", &element(9, &numbers))
     });
     let mut names = Vec::new();
@@ -229,12 +203,7 @@ pub fn mat(is_packed: bool) -> Vec<u8> {
     let width = [&[5, 0, 4, 0][..], &32_u32.to_le_bytes()].concat();
     let fields = [width, element(1, &names), columns.concat()].concat();
     let trial = matrix(2, [1, 1], "trial", &fields);
-    let note = matrix(
-        4,
-        [1, 4],
-        "note",
-        &element(4, &[b's', 0, b'e', 0, b'a', 0, b'!', 0]),
-    );
+    let note = matrix(4, [1, 4], "note", &element(4, &[b's', 0, b'e', 0, b'a', 0, b'!', 0]));
     let mut file = b"MATLAB 5.0 MAT-file, Platform: GLNXA64".to_vec();
     file.resize(124, b' ');
     file.extend([0, 1, b'I', b'M']);
@@ -282,11 +251,8 @@ pub fn glider() -> Vec<u8> {
         m_present_time m_heading m_fin m_depth\ntimestamp rad rad m\n8 4 4 4\n";
     let line = |k| {
         let [time_s, heading, rudder] = row(k);
-        let (time_s, heading, rudder) = (
-            f64::from(START_S) + time_s,
-            heading.to_radians(),
-            rudder.to_radians(),
-        );
+        let (time_s, heading, rudder) =
+            (f64::from(START_S) + time_s, heading.to_radians(), rudder.to_radians());
         format!("{time_s:.3} {heading:.6} {rudder:.6} NaN \n")
     };
     let rows: String = (0..ROWS).map(line).collect();

@@ -91,14 +91,9 @@ pub fn sparse() -> Vec<u8> {
 pub fn long() -> Vec<u8> {
     let mut log = String::from("Series;Time;Value\n");
     for k in 0..ROWS {
-        for (name, value) in [
-            ("steering.rudderAngle", -0.1),
-            ("navigation.headingTrue", 1.5),
-        ] {
-            log += &format!(
-                "{name};2026-03-04T00:29:58.{k}00Z;{:.3}\n",
-                value + 0.01 * f64::from(k)
-            );
+        for (name, value) in [("steering.rudderAngle", -0.1), ("navigation.headingTrue", 1.5)] {
+            log +=
+                &format!("{name};2026-03-04T00:29:58.{k}00Z;{:.3}\n", value + 0.01 * f64::from(k));
         }
     }
     log.into_bytes()
@@ -116,21 +111,9 @@ pub fn imc(is_little_endian: bool, id: u16, time_s: f64, entity: u8, fields: &[&
     };
     let fields = fields.concat();
     let mut packet = [word(0xfe54), word(id), word(fields.len() as u16)].concat();
-    packet.extend(
-        [
-            &time[..],
-            &word(30),
-            &[entity],
-            &word(0xffff),
-            &[0xff],
-            &fields,
-        ]
-        .concat(),
-    );
+    packet.extend([&time[..], &word(30), &[entity], &word(0xffff), &[0xff], &fields].concat());
     let sum = packet.iter().fold(0_u16, |sum, byte| {
-        (0..8).fold(sum ^ u16::from(*byte), |sum, _| {
-            (sum >> 1) ^ (0xa001 * (sum & 1))
-        })
+        (0..8).fold(sum ^ u16::from(*byte), |sum, _| (sum >> 1) ^ (0xa001 * (sum & 1)))
     });
     packet.extend(word(sum));
     packet

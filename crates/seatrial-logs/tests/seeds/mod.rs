@@ -55,12 +55,9 @@ pub fn of(format: &str) -> Vec<Vec<u8>> {
         "canboat" => nmea2000(),
         "slocum" => vec![slocum()],
         "lsf" => vec![lsf()],
-        "nmea0183" => vec![
-            nmea0183(),
-            nmea0183_without_times(),
-            datagrams(),
-            blocks_of_datagrams(),
-        ],
+        "nmea0183" => {
+            vec![nmea0183(), nmea0183_without_times(), datagrams(), blocks_of_datagrams()]
+        }
         "alog" => vec![alog()],
         "expedition" => vec![expedition()],
         "csv" => vec![
@@ -72,13 +69,9 @@ pub fn of(format: &str) -> Vec<Vec<u8>> {
             boxes::objects(),
             boxes::glider(),
         ],
-        "mcap" => [
-            None,
-            Some(mcap::Compression::Lz4),
-            Some(mcap::Compression::Zstd),
-        ]
-        .map(mcap_log)
-        .into(),
+        "mcap" => {
+            [None, Some(mcap::Compression::Lz4), Some(mcap::Compression::Zstd)].map(mcap_log).into()
+        }
         "rosbag2" => vec![rosbag()],
         "rosbag1" => ["none", "bz2", "lz4"].map(boxes::rosbag1).into(),
         "signal_k" => vec![boxes::signal_k(), boxes::signal_k_array()],
@@ -124,24 +117,13 @@ pub fn dataflash() -> Vec<u8> {
         format(7, 18, "GPS", "QBBLe", "TimeUS,I,Z,Lat,Spd"),
     ]
     .concat();
-    let units = [
-        &0_u64.to_le_bytes()[..],
-        &[6],
-        &padded("s#-E", 16),
-        &padded("F---", 16),
-    ];
+    let units = [&0_u64.to_le_bytes()[..], &[6], &padded("s#-E", 16), &padded("F---", 16)];
     log.extend(message(1, &units.concat()[..41]));
     for (name, value) in [("SERVO1_FUNCTION", 26.0_f32), ("SERVO1_TRIM", 1490.0)] {
         let time = 0_u64.to_le_bytes();
-        log.extend(message(
-            2,
-            &[&time[..], &padded(name, 16), &value.to_le_bytes()].concat(),
-        ));
+        log.extend(message(2, &[&time[..], &padded(name, 16), &value.to_le_bytes()].concat()));
     }
-    log.extend(message(
-        3,
-        &[&[0; 8][..], &padded("ArduRover V4.5", 64)].concat(),
-    ));
+    log.extend(message(3, &[&[0; 8][..], &padded("ArduRover V4.5", 64)].concat()));
     for k in 0..ROWS {
         let time = (1_000_000 + 20_000 * u64::from(k)).to_le_bytes();
         let yaw = (5730 + 57 * k) as u16;
@@ -153,13 +135,7 @@ pub fn dataflash() -> Vec<u8> {
         log.extend(message(4, &[&time[..], &angles, &[0; 4]].concat()));
         log.extend(message(
             6,
-            &[
-                &time[..],
-                &[(k % 2) as u8, 0],
-                &0.5_f32.to_le_bytes(),
-                &[0; 4],
-            ]
-            .concat(),
+            &[&time[..], &[(k % 2) as u8, 0], &0.5_f32.to_le_bytes(), &[0; 4]].concat(),
         ));
     }
     log
@@ -196,31 +172,16 @@ pub fn tlog_frame(arrival_us: u64, is_second: bool, message: (u32, u8), payload:
         sum = (sum >> 8) ^ (wide << 8) ^ (wide << 3) ^ (wide >> 4);
     }
     let mark = if is_second { 0xfd } else { 0xfe };
-    [
-        &arrival_us.to_be_bytes()[..],
-        &[mark],
-        &checked,
-        &sum.to_le_bytes(),
-    ]
-    .concat()
+    [&arrival_us.to_be_bytes()[..], &[mark], &checked, &sum.to_le_bytes()].concat()
 }
 
 pub const ARRIVAL_US: u64 = 1_700_000_000_000_000;
 
 pub fn tlog() -> Vec<u8> {
     let mut log = tlog_frame(ARRIVAL_US, true, MAVLINK[0], &[0, 0, 0, 0, 11, 3, 0, 4, 3]);
-    let parameter = [
-        &26.0_f32.to_le_bytes()[..],
-        &[1, 0, 0, 0],
-        &padded("SERVO1_FUNCTION", 16),
-        &[9],
-    ];
-    log.extend(tlog_frame(
-        ARRIVAL_US,
-        false,
-        MAVLINK[2],
-        &parameter.concat(),
-    ));
+    let parameter =
+        [&26.0_f32.to_le_bytes()[..], &[1, 0, 0, 0], &padded("SERVO1_FUNCTION", 16), &[9]];
+    log.extend(tlog_frame(ARRIVAL_US, false, MAVLINK[2], &parameter.concat()));
     for k in 0..ROWS {
         let boot_ms = 5000 + 20 * k;
         let arrival_us = ARRIVAL_US + 20_000 * u64::from(k);
@@ -269,10 +230,7 @@ pub fn ulog() -> Vec<u8> {
         log.extend(message(b'D', &attitude));
     }
     log.extend(message(b'O', &[10, 0]));
-    log.extend(message(
-        b'S',
-        &[0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12],
-    ));
+    log.extend(message(b'S', &[0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12]));
     log
 }
 
@@ -338,11 +296,7 @@ pub fn nmea0183() -> Vec<u8> {
 pub fn alog() -> Vec<u8> {
     let mut log = String::from("%% LOG FILE: run.alog\n%% LOGSTART 12345.0\n");
     for k in 0..ROWS {
-        for (name, value) in [
-            ("NAV_HEADING", 80.0),
-            ("NAV_RUDDER", -4.0),
-            ("NAV_SPEED", 1.5),
-        ] {
+        for (name, value) in [("NAV_HEADING", 80.0), ("NAV_RUDDER", -4.0), ("NAV_SPEED", 1.5)] {
             log += &format!("{}.250  {name}  pNav  {}\n", 10 + k, value + f64::from(k));
         }
     }
@@ -372,24 +326,10 @@ fn ros_topics(k: u32) -> [(&'static str, &'static str, &'static str, Vec<u8>); 3
     pose.extend([7; 24]);
     pose.extend(1.25_f64.to_le_bytes());
     pose.extend([2, 0, 0, 0, b'n', 0, 0, 0, 2, 0, 0, 0, 1, 0, 2, 0]);
-    pose.extend(
-        [0.0, 0.0, 0.0, 1.0]
-            .iter()
-            .flat_map(|value: &f64| value.to_le_bytes()),
-    );
+    pose.extend([0.0, 0.0, 0.0, 1.0].iter().flat_map(|value: &f64| value.to_le_bytes()));
     [
-        (
-            "/heading",
-            "std_msgs/msg/Float64",
-            "float64 data",
-            number(heading_rad(k).into()),
-        ),
-        (
-            "/rudder",
-            "std_msgs/msg/Float64",
-            "float64 data",
-            number(0.25),
-        ),
+        ("/heading", "std_msgs/msg/Float64", "float64 data", number(heading_rad(k).into())),
+        ("/rudder", "std_msgs/msg/Float64", "float64 data", number(0.25)),
         ("/pose", "seed_msgs/msg/Pose", POSE, pose),
     ]
 }
@@ -405,19 +345,11 @@ pub fn mcap_log(compression: Option<mcap::Compression>) -> Vec<u8> {
         .unwrap();
     for k in 0..ROWS {
         for (topic, type_name, definition, data) in ros_topics(k) {
-            let schema = writer
-                .add_schema(type_name, "ros2msg", definition.as_bytes())
-                .unwrap();
-            let channel_id = writer
-                .add_channel(schema, topic, "cdr", &BTreeMap::new())
-                .unwrap();
+            let schema = writer.add_schema(type_name, "ros2msg", definition.as_bytes()).unwrap();
+            let channel_id = writer.add_channel(schema, topic, "cdr", &BTreeMap::new()).unwrap();
             let time = u64::from(START_S + k) * 1_000_000_000;
-            let header = MessageHeader {
-                channel_id,
-                sequence: k,
-                log_time: time,
-                publish_time: time,
-            };
+            let header =
+                MessageHeader { channel_id, sequence: k, log_time: time, publish_time: time };
             writer.write_to_known_channel(&header, &data).unwrap();
         }
     }
@@ -442,21 +374,14 @@ pub fn rosbag() -> Vec<u8> {
         for (number, (topic, type_name, definition, data)) in (0_i64..).zip(ros_topics(k)) {
             if k == 0 {
                 let row = (number, topic, type_name);
-                bag.execute("INSERT INTO topics VALUES (?1, ?2, ?3, 'cdr')", row)
-                    .unwrap();
+                bag.execute("INSERT INTO topics VALUES (?1, ?2, ?3, 'cdr')", row).unwrap();
                 let row = (number, type_name, definition);
-                bag.execute(
-                    "INSERT INTO message_definitions VALUES (?1, ?2, 'ros2msg', ?3)",
-                    row,
-                )
-                .unwrap();
+                bag.execute("INSERT INTO message_definitions VALUES (?1, ?2, 'ros2msg', ?3)", row)
+                    .unwrap();
             }
             let row = (number, i64::from(START_S + k) * 1_000_000_000, data);
-            bag.execute(
-                "INSERT INTO messages(topic_id, timestamp, data) VALUES (?1, ?2, ?3)",
-                row,
-            )
-            .unwrap();
+            bag.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES (?1, ?2, ?3)", row)
+                .unwrap();
         }
     }
     drop(bag);
@@ -467,9 +392,7 @@ pub fn rosbag() -> Vec<u8> {
 
 pub fn parquet_log(compression: Compression) -> Vec<u8> {
     let schema = "message log { required double time_s; optional double heading_rad; required double rudder_rad; }";
-    let properties = WriterProperties::builder()
-        .set_compression(compression)
-        .build();
+    let properties = WriterProperties::builder().set_compression(compression).build();
     let schema = parse_message_type(schema).unwrap().into();
     let mut file = Vec::new();
     let mut writer = SerializedFileWriter::new(&mut file, schema, properties.into()).unwrap();

@@ -26,16 +26,8 @@ fn frames() -> Vec<(f64, u32, [u8; 8])> {
             let [low, high] = ((1000 + 10 * k) as u16).to_le_bytes();
             let time_s = 0.1 * f64::from(k);
             [
-                (
-                    time_s,
-                    0x09f1_0d1a,
-                    [0xfc, 0xf8, 0xff, 0x7f, low, high, 0xff, 0xff],
-                ),
-                (
-                    time_s,
-                    0x09f1_120f,
-                    [0, low, high, 0xff, 0x7f, 0xff, 0x7f, 0xfd],
-                ),
+                (time_s, 0x09f1_0d1a, [0xfc, 0xf8, 0xff, 0x7f, low, high, 0xff, 0xff]),
+                (time_s, 0x09f1_120f, [0, low, high, 0xff, 0x7f, 0xff, 0x7f, 0xfd]),
             ]
         })
         .collect()
@@ -69,10 +61,7 @@ const LINES: [Line; 12] = [
     |t, id, data| format!("  1)  {:.1}  Rx  {id:08X}  8  {}", 1e3 * t, hex(data, " ")),
     |t, id, data| {
         let (number, source, data) = (number(id), id as u8, hex(data, ""));
-        format!(
-            "0,{:.0},{number},Name,Maker,{source},255,2,1,8,0x{data}",
-            1e3 * t
-        )
+        format!("0,{:.0},{number},Name,Maker,{source},255,2,1,8,0x{data}", 1e3 * t)
     },
     |t, id, data| {
         let (number, source, data) = (number(id), id as u8, hex(data, ""));
@@ -92,18 +81,9 @@ const LINES: [Line; 12] = [
     },
     |t, id, data| {
         let of_10000 = (1e4 * t).round() as u32;
-        format!(
-            "00:29:58:{of_10000:04} Rx 1 0x{id:08X} x 8 {}",
-            hex(data, " ")
-        )
+        format!("00:29:58:{of_10000:04} Rx 1 0x{id:08X} x 8 {}", hex(data, " "))
     },
-    |t, id, data| {
-        format!(
-            "00:29:{:06.3},01-05-2024,R,{id:08X},{}",
-            10.0 + t,
-            hex(data, ",")
-        )
-    },
+    |t, id, data| format!("00:29:{:06.3},01-05-2024,R,{id:08X},{}", 10.0 + t, hex(data, ",")),
 ];
 
 /// As `candump -t d` writes it.
@@ -111,16 +91,9 @@ fn differences() -> Vec<u8> {
     let mut before_s = 0.0;
     let line = |(time_s, id, data): (f64, u32, [u8; 8])| {
         let since_s = time_s - std::mem::replace(&mut before_s, time_s);
-        format!(
-            " (00{since_s:.6})  can0  {id:08X}   [8]  {}\n",
-            hex(&data, " ")
-        )
+        format!(" (00{since_s:.6})  can0  {id:08X}   [8]  {}\n", hex(&data, " "))
     };
-    frames()
-        .into_iter()
-        .map(line)
-        .collect::<String>()
-        .into_bytes()
+    frames().into_iter().map(line).collect::<String>().into_bytes()
 }
 
 /// A capture of SocketCAN.
@@ -133,9 +106,7 @@ fn packets() -> Vec<u8> {
 }
 
 fn lines(line: Line) -> Vec<u8> {
-    let lines = frames()
-        .into_iter()
-        .map(|(time_s, id, data)| line(time_s, id, &data) + "\n");
+    let lines = frames().into_iter().map(|(time_s, id, data)| line(time_s, id, &data) + "\n");
     lines.collect::<String>().into_bytes()
 }
 
@@ -164,12 +135,8 @@ fn records() -> [Vec<u8>; 5] {
         boxes[2].extend(escaped(&[&[0x07], &message[..]].concat(), 0x1b));
         boxes[2].extend([0x1b, 0x0a]);
         let [_, format, specific, _] = id.to_be_bytes();
-        let short = [
-            &[0x07, 0x95, 14][..],
-            &milliseconds,
-            &[id as u8, specific, format, 0x09],
-            &data,
-        ];
+        let short =
+            [&[0x07, 0x95, 14][..], &milliseconds, &[id as u8, specific, format, 0x09], &data];
         boxes[3].extend([0x1b, 0x01]);
         boxes[3].extend(escaped(&short.concat(), 0x1b));
         boxes[3].extend([0x1b, 0x0a]);
@@ -220,17 +187,11 @@ fn base64(data: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::new();
     for three in data.chunks(3) {
-        let number = three
-            .iter()
-            .fold(0_u32, |number, byte| number << 8 | u32::from(*byte));
+        let number = three.iter().fold(0_u32, |number, byte| number << 8 | u32::from(*byte));
         let number = number << (8 * (3 - three.len()));
         for place in 0..4 {
             let digit = DIGITS[(number >> (18 - 6 * place) & 63) as usize];
-            text.push(if place > three.len() {
-                '='
-            } else {
-                char::from(digit)
-            });
+            text.push(if place > three.len() { '=' } else { char::from(digit) });
         }
     }
     text

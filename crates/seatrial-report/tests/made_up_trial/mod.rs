@@ -33,10 +33,7 @@ struct Noise(u64);
 
 impl Noise {
     fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 }
@@ -44,9 +41,8 @@ impl Noise {
 /// A finished trial at these thrusts of Table II.
 pub fn campaign(thrusts: &[f64]) -> Campaign {
     let table = TABLE_II.iter().filter(|row| thrusts.contains(&row.0));
-    let runs = table
-        .zip(1..)
-        .map(|(&(thrust, speed, theta), number)| run(number, thrust, speed, theta));
+    let runs =
+        table.zip(1..).map(|(&(thrust, speed, theta), number)| run(number, thrust, speed, theta));
     Campaign {
         axis: seatrial_core::Axis::Yaw,
         software_version: "0.1.0".to_owned(),
@@ -78,10 +74,7 @@ fn run(number: u32, thrust: f64, speed: f64, theta: [f64; 3]) -> Run {
     // Across the wrap, as on a southerly course.
     let course = 3.0;
     let gain = theta[0] * theta[0] / (2.0 * theta[1]);
-    let mut state = YawState {
-        heading_rad: course + 0.3,
-        yaw_rate_rad_s: 0.0,
-    };
+    let mut state = YawState { heading_rad: course + 0.3, yaw_rate_rad_s: 0.0 };
     let (mut north, mut east) = (0.0, 0.0);
     let mut samples = Vec::new();
     for k in 0..(SETTLE_S / INTERVAL_S + 2.0 * STAGE_S / INTERVAL_S).round() as u32 {
@@ -132,9 +125,7 @@ fn run(number: u32, thrust: f64, speed: f64, theta: [f64; 3]) -> Run {
         thrust,
         attempt: 1,
         surge_speed_m_s: Some(speed),
-        stages: stages
-            .map(|(stage, window)| StageSpan { stage, window })
-            .to_vec(),
+        stages: stages.map(|(stage, window)| StageSpan { stage, window }).to_vec(),
         record: samples.into_iter().collect(),
         identification: Some(identification(
             theta,
@@ -158,21 +149,13 @@ fn identification(
     let mut last = [0.0; 3];
     let trace = (0..330).map(|k| {
         let since_s = f64::from(k) * INTERVAL_S;
-        let wild = if since_s < 2.0 {
-            40.0
-        } else {
-            3.0 * (-(since_s - 2.0) / 1.2).exp()
-        };
+        let wild = if since_s < 2.0 { 40.0 } else { 3.0 * (-(since_s - 2.0) / 1.2).exp() };
         let theta =
             truth.map(|value| value * (1.0 + wild * noise.next() + 0.02 * (-since_s / 8.0).exp()));
         let squares = theta.iter().zip(last).map(|(a, b)| (a - b) * (a - b));
         let step_norm = squares.sum::<f64>().sqrt();
         last = theta;
-        TracePoint {
-            time_s: training.from_s + since_s,
-            theta,
-            step_norm,
-        }
+        TracePoint { time_s: training.from_s + since_s, theta, step_norm }
     });
     let model = near(0.004);
     let interval = |value: f64, share: f64| {
@@ -200,17 +183,10 @@ fn identification(
             model: near(-0.03),
             delta0_rad: Some(delta0),
             covariance: [[0.0; 3]; 3],
-            least_squares: LeastSquares {
-                model: near(-0.04),
-                covariance: [[0.0; 3]; 3],
-            },
+            least_squares: LeastSquares { model: near(-0.04), covariance: [[0.0; 3]; 3] },
             batch: Some(near(-0.04)),
             theta_at: BTreeMap::new(),
-            convergence: Convergence {
-                detected_s: Some(10.0),
-                threshold: 0.001,
-                consecutive: 10,
-            },
+            convergence: Convergence { detected_s: Some(10.0), threshold: 0.001, consecutive: 10 },
             trace: trace.collect(),
         },
         refined: Some(Refined {

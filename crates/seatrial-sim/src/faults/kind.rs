@@ -24,12 +24,7 @@ const fn parameter(
     range: [f64; 2],
     usual: [f64; 2],
 ) -> Parameter {
-    Parameter {
-        name,
-        default,
-        range,
-        usual,
-    }
+    Parameter { name, default, range, usual }
 }
 
 const ANGLE: [f64; 2] = [-core::f64::consts::PI, core::f64::consts::PI];

@@ -164,10 +164,7 @@ struct Entry {
 impl Scenario {
     /// One fault.
     pub fn of(fault: Fault) -> Self {
-        Self {
-            faults: vec![fault],
-            ..Self::default()
-        }
+        Self { faults: vec![fault], ..Self::default() }
     }
 
     /// The scenario of a TOML text.
@@ -217,10 +214,7 @@ impl Scenario {
             Ok(text) => text,
             Err(source) => built_in::text_of(&path.to_string_lossy())
                 .map(str::to_owned)
-                .ok_or_else(|| ScenarioError::Read {
-                    path: path.to_owned(),
-                    source,
-                })?,
+                .ok_or_else(|| ScenarioError::Read { path: path.to_owned(), source })?,
         };
         Self::from_toml(&text).map_err(|error| ScenarioError::InFile {
             path: path.to_owned(),
@@ -246,21 +240,10 @@ impl Entry {
             };
             given.push((name.as_str(), number));
         }
-        let fault = Fault {
-            kind,
-            values: values(kind, given)?,
-            onset: self.onset()?,
-            for_s: self.for_s,
-        };
-        let times = [
-            ("at_s", self.at_s),
-            ("after_s", self.after_s),
-            ("for_s", self.for_s),
-        ];
-        match times
-            .iter()
-            .find(|(_, time)| time.is_some_and(|time| !not_negative(time)))
-        {
+        let fault =
+            Fault { kind, values: values(kind, given)?, onset: self.onset()?, for_s: self.for_s };
+        let times = [("at_s", self.at_s), ("after_s", self.after_s), ("for_s", self.for_s)];
+        match times.iter().find(|(_, time)| time.is_some_and(|time| !not_negative(time))) {
             Some((name, _)) => Err(InvalidFault::Time { name }),
             None => Ok(fault),
         }
@@ -295,10 +278,7 @@ fn values<'a>(
     for (name, number) in given {
         let found = parameters.iter().position(|p| p.name == name);
         let Some((k, parameter)) = found.map(|k| (k, &parameters[k])) else {
-            return Err(InvalidFault::UnknownParameter {
-                kind,
-                name: name.to_owned(),
-            });
+            return Err(InvalidFault::UnknownParameter { kind, name: name.to_owned() });
         };
         let [least, greatest] = parameter.range;
         if !(least..=greatest).contains(&number) {
@@ -359,12 +339,7 @@ impl Fault {
         }
         let passes = chance.uniform() < 0.5;
         let length_s = PASSES_WITHIN_S * chance.uniform();
-        Self {
-            kind,
-            values,
-            onset,
-            for_s: passes.then_some(length_s),
-        }
+        Self { kind, values, onset, for_s: passes.then_some(length_s) }
     }
 }
 
@@ -376,37 +351,16 @@ mod tests {
     fn io_faults_of_a_file_are_named() {
         let fault = |lines: &str| format!("[[fault]]\nkind = \"compass_step\"\n{lines}");
         for (text, expected) in [
-            (
-                fault(""),
-                "fault 1, compass_step: expected either at_s, or stage",
-            ),
-            (
-                fault("at_s = 1.0\nstage = \"decay\""),
-                "expected either at_s",
-            ),
+            (fault(""), "fault 1, compass_step: expected either at_s, or stage"),
+            (fault("at_s = 1.0\nstage = \"decay\""), "expected either at_s"),
             (fault("at_s = -1.0"), "at_s must be a number from 0 to 1e9"),
-            (
-                fault("at_s = 1.0\nsise_rad = 1.0"),
-                "compass_step takes no sise_rad, but size_rad",
-            ),
-            (
-                fault("at_s = 1.0\nsize_rad = 9.0"),
-                "size_rad must be a number from",
-            ),
-            (
-                fault("at_s = 1.0\nsize_rad = \"big\""),
-                "size_rad must be a number, not",
-            ),
+            (fault("at_s = 1.0\nsise_rad = 1.0"), "compass_step takes no sise_rad, but size_rad"),
+            (fault("at_s = 1.0\nsize_rad = 9.0"), "size_rad must be a number from"),
+            (fault("at_s = 1.0\nsize_rad = \"big\""), "size_rad must be a number, not"),
             (fault("stage = \"tea\""), "unknown variant `tea`"),
             (fault("stage = \"decay\"\nrun = 0"), "run counts from 1"),
-            (
-                "[[fault]]\nkind = \"gremlin\"\nat_s = 1.0".into(),
-                "fault 1, gremlin: no such kind",
-            ),
-            (
-                "[random]\ncount = 1\nto_s = 0.0".into(),
-                "random.to_s must be a number above",
-            ),
+            ("[[fault]]\nkind = \"gremlin\"\nat_s = 1.0".into(), "fault 1, gremlin: no such kind"),
+            ("[random]\ncount = 1\nto_s = 0.0".into(), "random.to_s must be a number above"),
             ("[[fualt]]".into(), "unknown field `fualt`"),
         ] {
             let message = Scenario::from_toml(&text).unwrap_err().to_string();
@@ -421,11 +375,7 @@ mod tests {
         let expected = Fault {
             kind: Kind::CompassSpike,
             values: [1.0, 3.0],
-            onset: Onset::Stage {
-                stage: Moment::Decay,
-                run: 1,
-                after_s: 0.0,
-            },
+            onset: Onset::Stage { stage: Moment::Decay, run: 1, after_s: 0.0 },
             for_s: None,
         };
         assert_eq!(scenario, Scenario::of(expected));
@@ -437,12 +387,7 @@ mod tests {
 
     #[test]
     fn prop_chance_draws_what_can_be_played() {
-        let random = Random {
-            count: 200,
-            kinds: None,
-            from_s: 5.0,
-            to_s: 6.0,
-        };
+        let random = Random { count: 200, kinds: None, from_s: 5.0, to_s: 6.0 };
         let drawn = random.faults(&Kind::ALL, 3);
         assert_eq!(drawn, random.faults(&Kind::ALL, 3));
         assert_ne!(drawn, random.faults(&Kind::ALL, 4));

@@ -21,13 +21,8 @@ pub enum Moment {
 
 impl Moment {
     /// Every moment.
-    pub const ALL: [Self; 5] = [
-        Self::Settle,
-        Self::Training,
-        Self::Decay,
-        Self::Validation,
-        Self::Between,
-    ];
+    pub const ALL: [Self; 5] =
+        [Self::Settle, Self::Training, Self::Decay, Self::Validation, Self::Between];
 
     /// Its name in a file.
     pub fn name(self) -> &'static str {
@@ -110,11 +105,7 @@ mod tests {
         .into_iter()
         .enumerate()
         {
-            let action = Action {
-                steering,
-                thrust,
-                outcome: None,
-            };
+            let action = Action { steering, thrust, outcome: None };
             stages.note(&action, k as f64);
             seen.push(stages.now.map(|(moment, _)| moment));
         }

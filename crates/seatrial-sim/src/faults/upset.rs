@@ -74,10 +74,6 @@ impl Upset {
 
 impl Default for Damage {
     fn default() -> Self {
-        Self {
-            lost_rudder_area: 0.0,
-            yaw_inertia_factor: 1.0,
-            current_m_s: [0.0; 2],
-        }
+        Self { lost_rudder_area: 0.0, yaw_inertia_factor: 1.0, current_m_s: [0.0; 2] }
     }
 }

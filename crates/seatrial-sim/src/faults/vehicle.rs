@@ -84,10 +84,7 @@ impl<V: Rehearsable> FaultyVehicle<V> {
             vehicle,
             faults: faults
                 .into_iter()
-                .map(|fault| ScheduledFault {
-                    fault,
-                    began_s: None,
-                })
+                .map(|fault| ScheduledFault { fault, began_s: None })
                 .collect(),
             stages: Stages::default(),
             upset: Upset::default(),
@@ -129,10 +126,7 @@ impl<V: Rehearsable> FaultyVehicle<V> {
     fn lasting(&self) -> impl Iterator<Item = (&Fault, f64)> {
         self.faults.iter().filter_map(|scheduled| {
             let age_s = self.from_s - scheduled.began_s?;
-            let lasts = scheduled
-                .fault
-                .for_s
-                .is_none_or(|for_s| age_s + RESOLUTION_S < for_s);
+            let lasts = scheduled.fault.for_s.is_none_or(|for_s| age_s + RESOLUTION_S < for_s);
             lasts.then_some((&scheduled.fault, age_s))
         })
     }
@@ -258,13 +252,13 @@ impl<V: Rehearsable> FaultyVehicle<V> {
 fn is_due(onset: Onset, time_s: f64, stages: &Stages) -> bool {
     match onset {
         Onset::Time(at_s) => time_s + RESOLUTION_S >= at_s,
-        Onset::Stage {
-            stage,
-            run,
-            after_s,
-        } => stages.now.is_some_and(|(now, since_s): (Moment, f64)| {
-            now == stage && stages.times(stage) == run && time_s - since_s + RESOLUTION_S >= after_s
-        }),
+        Onset::Stage { stage, run, after_s } => {
+            stages.now.is_some_and(|(now, since_s): (Moment, f64)| {
+                now == stage
+                    && stages.times(stage) == run
+                    && time_s - since_s + RESOLUTION_S >= after_s
+            })
+        }
     }
 }
 

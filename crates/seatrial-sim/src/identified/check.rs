@@ -77,11 +77,7 @@ impl IdentifiedVehicle {
             (
                 "surge_speed_m_s",
                 speed.surge_speed_m_s,
-                above(
-                    speed.surge_speed_m_s,
-                    before.map(|p| p.surge_speed_m_s),
-                    100.0,
-                ),
+                above(speed.surge_speed_m_s, before.map(|p| p.surge_speed_m_s), 100.0),
                 "above 0 and the speed before, and at most 100 m/s",
             ),
             (
@@ -105,9 +101,7 @@ impl IdentifiedVehicle {
             (
                 "seen_rudder_rad",
                 speed.seen_rudder_rad.unwrap_or(0.0),
-                speed
-                    .seen_rudder_rad
-                    .is_none_or(|seen| (0.0..=FRAC_PI_2).contains(&seen)),
+                speed.seen_rudder_rad.is_none_or(|seen| (0.0..=FRAC_PI_2).contains(&seen)),
                 "absent or an angle from 0 to 1.5708 rad",
             ),
         ] {
@@ -115,9 +109,9 @@ impl IdentifiedVehicle {
                 return Err(invalid(field(name), requirement, value));
             }
         }
-        speed.covariance.map_or(Ok(()), |covariance| {
-            check_covariance(&covariance, field("covariance"))
-        })
+        speed
+            .covariance
+            .map_or(Ok(()), |covariance| check_covariance(&covariance, field("covariance")))
     }
 }
 

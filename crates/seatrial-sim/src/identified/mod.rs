@@ -264,10 +264,7 @@ impl IdentifiedVehicle {
                 drag_length_m,
                 turning_drag_m: self.surge.turning_drag_m.unwrap_or(0.0),
             }),
-            initial_thrust: self
-                .speeds
-                .first()
-                .map_or(base.initial_thrust, |p| p.thrust),
+            initial_thrust: self.speeds.first().map_or(base.initial_thrust, |p| p.thrust),
             heading_hold: self.heading_hold(),
             rudder_delay_s: self.rudder.delay_s,
             servo: Servo {
@@ -277,9 +274,7 @@ impl IdentifiedVehicle {
             disturbance,
             sensors,
             timing: Timing {
-                sample_interval_s: self
-                    .sample_interval_s
-                    .unwrap_or(base.timing.sample_interval_s),
+                sample_interval_s: self.sample_interval_s.unwrap_or(base.timing.sample_interval_s),
                 ..base.timing
             },
             has_fins: true,

@@ -14,12 +14,7 @@ fn boat() -> IdentifiedVehicle {
         schema: SCHEMA.into(),
         name: "boat".into(),
         sample_interval_s: Some(0.1),
-        rudder: Rudder {
-            limit_rad: 0.5,
-            lag_s: 0.15,
-            delay_s: 0.2,
-            rate_limit_rad_s: Some(0.6),
-        },
+        rudder: Rudder { limit_rad: 0.5, lag_s: 0.15, delay_s: 0.2, rate_limit_rad_s: Some(0.6) },
         surge: SurgeLaw {
             time_constant_s: 3.0,
             drag_length_m: Some(8.0),
@@ -45,10 +40,7 @@ fn io_a_vehicle_survives_its_own_file() {
     assert_eq!(IdentifiedVehicle::from_toml(&text).unwrap(), boat());
     let text = boat().to_json().unwrap();
     assert_eq!(IdentifiedVehicle::from_json(&text).unwrap(), boat());
-    assert!(
-        text.contains("\"schema\": \"seatrial.vehicle.v1\""),
-        "{text}"
-    );
+    assert!(text.contains("\"schema\": \"seatrial.vehicle.v1\""), "{text}");
 }
 
 #[test]
@@ -75,11 +67,7 @@ fn exact_the_twin_has_every_number_of_the_file() {
 #[test]
 fn recover_draws_have_the_covariance() {
     let mut boat = boat();
-    let covariance = [
-        [0.0004, -0.0003, 1e-6],
-        [-0.0003, 0.0009, 0.0],
-        [1e-6, 0.0, 1e-6],
-    ];
+    let covariance = [[0.0004, -0.0003, 1e-6], [-0.0003, 0.0009, 0.0], [1e-6, 0.0, 1e-6]];
     boat.speeds[0].covariance = Some(covariance);
     boat.speeds[1].covariance = None;
     let centre = boat.speeds[0].model().theta();
@@ -97,10 +85,7 @@ fn recover_draws_have_the_covariance() {
             let found = draws.iter().map(|d| d[i] * d[j]).sum::<f64>() / 4000.0;
             let most = (covariance[i][i] * covariance[j][j]).sqrt();
             // A mean of 4000 products is known to 1.4 to 2.2 %: four times that.
-            assert!(
-                (found - covariance[i][j]).abs() < 0.09 * most,
-                "{i} {j} {found}"
-            );
+            assert!((found - covariance[i][j]).abs() < 0.09 * most, "{i} {j} {found}");
         }
     }
     assert_eq!(boat.drawn(7), boat.drawn(7));
@@ -110,40 +95,19 @@ fn recover_draws_have_the_covariance() {
 fn io_faults_name_the_field_and_what_was_found() {
     type Break = fn(&mut IdentifiedVehicle);
     let cases: [(Break, &str); 20] = [
-        (
-            |v| v.schema = "seatrial.vehicle.v9".into(),
-            "schema must be",
-        ),
-        (
-            |v| v.sample_interval_s = Some(0.0),
-            "sample_interval_s must be",
-        ),
+        (|v| v.schema = "seatrial.vehicle.v9".into(), "schema must be"),
+        (|v| v.sample_interval_s = Some(0.0), "sample_interval_s must be"),
         (
             |v| v.rudder.limit_rad = 14.9,
             "rudder.limit_rad must be an angle from 0.001 to 1.5708 rad, not 14.9",
         ),
         (|v| v.rudder.lag_s = -0.1, "rudder.lag_s must be"),
         (|v| v.rudder.delay_s = f64::NAN, "rudder.delay_s must be"),
-        (
-            |v| v.rudder.rate_limit_rad_s = Some(0.0),
-            "rudder.rate_limit_rad_s must be",
-        ),
-        (
-            |v| v.surge.time_constant_s = 0.0,
-            "surge.time_constant_s must be",
-        ),
-        (
-            |v| v.surge.drag_length_m = Some(0.0),
-            "surge.drag_length_m must be",
-        ),
-        (
-            |v| v.surge.turning_drag_m = Some(-1.0),
-            "surge.turning_drag_m must be",
-        ),
-        (
-            |v| v.noise.as_mut().unwrap().heading_rad = 2.0,
-            "noise.heading_rad must be",
-        ),
+        (|v| v.rudder.rate_limit_rad_s = Some(0.0), "rudder.rate_limit_rad_s must be"),
+        (|v| v.surge.time_constant_s = 0.0, "surge.time_constant_s must be"),
+        (|v| v.surge.drag_length_m = Some(0.0), "surge.drag_length_m must be"),
+        (|v| v.surge.turning_drag_m = Some(-1.0), "surge.turning_drag_m must be"),
+        (|v| v.noise.as_mut().unwrap().heading_rad = 2.0, "noise.heading_rad must be"),
         (
             |v| v.noise.as_mut().unwrap().disturbance_rad_s2 = -1.0,
             "noise.disturbance_rad_s2 must be",
@@ -152,29 +116,14 @@ fn io_faults_name_the_field_and_what_was_found() {
             |v| v.noise.as_mut().unwrap().disturbance_time_s = Some(0.0),
             "noise.disturbance_time_s must be",
         ),
-        (
-            |v| v.surge.drag_length_m = Some(0.02),
-            "surge.drag_length_m must be at least the way",
-        ),
+        (|v| v.surge.drag_length_m = Some(0.02), "surge.drag_length_m must be at least the way"),
         (|v| v.speeds.clear(), "speed must be"),
         (|v| v.speeds[0].thrust = 60.0, "speed[0].thrust must be"),
         (|v| v.speeds.reverse(), "speed[1].thrust must be"),
-        (
-            |v| v.speeds[1].b2_per_s2 = 0.0,
-            "speed[1].b2_per_s2 must be",
-        ),
-        (
-            |v| v.speeds[1].a22_per_s = f64::INFINITY,
-            "speed[1].a22_per_s must be",
-        ),
-        (
-            |v| v.speeds[1].seen_rudder_rad = Some(9.0),
-            "speed[1].seen_rudder_rad must be",
-        ),
-        (
-            |v| v.speeds[0].covariance.as_mut().unwrap()[0][1] = 0.07,
-            "speed[0].covariance must be",
-        ),
+        (|v| v.speeds[1].b2_per_s2 = 0.0, "speed[1].b2_per_s2 must be"),
+        (|v| v.speeds[1].a22_per_s = f64::INFINITY, "speed[1].a22_per_s must be"),
+        (|v| v.speeds[1].seen_rudder_rad = Some(9.0), "speed[1].seen_rudder_rad must be"),
+        (|v| v.speeds[0].covariance.as_mut().unwrap()[0][1] = 0.07, "speed[0].covariance must be"),
     ];
     for (spoil, expected) in cases {
         let mut vehicle = boat();
@@ -187,18 +136,12 @@ fn io_faults_name_the_field_and_what_was_found() {
     assert!(message.contains("unknown field `keel`"), "{message}");
     let json = boat().to_json().unwrap();
     for (from, to, expected) in [
-        (
-            "\"limit_rad\": 0.5",
-            "\"limit_rad\": 14.9",
-            "rudder.limit_rad must be",
-        ),
+        ("\"limit_rad\": 0.5", "\"limit_rad\": 14.9", "rudder.limit_rad must be"),
         ("vehicle.v1", "vehicle.v2", "schema must be"),
         ("\"name\"", "\"keel\": 1, \"name\"", "unknown field `keel`"),
     ] {
         let spoilt = json.replacen(from, to, 1);
-        let message = IdentifiedVehicle::from_json(&spoilt)
-            .unwrap_err()
-            .to_string();
+        let message = IdentifiedVehicle::from_json(&spoilt).unwrap_err().to_string();
         assert!(message.contains(expected), "{message}");
     }
 }
@@ -224,10 +167,7 @@ fn parity_the_twin_is_a_schedule_between_its_speeds() {
         let twin = boat.plant(0.5).yaw_model(speed_m_s).theta();
         for (twin, expected) in twin.iter().zip(expected) {
             // Two ways to round.
-            assert!(
-                (twin - expected).abs() < 1e-14,
-                "{share}: {twin} {expected}"
-            );
+            assert!((twin - expected).abs() < 1e-14, "{share}: {twin} {expected}");
         }
     }
 }

@@ -43,14 +43,9 @@ impl Actuator {
         let within = |value: f64, low: f64, high: f64| value.max(low).min(high);
         let error = within(command_rad, -self.limit_rad, self.limit_rad) - state.horn_rad;
         let acted_on = error - within(error, -self.dead_band_rad, self.dead_band_rad);
-        let horn_rad = self
-            .servo
-            .advance(state.horn_rad, state.horn_rad + acted_on, interval_s);
+        let horn_rad = self.servo.advance(state.horn_rad, state.horn_rad + acted_on, interval_s);
         let play = 0.5 * self.backlash_rad;
-        ActuatorState {
-            horn_rad,
-            fin_rad: within(state.fin_rad, horn_rad - play, horn_rad + play),
-        }
+        ActuatorState { horn_rad, fin_rad: within(state.fin_rad, horn_rad - play, horn_rad + play) }
     }
 }
 
@@ -60,18 +55,14 @@ mod tests {
 
     const ACTUATOR: Actuator = Actuator {
         limit_rad: 0.26,
-        servo: Servo {
-            time_constant_s: 0.1,
-            rate_limit_rad_s: None,
-        },
+        servo: Servo { time_constant_s: 0.1, rate_limit_rad_s: None },
         dead_band_rad: 0.0,
         backlash_rad: 0.0,
     };
 
     fn after(actuator: Actuator, command_rad: f64, seconds: f64) -> ActuatorState {
-        (0..(seconds * 100.0) as u32).fold(ActuatorState::default(), |state, _| {
-            actuator.advance(state, command_rad, 0.01)
-        })
+        (0..(seconds * 100.0) as u32)
+            .fold(ActuatorState::default(), |state, _| actuator.advance(state, command_rad, 0.01))
     }
 
     #[test]
@@ -86,11 +77,7 @@ mod tests {
 
     #[test]
     fn exact_dead_band_and_backlash_are_hysteresis() {
-        let sticky = Actuator {
-            dead_band_rad: 0.01,
-            backlash_rad: 0.02,
-            ..ACTUATOR
-        };
+        let sticky = Actuator { dead_band_rad: 0.01, backlash_rad: 0.02, ..ACTUATOR };
         assert_eq!(after(sticky, 0.009, 1.0), ActuatorState::default());
         let there = after(sticky, 0.2, 5.0);
         assert!((there.horn_rad - 0.19).abs() < 1e-9 && (there.fin_rad - 0.18).abs() < 1e-9);

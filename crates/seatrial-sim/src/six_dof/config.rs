@@ -56,11 +56,7 @@ impl SixDofConfig {
         let rudders = || self.fins.iter().filter(|fin| fin.drive == Drive::Rudder);
         let mut lost_m2 =
             damage.lost_rudder_area * rudders().map(|fin| fin.foil.area_m2).sum::<f64>();
-        for fin in config
-            .fins
-            .iter_mut()
-            .filter(|fin| fin.drive == Drive::Rudder)
-        {
+        for fin in config.fins.iter_mut().filter(|fin| fin.drive == Drive::Rudder) {
             let gone_m2 = lost_m2.min(fin.foil.area_m2);
             fin.foil.area_m2 -= gone_m2;
             lost_m2 -= gone_m2;
@@ -71,11 +67,7 @@ impl SixDofConfig {
         config.rigid_body.inertia_kg_m2[2] += added;
         let [north_m_s, east_m_s] = damage.current_m_s;
         if config.sea.current.is_empty() {
-            config.sea.current.push(CurrentPoint {
-                depth_m: 0.0,
-                north_m_s: 0.0,
-                east_m_s: 0.0,
-            });
+            config.sea.current.push(CurrentPoint { depth_m: 0.0, north_m_s: 0.0, east_m_s: 0.0 });
         }
         for point in &mut config.sea.current {
             point.north_m_s += north_m_s;
@@ -100,10 +92,7 @@ impl SixDofConfig {
             ("rudder.limit_rad", rudder.limit_rad),
             ("elevator.limit_rad", elevator.limit_rad),
         ];
-        let least_damping = hull
-            .linear_damping
-            .into_iter()
-            .fold(f64::INFINITY, f64::min);
+        let least_damping = hull.linear_damping.into_iter().fold(f64::INFINITY, f64::min);
         let from_0 = [
             ("hull.frontal_drag", hull.frontal_drag),
             ("hull.cross_flow_drag", hull.cross_flow_drag),
@@ -112,16 +101,10 @@ impl SixDofConfig {
             ("rudder.servo.time_constant_s", rudder.servo.time_constant_s),
             ("rudder.dead_band_rad", rudder.dead_band_rad),
             ("rudder.backlash_rad", rudder.backlash_rad),
-            (
-                "elevator.servo.time_constant_s",
-                elevator.servo.time_constant_s,
-            ),
+            ("elevator.servo.time_constant_s", elevator.servo.time_constant_s),
             ("elevator.dead_band_rad", elevator.dead_band_rad),
             ("elevator.backlash_rad", elevator.backlash_rad),
-            (
-                "depth_hold.pitch_limit_rad",
-                self.depth_hold.pitch_limit_rad,
-            ),
+            ("depth_hold.pitch_limit_rad", self.depth_hold.pitch_limit_rad),
         ];
         for (field, x) in above_0 {
             check_positive(field, x)?;
@@ -138,11 +121,7 @@ impl SixDofConfig {
         )?;
         self.check_places()?;
         self.sea.waves.map_or(Ok(()), |waves| waves.check())?;
-        let in_order = self
-            .sea
-            .current
-            .windows(2)
-            .all(|pair| pair[1].depth_m > pair[0].depth_m);
+        let in_order = self.sea.current.windows(2).all(|pair| pair[1].depth_m > pair[0].depth_m);
         required("sea.current", "in order of depth", in_order.then_some(()))
     }
 
@@ -171,10 +150,7 @@ impl SixDofConfig {
         for (field, numbers) in [
             ("rigid_body.inertia_kg_m2", body.inertia_kg_m2.as_slice()),
             ("rigid_body.centre_of_gravity_m", &body.centre_of_gravity_m),
-            (
-                "rigid_body.centre_of_buoyancy_m",
-                &body.centre_of_buoyancy_m,
-            ),
+            ("rigid_body.centre_of_buoyancy_m", &body.centre_of_buoyancy_m),
             ("rigid_body.buoyancy_n", &[body.buoyancy_n]),
             ("hull.added_mass", &self.hull.added_mass),
             ("hull.centre_of_lift_m", &[self.hull.centre_of_lift_m]),
@@ -194,8 +170,5 @@ pub(crate) fn required<T>(
     requirement: &'static str,
     value: Option<T>,
 ) -> Result<T, ConfigError> {
-    value.ok_or_else(|| ConfigError::Unfit {
-        field: field.to_owned(),
-        requirement,
-    })
+    value.ok_or_else(|| ConfigError::Unfit { field: field.to_owned(), requirement })
 }

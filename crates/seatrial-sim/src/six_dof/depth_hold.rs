@@ -58,9 +58,7 @@ impl DepthHold {
         state.last_s = Some(sample.time_s);
         let step_rad = self.pitch_per_integral_rad_m_s * error_m * interval_s;
         let wanted_rad = self.pitch_per_depth_rad_m * error_m + state.integral_rad + step_rad;
-        let limited_rad = wanted_rad
-            .max(-self.pitch_limit_rad)
-            .min(self.pitch_limit_rad);
+        let limited_rad = wanted_rad.max(-self.pitch_limit_rad).min(self.pitch_limit_rad);
         if wanted_rad == limited_rad {
             state.integral_rad += step_rad;
         }
@@ -81,12 +79,7 @@ mod tests {
     };
 
     fn sample(time_s: f64, depth_m: f64) -> Sample<f64> {
-        Sample {
-            time_s,
-            depth_m: Some(depth_m),
-            pitch_rad: Some(0.02),
-            ..Sample::default()
-        }
+        Sample { time_s, depth_m: Some(depth_m), pitch_rad: Some(0.02), ..Sample::default() }
     }
 
     #[test]
@@ -106,10 +99,7 @@ mod tests {
         }
         let there = HOLD.elevator_rad(&mut state, &sample(100.0, 2.0)).unwrap();
         assert!((there + 2.0 * 0.02).abs() < 1e-15, "{there}");
-        let blind = Sample {
-            depth_m: None,
-            ..sample(101.0, 2.0)
-        };
+        let blind = Sample { depth_m: None, ..sample(101.0, 2.0) };
         assert_eq!(HOLD.elevator_rad(&mut state, &blind), None);
     }
 }

@@ -115,22 +115,15 @@ impl Dynamics {
     /// The velocity through the water at a time.
     pub fn velocity_through_water(&self, state: &State, time_s: f64) -> Vector6<f64> {
         let flow = self.flow(state, time_s);
-        let current = state
-            .rotation()
-            .inverse_transform_vector(&flow.velocity_m_s);
+        let current = state.rotation().inverse_transform_vector(&flow.velocity_m_s);
         state.velocity - join(current, Vector3::zeros())
     }
 
     /// Kinetic energy of vehicle and water and potential energy of the vehicle, J, in still water.
     pub fn energy_j(&self, state: &State) -> f64 {
-        let kinetic = 0.5
-            * state
-                .velocity
-                .dot(&((self.rigid_mass + self.added_mass) * state.velocity));
-        kinetic
-            + self
-                .rigid_body
-                .potential_energy_j(state.position_m.z, &state.down())
+        let kinetic =
+            0.5 * state.velocity.dot(&((self.rigid_mass + self.added_mass) * state.velocity));
+        kinetic + self.rigid_body.potential_energy_j(state.position_m.z, &state.down())
     }
 
     /// What an accelerometer at the origin measures, in the body's axes: acceleration less gravity, m/s^2. A body that
@@ -156,8 +149,7 @@ impl Dynamics {
     }
 
     fn flow(&self, state: &State, time_s: f64) -> Flow {
-        self.sea
-            .flow(self.waves.as_ref(), &state.position_m, time_s)
+        self.sea.flow(self.waves.as_ref(), &state.position_m, time_s)
     }
 
     fn rate(&self, state: &State, inputs: &Inputs) -> State {
@@ -172,9 +164,7 @@ impl Dynamics {
         let through_water = state.velocity - join(current, Vector3::zeros());
         let current_change = join(sheared - angular.cross(&current), Vector3::zeros());
         let force = self.force(&through_water, inputs)
-            + self
-                .rigid_body
-                .restoring(&state.down(), self.submerged(state.position_m.z))
+            + self.rigid_body.restoring(&state.down(), self.submerged(state.position_m.z))
             + self.added_mass * current_change
             + join(water * displaced_kg, Vector3::zeros())
             - coriolis(&self.rigid_mass, &state.velocity)
@@ -188,14 +178,9 @@ impl Dynamics {
 
     fn force(&self, through_water: &Vector6<f64>, inputs: &Inputs) -> Vector6<f64> {
         let density = self.sea.density_kg_m3;
-        let fins: Vector6<f64> = self
-            .fins
-            .iter()
-            .map(|fin| fin.force(density, through_water, inputs.deflections))
-            .sum();
-        let propeller = self
-            .propeller
-            .force(density, through_water[0], inputs.shaft_rev_s);
+        let fins: Vector6<f64> =
+            self.fins.iter().map(|fin| fin.force(density, through_water, inputs.deflections)).sum();
+        let propeller = self.propeller.force(density, through_water[0], inputs.shaft_rev_s);
         let mut force = self.hull.force(density, through_water) + fins + propeller;
         force[5] += self.yaw_inertia_kg_m2 * inputs.yaw_disturbance_rad_s2;
         force
@@ -258,11 +243,7 @@ mod tests {
     fn exact_added_mass_feels_the_shear() {
         let mut config = remus100::config();
         config.rigid_body.centre_of_gravity_m = [0.0; 3];
-        let point = |depth_m, north_m_s| CurrentPoint {
-            depth_m,
-            north_m_s,
-            east_m_s: 0.0,
-        };
+        let point = |depth_m, north_m_s| CurrentPoint { depth_m, north_m_s, east_m_s: 0.0 };
         config.sea.current = vec![point(0.0, -0.4), point(4.0, 0.4)];
         let dynamics = Dynamics::new(&config).unwrap();
         // At 2 m the current is 0: no surge force on a hull that only sinks.
@@ -290,14 +271,8 @@ mod tests {
         let dynamics = Dynamics::new(&config).unwrap();
         let mut state = State::level(0.0, 2.0, 0.0);
         let flow = dynamics.flow(&state, 3.0);
-        state
-            .velocity
-            .fixed_rows_mut::<3>(0)
-            .copy_from(&flow.velocity_m_s);
-        let inputs = Inputs {
-            time_s: 3.0,
-            ..Inputs::default()
-        };
+        state.velocity.fixed_rows_mut::<3>(0).copy_from(&flow.velocity_m_s);
+        let inputs = Inputs { time_s: 3.0, ..Inputs::default() };
         let rate = dynamics.rate(&state, &inputs);
         let followed = rate.velocity.fixed_rows::<3>(0) - flow.of_the_water_m_s2();
         assert!(followed.norm() < 1e-12 && flow.of_the_water_m_s2().norm() > 0.01);

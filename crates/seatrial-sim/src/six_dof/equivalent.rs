@@ -31,10 +31,7 @@ pub fn with_rudder_offset(
     offset_rad: f64,
 ) -> Result<Option<Truth>, ConfigError> {
     let mut vehicle = SixDofVehicle::new(config.clone().noise_free(), 0)?;
-    vehicle.upset(&Upset {
-        rudder_offset_rad: offset_rad,
-        ..Upset::default()
-    });
+    vehicle.upset(&Upset { rudder_offset_rad: offset_rad, ..Upset::default() });
     let plan = Plan {
         thrusts: List::from_slice(&[thrust]).unwrap_or_default(),
         max_repeats: 0,
@@ -67,11 +64,7 @@ pub fn with_rudder_offset(
 /// Time in which the speed makes 63 % of its change from the vehicle's own thrust to full thrust at its depth, s.
 pub fn surge_time_constant_s(config: &SixDofConfig) -> Result<f64, ConfigError> {
     let mut body = SixDofVehicle::new(config.clone().noise_free(), 0)?.into_body();
-    let ahead = Commands {
-        thrust: 1.0,
-        rudder_rad: 0.0,
-        elevator_rad: None,
-    };
+    let ahead = Commands { thrust: 1.0, rudder_rad: 0.0, elevator_rad: None };
     let mut speeds_m_s = Vec::new();
     for _ in 0..(SETTLED_AFTER_S / WATCHED_EVERY_S) as u32 {
         speeds_m_s.push(body.motion().surge_speed_m_s);

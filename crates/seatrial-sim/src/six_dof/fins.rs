@@ -121,10 +121,7 @@ mod tests {
     };
 
     fn total(velocity: [f64; 6], rudder_rad: f64, elevator_rad: f64) -> Vector6<f64> {
-        let deflections = Deflections {
-            rudder_rad,
-            elevator_rad,
-        };
+        let deflections = Deflections { rudder_rad, elevator_rad };
         Fin::cruciform(0.8, 0.1, FOIL, FOIL)
             .iter()
             .map(|fin| fin.force(1000.0, &velocity.into(), deflections))
@@ -147,14 +144,8 @@ mod tests {
     fn prop_held_fins_dissipate() {
         for k in 0..500 {
             let x = |scale: f64, i: f64| scale * libm::sin(f64::from(k) * (1.3 + i));
-            let velocity = [
-                x(2.0, 0.0),
-                x(1.0, 0.7),
-                x(1.0, 1.1),
-                x(1.0, 1.9),
-                x(1.0, 2.3),
-                x(1.0, 3.1),
-            ];
+            let velocity =
+                [x(2.0, 0.0), x(1.0, 0.7), x(1.0, 1.1), x(1.0, 1.9), x(1.0, 2.3), x(1.0, 3.1)];
             let power = Vector6::from(velocity).dot(&total(velocity, x(0.3, 0.4), x(0.3, 0.9)));
             assert!(power <= 0.0, "{power} W at {velocity:?}");
         }

@@ -78,11 +78,7 @@ impl Hull {
         let (linear, angular) = split(velocity);
         let (momentum, _) = split(&(added_mass * velocity));
         let without_roll = |vector: Vector3<f64>| Vector3::new(0.0, vector.y, vector.z);
-        whole
-            - join(
-                without_roll(angular).cross(&momentum),
-                without_roll(linear.cross(&momentum)),
-            )
+        whole - join(without_roll(angular).cross(&momentum), without_roll(linear.cross(&momentum)))
     }
 
     /// Force and moment at a velocity through the water, without added mass.
@@ -120,10 +116,8 @@ impl Hull {
         let lift = self.planform_area_m2 * lift_slope * cosine;
         let lift_force = Vector3::new(drift * drift, 0.0, 0.0) - across * linear.x;
         let pressure = 0.5 * density_kg_m3;
-        force_at(
-            &Vector3::new(self.centre_of_lift_m, 0.0, 0.0),
-            lift_force * (pressure * lift),
-        ) + join(linear * (-pressure * drag_area * speed), Vector3::zeros())
+        force_at(&Vector3::new(self.centre_of_lift_m, 0.0, 0.0), lift_force * (pressure * lift))
+            + join(linear * (-pressure * drag_area * speed), Vector3::zeros())
     }
 
     fn cross_flow(&self, density_kg_m3: f64, velocity: &Vector6<f64>) -> Vector6<f64> {
@@ -227,10 +221,7 @@ mod tests {
         ] {
             for (found, printed) in spheroid_factors(ratio, 1.0).iter().zip(printed) {
                 // The table was computed by hand: 1.2e-3 off at a ratio of 3.99.
-                assert!(
-                    (found - printed).abs() < 1.5e-3,
-                    "{ratio}: {found} {printed}"
-                );
+                assert!((found - printed).abs() < 1.5e-3, "{ratio}: {found} {printed}");
             }
         }
     }
@@ -260,9 +251,6 @@ mod tests {
         // Turning on the spot: rho d C_c r^2 l^4/64; the strips fall short of the integral by 2/STRIPS^2.
         let moment = HULL.cross_flow(1000.0, &Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 1.0))[5];
         let integral = -1000.0 * 0.2 * 1.2 * 1.6_f64.powi(4) / 64.0;
-        assert!(
-            (moment / integral - 1.0).abs() < 0.006,
-            "{moment} {integral}"
-        );
+        assert!((moment / integral - 1.0).abs() < 0.006, "{moment} {integral}");
     }
 }

@@ -63,13 +63,8 @@ pub fn config() -> SixDofConfig {
         name: "remus100".to_owned(),
         hull: hull(&rigid_body),
         rigid_body,
-        fins: Fin::cruciform(
-            FIN_ARM_M,
-            0.1,
-            foil(RUDDER_LIFT_SLOPE),
-            foil(ELEVATOR_LIFT_SLOPE),
-        )
-        .to_vec(),
+        fins: Fin::cruciform(FIN_ARM_M, 0.1, foil(RUDDER_LIFT_SLOPE), foil(ELEVATOR_LIFT_SLOPE))
+            .to_vec(),
         propeller: Propeller {
             diameter_m: 0.14,
             thrust_coefficients: [0.4566, (0.1798 - 0.4566) / 0.6632],
@@ -99,22 +94,14 @@ pub fn config() -> SixDofConfig {
             sensors: Sensors::default(),
             timing: Timing::default(),
         },
-        sea: Sea {
-            density_kg_m3: DENSITY_KG_M3,
-            current: Vec::new(),
-            waves: None,
-            bottom: None,
-        },
+        sea: Sea { density_kg_m3: DENSITY_KG_M3, current: Vec::new(), waves: None, bottom: None },
     }
 }
 
 /// 15 degrees and 0.1 s.
 const ACTUATOR: Actuator = Actuator {
     limit_rad: PI / 12.0,
-    servo: Servo {
-        time_constant_s: 0.1,
-        rate_limit_rad_s: None,
-    },
+    servo: Servo { time_constant_s: 0.1, rate_limit_rad_s: None },
     dead_band_rad: 0.0,
     backlash_rad: 0.0,
 };

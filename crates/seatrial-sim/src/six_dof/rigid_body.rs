@@ -63,14 +63,8 @@ impl RigidBody {
 
     /// tau_g, force and moment of weight and buoyancy.
     pub fn restoring(&self, down: &Vector3<f64>, submerged: f64) -> Vector6<f64> {
-        let afloat = Self {
-            buoyancy_n: submerged * self.buoyancy_n,
-            ..*self
-        };
-        join(
-            down * (afloat.weight_n() - afloat.buoyancy_n),
-            afloat.righting_arm_n_m().cross(down),
-        )
+        let afloat = Self { buoyancy_n: submerged * self.buoyancy_n, ..*self };
+        join(down * (afloat.weight_n() - afloat.buoyancy_n), afloat.righting_arm_n_m().cross(down))
     }
 
     /// Potential energy at a depth, J; 0 with both centres at the surface.
@@ -100,10 +94,7 @@ impl RigidBody {
 pub fn coriolis(mass_matrix: &Matrix6<f64>, velocity: &Vector6<f64>) -> Vector6<f64> {
     let (linear, angular) = split(velocity);
     let (momentum, angular_momentum) = split(&(mass_matrix * velocity));
-    join(
-        angular.cross(&momentum),
-        linear.cross(&momentum) + angular.cross(&angular_momentum),
-    )
+    join(angular.cross(&momentum), linear.cross(&momentum) + angular.cross(&angular_momentum))
 }
 
 /// Linear and angular part.
@@ -114,9 +105,7 @@ pub fn split(vector: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
 
 /// A vector of linear and angular part.
 pub fn join(linear: Vector3<f64>, angular: Vector3<f64>) -> Vector6<f64> {
-    Vector6::new(
-        linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
-    )
+    Vector6::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
 }
 
 /// Force and moment of a force at a point.
@@ -142,9 +131,7 @@ mod tests {
         let velocity = Vector6::new(1.5, -0.3, 0.2, 0.7, -0.4, 0.9);
         let (linear, angular) = split(&velocity);
         let at_centre = linear + angular.cross(&Vector3::from(BODY.centre_of_gravity_m));
-        let spin: f64 = (0..3)
-            .map(|i| BODY.inertia_kg_m2[i] * angular[i] * angular[i])
-            .sum();
+        let spin: f64 = (0..3).map(|i| BODY.inertia_kg_m2[i] * angular[i] * angular[i]).sum();
         let expected = 0.5 * (BODY.mass_kg * at_centre.norm_squared() + spin);
         let energy = 0.5 * velocity.dot(&(BODY.mass_matrix() * velocity));
         // Rounding.

@@ -97,11 +97,7 @@ impl Sea {
         let steady = |velocity_m_s, shear_per_s: Vector3<f64>| {
             let mut gradient_per_s = Matrix3::zeros();
             gradient_per_s.set_column(2, &shear_per_s);
-            Flow {
-                velocity_m_s,
-                acceleration_m_s2: Vector3::zeros(),
-                gradient_per_s,
-            }
+            Flow { velocity_m_s, acceleration_m_s2: Vector3::zeros(), gradient_per_s }
         };
         let velocity = |point: &CurrentPoint| Vector3::new(point.north_m_s, point.east_m_s, 0.0);
         let below = self.current.partition_point(|p| p.depth_m < depth_m);
@@ -127,11 +123,7 @@ mod tests {
 
     #[test]
     fn exact_current_is_linear_between_its_points() {
-        let point = |depth_m, north_m_s| CurrentPoint {
-            depth_m,
-            north_m_s,
-            east_m_s: 0.1,
-        };
+        let point = |depth_m, north_m_s| CurrentPoint { depth_m, north_m_s, east_m_s: 0.1 };
         let sea = Sea {
             density_kg_m3: 1000.0,
             current: vec![point(1.0, 0.4), point(5.0, 0.0)],
@@ -153,11 +145,7 @@ mod tests {
             density_kg_m3: 1000.0,
             current: Vec::new(),
             waves: None,
-            bottom: Some(Bottom {
-                depth_m: 12.0,
-                slope_north: -0.1,
-                slope_east: 0.02,
-            }),
+            bottom: Some(Bottom { depth_m: 12.0, slope_north: -0.1, slope_east: 0.02 }),
         };
         let altitude_m = sea.altitude_m(&Vector3::new(50.0, 100.0, 3.0)).unwrap();
         assert!((altitude_m - 6.0).abs() < 1e-12);

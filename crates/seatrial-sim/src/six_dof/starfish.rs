@@ -59,11 +59,7 @@ pub fn config() -> SixDofConfig {
         hull: hull(&rigid_body),
         rigid_body,
         fins: Fin::cruciform(0.46 * LENGTH_M, 0.12, foil, foil).to_vec(),
-        propeller: Propeller {
-            full_speed_rev_s: 22.9,
-            dead_band: 0.205,
-            ..remus.propeller
-        },
+        propeller: Propeller { full_speed_rev_s: 22.9, dead_band: 0.205, ..remus.propeller },
         rudder: ACTUATOR,
         elevator: ACTUATOR,
         helm: HelmConfig {
@@ -80,20 +76,14 @@ pub fn config() -> SixDofConfig {
             },
             ..remus.helm
         },
-        sea: Sea {
-            density_kg_m3: 997.0,
-            ..remus.sea
-        },
+        sea: Sea { density_kg_m3: 997.0, ..remus.sea },
         ..remus
     }
 }
 
 const ACTUATOR: Actuator = Actuator {
     limit_rad: 0.35,
-    servo: Servo {
-        time_constant_s: 0.05,
-        rate_limit_rad_s: Some(5.0),
-    },
+    servo: Servo { time_constant_s: 0.05, rate_limit_rad_s: Some(5.0) },
     dead_band_rad: 0.002,
     backlash_rad: 0.005,
 };
@@ -103,11 +93,7 @@ fn rigid_body() -> RigidBody {
     let transverse = mass_kg * (0.253 * LENGTH_M) * (0.253 * LENGTH_M);
     RigidBody {
         mass_kg,
-        inertia_kg_m2: [
-            mass_kg * DIAMETER_M * DIAMETER_M / 8.0,
-            transverse,
-            transverse,
-        ],
+        inertia_kg_m2: [mass_kg * DIAMETER_M * DIAMETER_M / 8.0, transverse, transverse],
         centre_of_gravity_m: [0.0, 0.0, 0.02],
         centre_of_buoyancy_m: [0.0; 3],
         buoyancy_n: mass_kg * GRAVITY_M_S2 + 7.0,

@@ -119,10 +119,7 @@ impl Vehicle<f64> for SixDofVehicle {
                     Steering::HoldHeading(_) => None,
                 };
                 let heading_rad = self.body.config.helm.initial_heading_rad;
-                self.helm.act(&Action {
-                    steering: Steering::HoldHeading(heading_rad),
-                    ..*action
-                });
+                self.helm.act(&Action { steering: Steering::HoldHeading(heading_rad), ..*action });
             }
         }
         Ok(())
@@ -149,11 +146,7 @@ impl SixDofBody {
     pub fn at_rest(config: SixDofConfig) -> Result<Self, ConfigError> {
         Ok(Self {
             dynamics: Dynamics::new(&config)?,
-            state: State::level(
-                config.helm.initial_heading_rad,
-                config.depth_hold.depth_m,
-                0.0,
-            ),
+            state: State::level(config.helm.initial_heading_rad, config.depth_hold.depth_m, 0.0),
             rudder: ActuatorState::default(),
             elevator: ActuatorState::default(),
             shaft_rev_s: 0.0,
@@ -186,19 +179,13 @@ impl SixDofBody {
             pitch_rad: Some(pitch_rad),
             ..Sample::default()
         });
-        self.advance(
-            commands.rudder_rad,
-            commands.thrust,
-            yaw_disturbance_rad_s2,
-            interval_s,
-        );
+        self.advance(commands.rudder_rad, commands.thrust, yaw_disturbance_rad_s2, interval_s);
     }
 
     /// What an accelerometer at the origin measures, m/s^2.
     pub(crate) fn specific_force_m_s2(&self, yaw_disturbance_rad_s2: f64) -> Vector3<f64> {
         let inputs = self.inputs(yaw_disturbance_rad_s2);
-        self.dynamics
-            .specific_force_m_s2(&self.state, &inputs, self.is_aground)
+        self.dynamics.specific_force_m_s2(&self.state, &inputs, self.is_aground)
     }
 
     /// Runs with exact instruments over no bottom until everything has settled, then calls the place it is at the
@@ -270,10 +257,8 @@ impl Body for SixDofBody {
             self.depth_hold.restart_clock();
             return;
         }
-        if let Some(elevator_rad) = self
-            .config
-            .depth_hold
-            .elevator_rad(&mut self.depth_hold, sample)
+        if let Some(elevator_rad) =
+            self.config.depth_hold.elevator_rad(&mut self.depth_hold, sample)
         {
             self.elevator_command_rad = elevator_rad;
         }
@@ -283,16 +268,10 @@ impl Body for SixDofBody {
 impl SixDofBody {
     fn advance_actuators(&mut self, rudder_command_rad: f64, thrust: f64, interval_s: f64) {
         let config = &self.config;
-        self.rudder = config
-            .rudder
-            .advance(self.rudder, rudder_command_rad, interval_s);
+        self.rudder = config.rudder.advance(self.rudder, rudder_command_rad, interval_s);
         self.elevator =
-            config
-                .elevator
-                .advance(self.elevator, self.elevator_command_rad, interval_s);
-        self.shaft_rev_s = config
-            .propeller
-            .advance(self.shaft_rev_s, thrust, interval_s);
+            config.elevator.advance(self.elevator, self.elevator_command_rad, interval_s);
+        self.shaft_rev_s = config.propeller.advance(self.shaft_rev_s, thrust, interval_s);
     }
 
     /// A vehicle that reaches the bottom lies there.

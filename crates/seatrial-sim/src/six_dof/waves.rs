@@ -105,12 +105,7 @@ impl Waves {
     /// Names the first field that is out of range.
     pub fn check(&self) -> Result<(), ConfigError> {
         for (field, found, range, unit) in [
-            (
-                "significant_height_m",
-                self.significant_height_m,
-                [0.0, 30.0],
-                "m",
-            ),
+            ("significant_height_m", self.significant_height_m, [0.0, 30.0], "m"),
             ("peak_period_s", self.peak_period_s, [0.5, 60.0], "s"),
             ("peak_enhancement", self.peak_enhancement, [1.0, 20.0], ""),
             ("components", f64::from(self.components), [1.0, 1000.0], ""),
@@ -172,10 +167,7 @@ impl WaveField {
     /// The surface above its mean, m.
     pub fn elevation_m(&self, position_m: &Vector3<f64>, time_s: f64) -> f64 {
         let along_m = self.along_m(position_m);
-        self.components
-            .iter()
-            .map(|c| c.amplitude_m * libm::cos(c.at(along_m, time_s)))
-            .sum()
+        self.components.iter().map(|c| c.amplitude_m * libm::cos(c.at(along_m, time_s))).sum()
     }
 
     /// The water's motion at a place, z down from the mean surface.
@@ -237,12 +229,7 @@ mod tests {
             assert_eq!(c.wave_number_per_m, k);
         }
         // A regular wave of 5 s is 39.0 m long: g T^2/(2 pi).
-        let one = Waves {
-            components: 1,
-            ..WAVES
-        }
-        .field()
-        .components[0];
+        let one = Waves { components: 1, ..WAVES }.field().components[0];
         let length_m = TAU / one.wave_number_per_m;
         let period_s = TAU / one.frequency_rad_s;
         assert!((length_m - GRAVITY_M_S2 * period_s * period_s / TAU).abs() < 1e-9);
@@ -253,20 +240,13 @@ mod tests {
     #[test]
     fn exact_variance_of_the_spectrum() {
         for enhancement in [1.0, 3.3] {
-            let field = Waves {
-                peak_enhancement: enhancement,
-                ..WAVES
-            }
-            .field();
+            let field = Waves { peak_enhancement: enhancement, ..WAVES }.field();
             let energy = |c: &Component| c.amplitude_m * c.amplitude_m / 2.0;
             let variance: f64 = field.components().iter().map(energy).sum();
             assert!((variance / (0.8 * 0.8 / 16.0) - 1.0).abs() < 1e-12);
             let peak_rad_s = TAU / WAVES.peak_period_s;
             for x in [0.9, 1.2, 2.0] {
-                let slow = field
-                    .components()
-                    .iter()
-                    .filter(|c| c.frequency_rad_s < x * peak_rad_s);
+                let slow = field.components().iter().filter(|c| c.frequency_rad_s < x * peak_rad_s);
                 let share = slow.map(energy).sum::<f64>() / variance;
                 if enhancement == 1.0 {
                     let expected =
@@ -278,27 +258,17 @@ mod tests {
         }
         // A record of the surface: 2000 s hold some 400 waves, their mean square known to about 10 %.
         let field = WAVES.field();
-        let surface: Vec<f64> = (0..20_000)
-            .map(|k| field.elevation_m(&Vector3::zeros(), 0.1 * f64::from(k)))
-            .collect();
+        let surface: Vec<f64> =
+            (0..20_000).map(|k| field.elevation_m(&Vector3::zeros(), 0.1 * f64::from(k))).collect();
         let square = surface.iter().map(|z| z * z).sum::<f64>() / surface.len() as f64;
         assert!((square / 0.04 - 1.0).abs() < 0.3, "{square}");
     }
 
     #[test]
     fn exact_orbits_decay_with_depth() {
-        let field = Waves {
-            components: 1,
-            ..WAVES
-        }
-        .field();
+        let field = Waves { components: 1, ..WAVES }.field();
         let c = field.components[0];
-        let speed = |z: f64| {
-            field
-                .motion(&Vector3::new(4.0, -3.0, z), 2.0)
-                .velocity_m_s
-                .norm()
-        };
+        let speed = |z: f64| field.motion(&Vector3::new(4.0, -3.0, z), 2.0).velocity_m_s.norm();
         let amplitude = c.amplitude_m * c.frequency_rad_s;
         for z in [0.0, 1.0, 5.0, 20.0] {
             // The orbit is a circle: its speed is the same at every instant.

@@ -46,10 +46,7 @@ pub(crate) fn reason(aborted: AbortReason, evidence: Option<&Evidence>) -> Reaso
     });
     Reason {
         action: action.into(),
-        ..Reason::new(
-            ReasonCode::Aborted,
-            format!("the trial was aborted: {cause}"),
-        )
+        ..Reason::new(ReasonCode::Aborted, format!("the trial was aborted: {cause}"))
     }
 }
 
@@ -115,15 +112,8 @@ fn outputs_failed(samples: &[Sample<f64>]) -> Option<CauseWords> {
 
 /// Did a measurement besides heading and rudder come before, and not at the end?
 fn others_stopped(samples: &[Sample<f64>], last: &[Sample<f64>]) -> bool {
-    let others = |s: &Sample<f64>| {
-        [
-            s.depth_m,
-            s.altitude_m,
-            s.roll_rad,
-            s.pitch_rad,
-            s.surge_speed_m_s,
-        ]
-    };
+    let others =
+        |s: &Sample<f64>| [s.depth_m, s.altitude_m, s.roll_rad, s.pitch_rad, s.surge_speed_m_s];
     let came = |part: &[Sample<f64>], k: usize| {
         let mut values = part.iter().filter_map(|s| others(s)[k]);
         values.any(f64::is_finite)
@@ -160,10 +150,7 @@ fn works_the_other_way(found: &Evidence) -> Option<CauseWords> {
 
 /// Least squares slope of the turn in training over the one that the model of another run foresees.
 fn turn_over_foreseen(found: &Evidence, model: YawModel<f64>) -> Option<f64> {
-    let without_offset = YawModel {
-        c0_rad_per_s2: 0.0,
-        ..model
-    };
+    let without_offset = YawModel { c0_rad_per_s2: 0.0, ..model };
     let from_s = found.training_from_s?;
     let near = |s: &&Sample<f64>| s.heading_rad.is_finite() && s.time_s >= from_s - BEFORE_S;
     let samples: Vec<Sample<f64>> = found.samples.iter().filter(near).copied().collect();
@@ -272,12 +259,8 @@ mod tests {
     #[test]
     fn exact_outputs_that_are_late_or_rare_are_not_the_compass() {
         let cause = |samples: &[Sample<f64>]| {
-            let evidence = Evidence {
-                samples,
-                training_from_s: None,
-                earlier: None,
-                has_models: false,
-            };
+            let evidence =
+                Evidence { samples, training_from_s: None, earlier: None, has_models: false };
             reason(AbortReason::StaleSamples, Some(&evidence)).text
         };
         assert!(cause(&record(f64::NAN, Some(1.0))).contains("too late"));

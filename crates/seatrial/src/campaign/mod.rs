@@ -169,21 +169,15 @@ impl Campaign {
             || self.compass_failed_again()
             || matches!(self.outcome, Some(Outcome::Aborted(reason)) if reason.contradicts_the_models());
         if accepted.is_empty() || is_contradicted {
-            return Verdict {
-                accepted: false,
-                reasons: [contradictions, reasons].concat(),
-            };
+            return Verdict { accepted: false, reasons: [contradictions, reasons].concat() };
         }
         let mut verdicts: Vec<Verdict> = accepted.iter().map(|run| run.verdict.clone()).collect();
         if accepted.iter().any(|run| run.rules_a_lag_out()) {
             verdicts.iter_mut().for_each(Verdict::lag_is_known);
         }
         let names: Vec<String> = accepted.iter().map(|run| percent_of(run.thrust)).collect();
-        let parts: Vec<Part> = verdicts
-            .iter()
-            .zip(&names)
-            .map(|(verdict, name)| Part { name, verdict })
-            .collect();
+        let parts: Vec<Part> =
+            verdicts.iter().zip(&names).map(|(verdict, name)| Part { name, verdict }).collect();
         whole(&parts, UNIT, reasons)
     }
 
@@ -238,10 +232,7 @@ impl Campaign {
                 let evidence = self.runs.last().map(|run| self.evidence(run));
                 Some(abort_cause::reason(reason, evidence.as_ref()))
             }
-            None => Some(Reason::new(
-                ReasonCode::Interrupted,
-                "the trial was not finished",
-            )),
+            None => Some(Reason::new(ReasonCode::Interrupted, "the trial was not finished")),
         }
     }
 
@@ -259,9 +250,7 @@ impl Campaign {
             samples: &run.record.samples,
             training_from_s: run.stage(Stage::Train).map(|window| window.from_s),
             has_models: self.runs.iter().any(|run| run.verdict.accepted),
-            earlier: earlier
-                .filter_map(sided)
-                .min_by(|a, b| away(a).total_cmp(&away(b))),
+            earlier: earlier.filter_map(sided).min_by(|a, b| away(a).total_cmp(&away(b))),
         }
     }
 
@@ -273,10 +262,7 @@ impl Campaign {
         repeated
             .filter(|run| !run.verdict.accepted)
             .filter_map(|run| {
-                let cause = run
-                    .verdict
-                    .cause()
-                    .filter(|cause| cause.is_of_the_vehicle())?;
+                let cause = run.verdict.cause().filter(|cause| cause.is_of_the_vehicle())?;
                 let measured = format!("run {} at {:.0} % thrust", run.number, 100.0 * run.thrust);
                 Some(Reason {
                     text: format!(
@@ -299,10 +285,7 @@ impl Campaign {
             .iter()
             .zip(&names)
             .filter(|(run, _)| !run.verdict.has(&ReasonCode::Aborted))
-            .map(|(run, name)| Part {
-                name,
-                verdict: &run.verdict,
-            })
+            .map(|(run, name)| Part { name, verdict: &run.verdict })
             .collect();
         missing(&parts, UNIT)
     }
@@ -415,9 +398,6 @@ impl Run {
 
     /// The window of a stage.
     pub fn stage(&self, stage: Stage) -> Option<Window> {
-        self.stages
-            .iter()
-            .find(|span| span.stage == stage)
-            .map(|span| span.window)
+        self.stages.iter().find(|span| span.stage == stage).map(|span| span.window)
     }
 }

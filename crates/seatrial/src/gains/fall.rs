@@ -63,17 +63,10 @@ fn beside(gains: &[f64], at: usize) -> Option<f64> {
 }
 
 fn text(speed: &SpeedGain, beside: f64, damping_ratio: f64) -> String {
-    let SpeedGain {
-        name,
-        gain,
-        identification,
-    } = speed;
+    let SpeedGain { name, gain, identification } = speed;
     let model = identification.model();
     let allowance = GainAllowance::of(identification);
-    let certain = GainAllowance {
-        damping_per_s: 0.0,
-        ..allowance
-    };
+    let certain = GainAllowance { damping_per_s: 0.0, ..allowance };
     let without = certain.design(&model, damping_ratio);
     let is_uncertain = without.is_ok_and(|without| {
         without.proportional_gain.abs() > gain.abs() / EXPLAINS && allowance.damping_per_s > 0.0
@@ -102,9 +95,7 @@ mod tests {
     #[test]
     fn exact_only_a_gain_far_below_those_beside_it_has_fallen() {
         let of = |gains: &[f64]| -> Vec<usize> {
-            (0..gains.len())
-                .filter(|at| beside(gains, *at).is_some())
-                .collect()
+            (0..gains.len()).filter(|at| beside(gains, *at).is_some()).collect()
         };
         assert_eq!(of(&[0.595, 0.568, 0.433, 0.388, 0.337]), [0; 0]);
         assert_eq!(of(&[0.44, 0.11, 0.42]), [1]);

@@ -39,13 +39,7 @@ pub struct Explanation {
 }
 
 impl Cause {
-    const ALL: [Self; 5] = [
-        Self::Rudder,
-        Self::Inertia,
-        Self::Damping,
-        Self::Offset,
-        Self::Speed,
-    ];
+    const ALL: [Self; 5] = [Self::Rudder, Self::Inertia, Self::Damping, Self::Offset, Self::Speed];
 
     /// How a unit of it moves x.
     fn direction(self, delta0_rad: f64) -> [f64; 3] {
@@ -124,11 +118,7 @@ impl Explanation {
             Cause::Speed if less => format!("it steers as at a speed lower by {by}"),
             Cause::Speed => format!("it steers as at a speed higher by {by}"),
         };
-        let others: Vec<&str> = self
-            .also_possible
-            .iter()
-            .map(|cause| cause.name())
-            .collect();
+        let others: Vec<&str> = self.also_possible.iter().map(|cause| cause.name()).collect();
         if others.is_empty() {
             words
         } else {
@@ -160,12 +150,7 @@ pub(super) fn words(explanation: Option<&Explanation>, effects: &Effects) -> Str
 fn share(size: Effect) -> String {
     let sign = size.change.signum();
     let [a, b] = size.interval_95.map(|end| 100.0 * sign * end);
-    format!(
-        "{:.0} % ({:.0} to {:.0} %)",
-        100.0 * size.change.abs(),
-        a.min(b),
-        a.max(b)
-    )
+    format!("{:.0} % ({:.0} to {:.0} %)", 100.0 * size.change.abs(), a.min(b), a.max(b))
 }
 
 /// `-20 % (-23 to -17 %)`
@@ -177,8 +162,5 @@ fn signed_share(size: Effect) -> String {
 /// `+1.2 deg of rudder (+1.0 to +1.4)`
 fn angle(size: Effect) -> String {
     let [low, high] = size.interval_95.map(f64::to_degrees);
-    format!(
-        "{:+.2} deg of rudder ({low:+.2} to {high:+.2})",
-        size.change.to_degrees()
-    )
+    format!("{:+.2} deg of rudder ({low:+.2} to {high:+.2})", size.change.to_degrees())
 }

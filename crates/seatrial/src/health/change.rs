@@ -140,16 +140,10 @@ impl Change {
 }
 
 fn name(model: &SpeedModel) -> String {
-    let thrust = model
-        .thrust
-        .map(|thrust| format!("{:.0} % thrust", 100.0 * thrust));
+    let thrust = model.thrust.map(|thrust| format!("{:.0} % thrust", 100.0 * thrust));
     let speed = model.surge_speed_m_s.map(|speed| format!("{speed:.2} m/s"));
     let known: Vec<String> = thrust.into_iter().chain(speed).collect();
-    if known.is_empty() {
-        "the model".into()
-    } else {
-        known.join(", ")
-    }
+    if known.is_empty() { "the model".into() } else { known.join(", ") }
 }
 
 pub(super) fn mean_delta0_rad(reference: &Reference) -> f64 {
@@ -172,22 +166,13 @@ impl Comparison<'_> {
         let levels = Levels::of(settings.false_alarm_rate, self.compared.len());
         let deviations: Vec<Deviation> = self.compared.iter().map(|(_, d)| d.clone()).collect();
         let speeds = self.speeds(levels.of_speed);
-        let all = (!deviations.is_empty())
-            .then(|| self.pool(&deviations))
-            .flatten();
+        let all = (!deviations.is_empty()).then(|| self.pool(&deviations)).flatten();
         let together = all
             .as_ref()
             .filter(|_| deviations.len() > 1)
-            .map(|pooled| Together {
-                p_value: pooled.p_value(settings),
-                level: levels.of_all,
-            });
-        let effects = all
-            .as_ref()
-            .map(|pooled| pooled.effects(&deviations, &self.errors));
-        let detectable = all
-            .as_ref()
-            .and_then(|pooled| pooled.detectable(levels.of_all, settings));
+            .map(|pooled| Together { p_value: pooled.p_value(settings), level: levels.of_all });
+        let effects = all.as_ref().map(|pooled| pooled.effects(&deviations, &self.errors));
+        let detectable = all.as_ref().and_then(|pooled| pooled.detectable(levels.of_all, settings));
         let differs_together = together.is_some_and(|test| test.p_value < test.level);
         let differing: Vec<&SpeedChange> = speeds.iter().filter(|s| s.p_value < s.level).collect();
         let is_changed = differs_together || !differing.is_empty();
@@ -248,14 +233,8 @@ struct Levels {
 impl Levels {
     fn of(rate: f64, n: usize) -> Self {
         match n {
-            0 | 1 => Self {
-                of_speed: rate,
-                of_all: rate,
-            },
-            n => Self {
-                of_speed: 0.5 * rate / n as f64,
-                of_all: 0.5 * rate,
-            },
+            0 | 1 => Self { of_speed: rate, of_all: rate },
+            n => Self { of_speed: 0.5 * rate / n as f64, of_all: 0.5 * rate },
         }
     }
 }
@@ -265,10 +244,7 @@ fn changed_text(words: String, only_at: Option<&[&SpeedChange]>) -> String {
     match only_at {
         Some(speeds) => {
             let at: Vec<String> = speeds.iter().map(|speed| speed.name()).collect();
-            format!(
-                "not at all speeds alike, but at {}; over all of them {words}",
-                at.join(", ")
-            )
+            format!("not at all speeds alike, but at {}; over all of them {words}", at.join(", "))
         }
         None => words,
     }

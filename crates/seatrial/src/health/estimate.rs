@@ -23,10 +23,7 @@ pub(super) fn missions(record: &Record, longest_gap_s: f64) -> Vec<(Window, Opti
 }
 
 fn mission(record: &Record, part: &[Sample<f64>]) -> Option<(Window, Option<f64>, Refined)> {
-    let part = Record {
-        samples: part.to_vec(),
-        ..*record
-    };
+    let part = Record { samples: part.to_vec(), ..*record };
     let found = identify(&part, Window::ALL, None, &IdentifySettings::default()).ok()?;
     let refined = found.refined.filter(|_| found.verdict.accepted)?;
     let speeds = part.samples.iter().filter_map(|s| s.surge_speed_m_s);
@@ -50,10 +47,7 @@ pub(super) fn accepted_estimate(
     let covariance = std::array::from_fn(|i| {
         std::array::from_fn(|j| accepted.covariance[i][j] + refined.covariance[i][j])
     });
-    Ok(Refined {
-        covariance,
-        ..accepted
-    })
+    Ok(Refined { covariance, ..accepted })
 }
 
 /// The mean speed of a window, `None` where there is no speed, or why there is none.

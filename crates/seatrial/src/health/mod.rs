@@ -112,16 +112,12 @@ impl SpeedModel {
     }
 
     fn has_thrust_of(&self, other: &Self) -> bool {
-        self.thrust
-            .zip(other.thrust)
-            .is_some_and(|(a, b)| (a - b).abs() < 1e-6)
+        self.thrust.zip(other.thrust).is_some_and(|(a, b)| (a - b).abs() < 1e-6)
     }
 
     /// The model scaled to a speed next to its own.
     fn scaled_to(&self, surge_speed_m_s: f64) -> YawModel<f64> {
-        let ratio = self
-            .surge_speed_m_s
-            .map_or(1.0, |own| surge_speed_m_s / own);
+        let ratio = self.surge_speed_m_s.map_or(1.0, |own| surge_speed_m_s / own);
         let [a22, b2, c0] = self.model.theta();
         YawModel::from_theta([a22 * ratio, b2 * ratio * ratio, c0 * ratio * ratio])
     }
@@ -202,11 +198,7 @@ impl HealthSettings {
                 expected: "a fraction from 0 to 0.5",
             });
         }
-        Ok(Self {
-            false_alarm_rate,
-            tolerated_change,
-            offset_counts,
-        })
+        Ok(Self { false_alarm_rate, tolerated_change, offset_counts })
     }
 
     /// How often an unchanged vehicle may be called changed.
@@ -266,20 +258,14 @@ impl Reference {
             }
         }
         if points.len() == 1 {
-            return Ok(Self {
-                points,
-                schedule: None,
-            });
+            return Ok(Self { points, schedule: None });
         }
         if points.iter().all(|point| point.surge_speed_m_s.is_none()) {
             let is_distinguished = |(index, point): (usize, &SpeedModel)| {
                 point.thrust.is_some() && !points[..index].iter().any(|p| p.has_thrust_of(point))
             };
             return if points.iter().enumerate().all(is_distinguished) {
-                Ok(Self {
-                    points,
-                    schedule: None,
-                })
+                Ok(Self { points, schedule: None })
             } else {
                 refused("several models that neither speed nor thrust tells apart")
             };
@@ -296,10 +282,7 @@ impl Reference {
             .collect();
         let schedule = SpeedSchedule::new(ScheduleKey::Speed, &schedule)
             .map_err(|error| HealthError::Reference(error.to_string()))?;
-        Ok(Self {
-            points,
-            schedule: Some(schedule),
-        })
+        Ok(Self { points, schedule: Some(schedule) })
     }
 
     /// The models, slowest first.
@@ -319,10 +302,7 @@ impl Reference {
 
     /// The model at a speed, or why there is none.
     fn at_speed(&self, surge_speed_m_s: Option<f64>) -> Result<ReferencePoint, NotCompared> {
-        let at_point = |index: usize, model| ReferencePoint {
-            model,
-            weights: vec![(index, 1.0)],
-        };
+        let at_point = |index: usize, model| ReferencePoint { model, weights: vec![(index, 1.0)] };
         let known = |point: &SpeedModel| point.surge_speed_m_s.zip(surge_speed_m_s);
         if let ([only], None) = (self.points.as_slice(), self.points.first().and_then(known)) {
             return Ok(at_point(0, only.model));
@@ -337,10 +317,7 @@ impl Reference {
         let last = self.points.len() - 1;
         let (slowest, fastest) = (speed_of(0), speed_of(last));
         let outer = if speed < slowest { 0 } else { last };
-        if let Some(schedule) = self
-            .schedule
-            .filter(|_| (slowest..=fastest).contains(&speed))
-        {
+        if let Some(schedule) = self.schedule.filter(|_| (slowest..=fastest).contains(&speed)) {
             let model = schedule
                 .lookup(speed, Beyond::Refuse)
                 .map_err(NotCompared::OutsideSchedule)?
@@ -359,10 +336,7 @@ impl Reference {
         if (speed / speed_of(outer) - 1.0).abs() > LARGEST_SPEED_SCALING {
             return Err(NotCompared::TooFarInSpeed {
                 share: LARGEST_SPEED_SCALING,
-                speeds: Speeds {
-                    slowest,
-                    fastest: (last > 0).then_some(fastest),
-                },
+                speeds: Speeds { slowest, fastest: (last > 0).then_some(fastest) },
             });
         }
         Ok(at_point(outer, self.points[outer].scaled_to(speed)))
@@ -374,9 +348,9 @@ impl Reference {
             return false;
         };
         match self.points.iter().find(|point| point.has_thrust_of(now)) {
-            Some(point) => point
-                .surge_speed_m_s
-                .is_some_and(|own| (speed / own - 1.0).abs() < SAME_SPEED),
+            Some(point) => {
+                point.surge_speed_m_s.is_some_and(|own| (speed / own - 1.0).abs() < SAME_SPEED)
+            }
             None => self.points.iter().all(|p| p.surge_speed_m_s.is_some()),
         }
     }
@@ -384,10 +358,9 @@ impl Reference {
     /// The model at a thrust that was run, or else at a speed, or why there is none.
     fn at(&self, now: &SpeedModel) -> Result<ReferencePoint, NotCompared> {
         match self.points.iter().position(|p| p.has_thrust_of(now)) {
-            Some(index) => Ok(ReferencePoint {
-                model: self.points[index].model,
-                weights: vec![(index, 1.0)],
-            }),
+            Some(index) => {
+                Ok(ReferencePoint { model: self.points[index].model, weights: vec![(index, 1.0)] })
+            }
             None => self.at_speed(now.surge_speed_m_s),
         }
     }

@@ -196,11 +196,7 @@ impl PooledChange {
         references: &[ReferenceError],
         parameters: usize,
     ) -> Option<Self> {
-        Self::with_growth(
-            deviations,
-            references,
-            &DVector::from_element(parameters, 1.0),
-        )
+        Self::with_growth(deviations, references, &DVector::from_element(parameters, 1.0))
     }
 
     /// For the intervals: as the errors are after this change.
@@ -291,11 +287,7 @@ impl PooledChange {
         let after = Self::with_growth(deviations, references, &growth);
         let pooled = after.as_ref().unwrap_or(self);
         let effect = |i: usize| {
-            interval(
-                pooled.change[i],
-                pooled.covariance[(i, i)],
-                pooled.degrees_of_freedom,
-            )
+            interval(pooled.change[i], pooled.covariance[(i, i)], pooled.degrees_of_freedom)
         };
         Effects {
             damping: effect(0),
@@ -309,18 +301,12 @@ impl PooledChange {
 pub(super) fn interval(change: f64, variance: f64, degrees_of_freedom: f64) -> Effect {
     let student = StudentsT::new(0.0, 1.0, degrees_of_freedom);
     let half_width = student.map_or(1.96, |student| student.inverse_cdf(0.975)) * variance.sqrt();
-    Effect {
-        change,
-        interval_95: [change - half_width, change + half_width],
-    }
+    Effect { change, interval_95: [change - half_width, change + half_width] }
 }
 
 pub(super) fn f_distribution(parameters: f64, degrees_of_freedom: f64) -> FisherSnedecor {
-    FisherSnedecor::new(
-        parameters,
-        degrees_of_freedom.clamp(1.0, MOST_DEGREES_OF_FREEDOM),
-    )
-    .expect("both degrees of freedom are positive")
+    FisherSnedecor::new(parameters, degrees_of_freedom.clamp(1.0, MOST_DEGREES_OF_FREEDOM))
+        .expect("both degrees of freedom are positive")
 }
 
 /// What remains of a change beyond the nearest one that is tolerated, by coordinate descent.
@@ -395,10 +381,7 @@ mod tests {
     }
 
     fn expected(reference: &SpeedModel) -> ReferencePoint {
-        ReferencePoint {
-            model: reference.model,
-            weights: vec![(0, 1.0)],
-        }
+        ReferencePoint { model: reference.model, weights: vec![(0, 1.0)] }
     }
 
     /// Four estimates of 2 % each and a reference of 3 %: 1 % and 3 % combine.

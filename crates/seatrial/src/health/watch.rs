@@ -121,22 +121,12 @@ pub struct WatchReport {
 impl Watch {
     /// A watch that has read nothing.
     pub fn new(reference: Reference, settings: HealthSettings) -> Result<Self, HealthError> {
-        if reference
-            .points()
-            .iter()
-            .any(|point| point.model.a22_per_s >= 0.0)
-        {
+        if reference.points().iter().any(|point| point.model.a22_per_s >= 0.0) {
             return Err(HealthError::Reference(
                 "a model with a22 at or above 0 has no time constant to choose windows by".into(),
             ));
         }
-        Ok(Self {
-            reference,
-            settings,
-            windows: Vec::new(),
-            skipped: BTreeMap::new(),
-            read_s: 0.0,
-        })
+        Ok(Self { reference, settings, windows: Vec::new(), skipped: BTreeMap::new(), read_s: 0.0 })
     }
 
     /// Reads the next log: every window that excites the vehicle is kept, the rest counted.
@@ -166,10 +156,7 @@ impl Watch {
             return;
         }
         let step_s = length_s / STARTS_PER_WINDOW as f64;
-        let mut window = Window {
-            from_s: first.time_s,
-            to_s: first.time_s + length_s,
-        };
+        let mut window = Window { from_s: first.time_s, to_s: first.time_s + length_s };
         while window.from_s < last.time_s {
             let looked = match self.promise(&record, window) {
                 Ok(_) => {
@@ -191,10 +178,7 @@ impl Watch {
                     next_s.unwrap_or(f64::INFINITY)
                 }
             };
-            window = Window {
-                from_s: next_s,
-                to_s: next_s + length_s,
-            };
+            window = Window { from_s: next_s, to_s: next_s + length_s };
         }
     }
 
@@ -235,9 +219,7 @@ impl Watch {
         {
             return Err(NotCompared::SamplesMissing);
         }
-        let moves = samples
-            .iter()
-            .any(|s| s.rudder_rad != samples[0].rudder_rad);
+        let moves = samples.iter().any(|s| s.rudder_rad != samples[0].rudder_rad);
         if !moves {
             return Err(NotCompared::NotExcited);
         }
@@ -247,11 +229,7 @@ impl Watch {
             .ok_or(NotCompared::NotExcited)?;
         let deviation = (fit.noise_variance_rad2 * fit.scaled_covariance[0][0]).sqrt();
         let promise = 2.0 * deviation / expected.model.b2_per_s2.abs();
-        if promise < WIDEST_PROMISE {
-            Ok(promise)
-        } else {
-            Err(NotCompared::NotExcited)
-        }
+        if promise < WIDEST_PROMISE { Ok(promise) } else { Err(NotCompared::NotExcited) }
     }
 
     /// Estimates one window and compares it with the reference.
@@ -267,14 +245,10 @@ impl Watch {
         let refined = robust_estimate_behind(samples, Some(0.0))
             .map_err(|_| NotCompared::NotExcited)?
             .refined;
-        let rudder_amplitude_rad = Manoeuvre::find(samples)
-            .ok_or(NotCompared::NotExcited)?
-            .amplitude_rad;
+        let rudder_amplitude_rad =
+            Manoeuvre::find(samples).ok_or(NotCompared::NotExcited)?.amplitude_rad;
         // A share of what the rudder does if the vehicle is sound: one that is lost must not hide itself.
-        let as_expected = Refined {
-            model: expected.model,
-            ..refined.clone()
-        };
+        let as_expected = Refined { model: expected.model, ..refined.clone() };
         let refined = if is_large_share(disturbance_share(&as_expected, rudder_amplitude_rad)) {
             accepted_estimate(record, window, &refined)?
         } else {
@@ -334,21 +308,14 @@ impl Watch {
             Some(pooled.p_value(&settings))
         });
         let alarms = || windows.iter().enumerate().filter(|(_, w)| w.alarm);
-        let span = alarms()
-            .map(|(n, _)| n)
-            .next()
-            .zip(alarms().map(|(n, _)| n).next_back());
+        let span = alarms().map(|(n, _)| n).next().zip(alarms().map(|(n, _)| n).next_back());
         let since =
             span.and_then(|(first, last)| onset(&deviations, &errors, &settings, first, last));
         let reported =
             &deviations[since.unwrap_or(0)..span.map_or(windows.len(), |(_, last)| last + 1)];
         let pooled = (!reported.is_empty()).then(|| pool(reported)).flatten();
-        let effects = pooled
-            .as_ref()
-            .map(|pooled| pooled.effects(reported, &errors));
-        let detectable = pooled
-            .as_ref()
-            .and_then(|pooled| pooled.detectable(level, &settings));
+        let effects = pooled.as_ref().map(|pooled| pooled.effects(reported, &errors));
+        let detectable = pooled.as_ref().and_then(|pooled| pooled.detectable(level, &settings));
         let speed_is_known = windows.iter().all(|w| w.surge_speed_m_s.is_some());
         let explanation = pooled
             .as_ref()
@@ -392,14 +359,8 @@ fn marked(
     p_value: impl Fn(usize, usize) -> Option<f64>,
 ) -> Vec<WatchedWindow> {
     let mark = |(n, window): (usize, WatchedWindow)| {
-        let least = spans(n + 1)
-            .filter_map(|span| p_value(n, span))
-            .fold(1.0, f64::min);
-        WatchedWindow {
-            p_value: Some(least),
-            alarm: least < level,
-            ..window
-        }
+        let least = spans(n + 1).filter_map(|span| p_value(n, span)).fold(1.0, f64::min);
+        WatchedWindow { p_value: Some(least), alarm: least < level, ..window }
     };
     windows.into_iter().enumerate().map(mark).collect()
 }
@@ -472,8 +433,5 @@ fn next_sample_s(record: &Record, from_s: f64) -> Option<f64> {
 }
 
 fn largest_gap_s(samples: &[Sample<f64>]) -> Option<f64> {
-    samples
-        .windows(2)
-        .map(|pair| pair[1].time_s - pair[0].time_s)
-        .reduce(f64::max)
+    samples.windows(2).map(|pair| pair[1].time_s - pair[0].time_s).reduce(f64::max)
 }

@@ -179,18 +179,12 @@ pub struct ReasonKind {
 impl ReasonCode {
     /// This code, of this subject.
     pub const fn of(self, subject: Subject) -> ReasonKind {
-        ReasonKind {
-            code: self,
-            of: Some(subject),
-        }
+        ReasonKind { code: self, of: Some(subject) }
     }
 
     /// This code, of no subject.
     pub(super) const fn alone(self) -> ReasonKind {
-        ReasonKind {
-            code: self,
-            of: None,
-        }
+        ReasonKind { code: self, of: None }
     }
 }
 
@@ -200,10 +194,7 @@ impl ReasonKind {
         matches!(
             (&self.code, &self.of),
             (ReasonCode::CompassError | ReasonCode::ClockJumped, _)
-                | (
-                    ReasonCode::YawRateContradicts | ReasonCode::Late,
-                    Some(Subject::Heading)
-                )
+                | (ReasonCode::YawRateContradicts | ReasonCode::Late, Some(Subject::Heading))
                 | (ReasonCode::RudderNotFollowed, Some(Subject::Rudder))
         )
     }
@@ -229,10 +220,7 @@ impl ReasonKind {
                 _
             ) | (ReasonCode::Late, Some(Subject::YawRate))
                 | (ReasonCode::Damaged, Some(Subject::Samples))
-                | (
-                    ReasonCode::Unchecked,
-                    Some(Subject::Heading | Subject::Rudder)
-                )
+                | (ReasonCode::Unchecked, Some(Subject::Heading | Subject::Rudder))
         )
     }
 }
@@ -289,11 +277,7 @@ const fn same(kind: ReasonKind, cause: &'static str, action: &'static str) -> Wo
 }
 
 const fn each(kind: ReasonKind, cause: &'static str, actions: [&'static str; 3]) -> Words {
-    Words {
-        kind,
-        cause,
-        actions,
-    }
+    Words { kind, cause, actions }
 }
 
 /// The words of a reason. `None` where every reason of this kind says its own.

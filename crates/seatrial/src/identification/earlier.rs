@@ -101,11 +101,7 @@ mod tests {
             );
             assert_eq!(kind.limits(), !is_in(WITHOUT_LIMIT, code), "{code}");
             let of_now = Reason::new(kind.clone(), "measured");
-            assert_eq!(
-                of_now.detail.is_empty(),
-                is_in(WITHOUT_WORDS, code),
-                "{code}"
-            );
+            assert_eq!(of_now.detail.is_empty(), is_in(WITHOUT_WORDS, code), "{code}");
             assert_eq!(of_now.action_for(Reader::Terminal), of_now.action);
             let again: ReasonKind =
                 serde_json::from_value(serde_json::to_value(&kind).unwrap()).unwrap();

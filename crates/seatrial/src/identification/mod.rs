@@ -128,9 +128,7 @@ impl Identification {
     /// `None` where there is no interval.
     pub fn least_damped_per_s(&self) -> Option<f64> {
         let end = || Some(self.refined.as_ref()?.interval_95.a22_per_s[1]);
-        self.gain_vehicle()
-            .map(|vehicle| vehicle.a22_per_s)
-            .or_else(end)
+        self.gain_vehicle().map(|vehicle| vehicle.a22_per_s).or_else(end)
     }
 
     /// The steady turns of the hypotheses, where the model is not made of them.
@@ -139,9 +137,7 @@ impl Identification {
         let found = self.higher_order.as_ref().filter(|_| !is_beyond)?;
         Some(SteadyTurn {
             log_gain: found.steady_log_gain?,
-            at: found
-                .steady_rudder_rad
-                .map(|rudder_rad| (found.model, rudder_rad)),
+            at: found.steady_rudder_rad.map(|rudder_rad| (found.model, rudder_rad)),
         })
     }
 

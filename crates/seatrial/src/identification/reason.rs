@@ -68,10 +68,7 @@ impl Verdict {
     /// assert_eq!((verdict.accepted, verdict.outcome()), (false, Outcome::DoNotUse));
     /// ```
     pub fn refused(reason: Reason) -> Self {
-        Self {
-            accepted: false,
-            reasons: vec![reason],
-        }
+        Self { accepted: false, reasons: vec![reason] }
     }
 
     /// What a person may do with the model.
@@ -107,10 +104,7 @@ impl Verdict {
     /// assert_eq!(verdict.cause().map(|reason| &reason.code), Some(&ReasonCode::LagUnknown));
     /// ```
     pub fn cause(&self) -> Option<&Reason> {
-        let limit = self
-            .reasons
-            .iter()
-            .find(|reason| self.accepted && reason.limits());
+        let limit = self.reasons.iter().find(|reason| self.accepted && reason.limits());
         limit.or(self.reasons.first())
     }
 
@@ -244,13 +238,7 @@ struct StoredReason {
 impl From<StoredReason> for Reason {
     fn from(written: StoredReason) -> Self {
         let ReasonKind { code, of } = written.kind;
-        Self {
-            code,
-            of,
-            text: written.text,
-            action: written.action,
-            detail: written.detail,
-        }
+        Self { code, of, text: written.text, action: written.action, detail: written.detail }
     }
 }
 
@@ -262,10 +250,7 @@ impl Reason {
 
     /// Its code, and of what.
     pub fn kind(&self) -> ReasonKind {
-        ReasonKind {
-            code: self.code.clone(),
-            of: self.of.clone(),
-        }
+        ReasonKind { code: self.code.clone(), of: self.of.clone() }
     }
 
     pub(crate) fn is_fault(&self) -> bool {
@@ -294,29 +279,15 @@ impl Reason {
     pub fn new(kind: impl Into<ReasonKind>, measured: impl Into<String>) -> Self {
         let (kind, measured) = (kind.into(), measured.into());
         let (text, action, detail) = match code::words(&kind) {
-            Some(words) => (
-                words.cause.into(),
-                words.action(Reader::Terminal).into(),
-                measured,
-            ),
+            Some(words) => (words.cause.into(), words.action(Reader::Terminal).into(), measured),
             None => (measured, String::new(), String::new()),
         };
-        Self {
-            code: kind.code,
-            of: kind.of,
-            text,
-            action,
-            detail,
-        }
+        Self { code: kind.code, of: kind.of, text, action, detail }
     }
 
     /// What was measured, or the text where that says it all.
     pub fn measured(&self) -> &str {
-        if self.detail.is_empty() {
-            &self.text
-        } else {
-            &self.detail
-        }
+        if self.detail.is_empty() { &self.text } else { &self.detail }
     }
 
     /// What to do next, in the words of the place where it is read.
@@ -367,26 +338,16 @@ mod tests {
             ManoeuvresDiffer.of(Speed),
         ];
         let reasons = log_only.map(|kind: ReasonKind| Reason::new(kind, ""));
-        let verdict = Verdict {
-            accepted: false,
-            reasons: reasons.to_vec(),
-        }
-        .of_a_trial();
+        let verdict = Verdict { accepted: false, reasons: reasons.to_vec() }.of_a_trial();
         for (reason, log) in verdict.reasons.iter().zip(&reasons) {
             for reader in [Reader::Terminal, Reader::Dashboard, Reader::Python] {
                 let action = reason.action_for(reader);
                 assert_ne!(action, log.action_for(reader));
-                assert!(
-                    !action.contains(['“', '{']) && !action.contains("--"),
-                    "{action}"
-                );
+                assert!(!action.contains(['“', '{']) && !action.contains("--"), "{action}");
                 assert!(!action.contains(" log"), "{action}");
             }
         }
-        let own = Reason {
-            action: "Look at it.".into(),
-            ..Reason::new(TooFewSamples, "")
-        };
+        let own = Reason { action: "Look at it.".into(), ..Reason::new(TooFewSamples, "") };
         let kept = Verdict::refused(own.clone()).of_a_trial();
         assert_eq!(kept.reasons, [own]);
     }
@@ -395,10 +356,7 @@ mod tests {
     fn exact_a_servo_that_was_told_has_no_unknown_lag() {
         use ReasonCode::{LagUnknown, ModelOrder, Ok};
         let reasons = [Ok, LagUnknown, ModelOrder].map(|code| Reason::new(code, ""));
-        let mut verdict = Verdict {
-            accepted: true,
-            reasons: reasons.to_vec(),
-        };
+        let mut verdict = Verdict { accepted: true, reasons: reasons.to_vec() };
         verdict.lag_is_known();
         assert!(!verdict.has(&LagUnknown) && verdict.has(&ModelOrder));
         assert_eq!(verdict.reasons.len(), 2);
@@ -409,26 +367,14 @@ mod tests {
         let sign = || ReasonCode::SignReversed.of(Subject::Rudder);
         let verdict = |accepted, kinds: Vec<ReasonKind>| Verdict {
             accepted,
-            reasons: kinds
-                .into_iter()
-                .map(|kind| Reason::new(kind, ""))
-                .collect(),
+            reasons: kinds.into_iter().map(|kind| Reason::new(kind, "")).collect(),
         };
         use ReasonCode::{LowR2, ModelOrder, NotValidated, Ok};
         for (verdict, outcome) in [
             (verdict(true, vec![Ok.into(), sign()]), Outcome::Use),
-            (
-                verdict(true, vec![Ok.into(), ModelOrder.into()]),
-                Outcome::UseWithCare,
-            ),
-            (
-                verdict(false, vec![NotValidated.into(), ModelOrder.into()]),
-                Outcome::NotValidated,
-            ),
-            (
-                verdict(false, vec![LowR2.into(), NotValidated.into()]),
-                Outcome::DoNotUse,
-            ),
+            (verdict(true, vec![Ok.into(), ModelOrder.into()]), Outcome::UseWithCare),
+            (verdict(false, vec![NotValidated.into(), ModelOrder.into()]), Outcome::NotValidated),
+            (verdict(false, vec![LowR2.into(), NotValidated.into()]), Outcome::DoNotUse),
         ] {
             assert_eq!(verdict.outcome(), outcome, "{verdict:?}");
             let json = serde_json::to_value(&verdict).unwrap();
@@ -443,21 +389,13 @@ mod tests {
         let sign = || ReasonCode::SignReversed.of(Subject::Rudder);
         for (accepted, kinds, cause, others) in [
             (true, vec![Ok.into(), sign()], Ok, 0),
-            (
-                true,
-                vec![Ok.into(), sign(), ModelOrder.into(), ClockJitter.into()],
-                ModelOrder,
-                1,
-            ),
+            (true, vec![Ok.into(), sign(), ModelOrder.into(), ClockJitter.into()], ModelOrder, 1),
             (false, vec![NotValidated.into()], NotValidated, 0),
             (false, vec![LowR2.into(), NotValidated.into()], LowR2, 1),
         ] {
             let verdict = Verdict {
                 accepted,
-                reasons: kinds
-                    .into_iter()
-                    .map(|kind: ReasonKind| Reason::new(kind, ""))
-                    .collect(),
+                reasons: kinds.into_iter().map(|kind: ReasonKind| Reason::new(kind, "")).collect(),
             };
             assert_eq!(verdict.cause().unwrap().code, cause);
             assert_eq!(verdict.other_causes(), others);

@@ -33,20 +33,13 @@ fn page() -> String {
     let mut page = "# Verdicts\n\nEvery code of a verdict, and of what, with its cause and its cure. The most important reason decides the outcome; the others are remarks. Where\nno cure stands here, the reason itself names one. [The file of channels](channels.md) says how a column is scaled or turned.\n"
         .to_owned();
     for (code, says) in documented() {
-        let mut worded = WORDS
-            .iter()
-            .filter(|words| words.kind.code == code)
-            .peekable();
+        let mut worded = WORDS.iter().filter(|words| words.kind.code == code).peekable();
         if worded.peek().is_none() {
             let _ = writeln!(page, "\n## {code}\n\n{says}");
         }
         for words in worded {
             let cure = words.action(Reader::Terminal);
-            let _ = writeln!(
-                page,
-                "\n## {}\n\n{}\n\n**Cure:** {cure}",
-                words.kind, words.cause
-            );
+            let _ = writeln!(page, "\n## {}\n\n{}\n\n**Cure:** {cure}", words.kind, words.cause);
         }
     }
     page

@@ -69,10 +69,7 @@ impl BatchLeastSquares {
             let known: f64 = (k + 1..3).map(|j| r[k][j] * theta[j]).sum();
             theta[k] = (r[k][3] - known) / r[k][k];
         }
-        theta
-            .iter()
-            .all(|p| p.is_finite())
-            .then(|| YawModel::from_theta(theta))
+        theta.iter().all(|p| p.is_finite()).then(|| YawModel::from_theta(theta))
     }
 }
 

@@ -63,21 +63,15 @@ fn same_steady_turn(contest: &Contest, rudder_amplitude_rad: f64) -> Option<Refi
         heading_noise_rad: noise_rad,
         disturbance_rad_s2: fit.noise.sea[0] * noise_rad,
     };
-    let is_finite = model
-        .theta()
-        .iter()
-        .chain(refined.covariance.as_flattened())
-        .all(|x| x.is_finite());
+    let is_finite =
+        model.theta().iter().chain(refined.covariance.as_flattened()).all(|x| x.is_finite());
     is_finite.then(|| reaching_behind_play(refined, contest, rudder_amplitude_rad))
 }
 
 /// With intervals that hold the model behind the play of the gear, too: at larger angles more of the rudder reaches the blade.
 fn reaching_behind_play(refined: Refined, contest: &Contest, amplitude_rad: f64) -> Refined {
     let behind = contest.moments(&|vehicle, offset_rad_s2| {
-        let without = Vehicle {
-            play_rad: 0.0,
-            ..*vehicle
-        };
+        let without = Vehicle { play_rad: 0.0, ..*vehicle };
         first_order_at(&without, offset_rad_s2, amplitude_rad)
     });
     let model = Vector3::from(refined.model.theta());
@@ -120,8 +114,7 @@ const MARGIN_IN_DOUBT: f64 = 3.0;
 pub fn is_a_sea(contest: &Contest, in_doubt: bool) -> bool {
     let best = |is_of: &dyn Fn(&Candidate) -> bool| {
         let all = contest.candidates.iter().filter(|c| is_of(c));
-        all.map(|c| c.hypothesis.log_evidence())
-            .fold(f64::NEG_INFINITY, f64::max)
+        all.map(|c| c.hypothesis.log_evidence()).fold(f64::NEG_INFINITY, f64::max)
     };
     let other = best(&|c| {
         let is_calm = c.hypothesis.disturbance != Disturbance::Sea;

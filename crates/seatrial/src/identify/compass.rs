@@ -52,9 +52,7 @@ pub struct Jump {
 impl CompassError {
     /// The time by which the yaw rate is later than the heading, s: a filter of the gyro's.
     pub fn yaw_rate_late_s(&self) -> Option<f64> {
-        self.late_s
-            .filter(|late_s| *late_s < 0.0)
-            .map(|late_s| -late_s)
+        self.late_s.filter(|late_s| *late_s < 0.0).map(|late_s| -late_s)
     }
 
     /// Compares heading and yaw rate over a record.
@@ -113,13 +111,7 @@ impl CompassError {
             Jump { size_rad, time_s }
         });
         let error = aligned.error(&heading);
-        let Alignment {
-            shift_s,
-            smoothed_s,
-            terms,
-            normal,
-            found,
-        } = aligned;
+        let Alignment { shift_s, smoothed_s, terms, normal, found } = aligned;
         let variance = error.norm_squared() / samples.len().checked_sub(TERMS)? as f64;
         let walk_rad = noise(&path.rates_rad_s) * interval_s;
         let steps = sums_from_here(terms);
@@ -318,18 +310,11 @@ impl Path {
         let (t_1, _, r_1) = self.node(after);
         let passed_s = time_s - t_0;
         let slope = (r_1 - r_0) / (t_1 - t_0);
-        [
-            p_0 + passed_s * (r_0 + 0.5 * slope * passed_s),
-            r_0 + slope * passed_s,
-        ]
+        [p_0 + passed_s * (r_0 + 0.5 * slope * passed_s), r_0 + slope * passed_s]
     }
 
     fn node(&self, index: usize) -> (f64, f64, f64) {
-        (
-            self.times_s[index],
-            self.turned_rad[index],
-            self.rates_rad_s[index],
-        )
+        (self.times_s[index], self.turned_rad[index], self.rates_rad_s[index])
     }
 }
 
@@ -402,10 +387,7 @@ mod tests {
         let deviating = |_: f64, psi: f64| psi + 0.087 * psi.sin();
         let found = CompassError::of(&record(deviating, |r| r + 0.01));
         // The slope of the deviation about 0.4 rad of turn, 0.087 and a little less.
-        assert!(
-            (found.scale_error.unwrap() - 0.085).abs() < 0.003,
-            "{found:?}"
-        );
+        assert!((found.scale_error.unwrap() - 0.085).abs() < 0.003, "{found:?}");
         assert_eq!(found.largest_jump, None);
         let turn = |t: f64| {
             let phase = (t - 4.0).clamp(0.0, 4.0) * core::f64::consts::FRAC_PI_2;
@@ -416,10 +398,7 @@ mod tests {
         let mut torn = record(deviating, |r| r);
         torn.retain(|s| !(5.0..6.0).contains(&s.time_s));
         assert_eq!(CompassError::of(&torn).scale_error, None);
-        assert_eq!(
-            CompassError::of(&record(|_, psi| psi, |_| f64::NAN)),
-            CompassError::default()
-        );
+        assert_eq!(CompassError::of(&record(|_, psi| psi, |_| f64::NAN)), CompassError::default());
     }
 
     /// The vehicle turned while nothing was recorded, by more than a straight yaw rate over the gap.

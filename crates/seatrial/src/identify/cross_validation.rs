@@ -31,19 +31,10 @@ pub(super) fn validated_by_legs(
     };
     let held_out = ValidationData {
         record: record.record(),
-        window: Window {
-            to_s: window.to_s,
-            ..split.validation
-        },
+        window: Window { to_s: window.to_s, ..split.validation },
     };
-    match identify_with(
-        record,
-        split.training,
-        Some(held_out),
-        settings,
-        &[],
-        OrderSearch::Skipped,
-    ) {
+    match identify_with(record, split.training, Some(held_out), settings, &[], OrderSearch::Skipped)
+    {
         Ok((first_legs, _)) if first_legs.verdict.accepted => {
             confirmed_by(&first_legs, whole, &split)
         }
@@ -118,9 +109,7 @@ fn validated(
     let is_only_unvalidated = whole.verdict.outcome() == Outcome::NotValidated;
     whole.validation = validation;
     let verdict = &mut whole.verdict;
-    verdict
-        .reasons
-        .retain(|reason| reason.code != ReasonCode::NotValidated);
+    verdict.reasons.retain(|reason| reason.code != ReasonCode::NotValidated);
     if is_only_unvalidated {
         verdict.reasons.insert(0, Reason::new(ReasonCode::Ok, how));
         verdict.accepted = true;

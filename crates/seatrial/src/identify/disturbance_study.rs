@@ -59,11 +59,7 @@ fn training(
     config.sensors.compass.noise_rad = noise_deg.to_radians();
     config.disturbance.standard_deviation_rad_s2 = disturbance.0;
     config.disturbance.correlation_time_s = disturbance.1;
-    let plan = Plan {
-        thrusts: List::from_slice(&[0.8])?,
-        max_repeats: 0,
-        ..Plan::paper()
-    };
+    let plan = Plan { thrusts: List::from_slice(&[0.8])?, max_repeats: 0, ..Plan::paper() };
     let mut vehicle = FirstOrderVehicle::new(config, seed).ok()?;
     let truth = vehicle.truth(0.8).model;
     Some((Experiment::of(&mut vehicle, plan)?, truth))
@@ -100,10 +96,8 @@ impl Run {
         for ((strength_rad_s2, time_constant_s), hypothesis) in
             DISTURBANCES.into_iter().zip(&mut run.if_from)
         {
-            let disturbance = Disturbance {
-                relative: strength_rad_s2 / noise.heading_rad,
-                time_constant_s,
-            };
+            let disturbance =
+                Disturbance { relative: strength_rad_s2 / noise.heading_rad, time_constant_s };
             let peak = Peak::find(&record.series(), disturbance, damping_per_s, scale)?;
             let (estimate, covariance) = peak.normal();
             *hypothesis = Hypothesis {
@@ -159,16 +153,11 @@ fn runs(noise_deg: f64, disturbance: (f64, f64)) -> Vec<Run> {
         let half = |first| {
             scope.spawn(move || {
                 let seeds = (first..=RUNS).step_by(2);
-                seeds
-                    .filter_map(|seed| Run::new(noise_deg, disturbance, seed))
-                    .collect::<Vec<_>>()
+                seeds.filter_map(|seed| Run::new(noise_deg, disturbance, seed)).collect::<Vec<_>>()
             })
         };
         let halves = [half(1), half(2)];
-        halves
-            .into_iter()
-            .flat_map(|half| half.join().expect("no run panics"))
-            .collect()
+        halves.into_iter().flat_map(|half| half.join().expect("no run panics")).collect()
     })
 }
 

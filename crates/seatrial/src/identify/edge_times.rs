@@ -113,10 +113,7 @@ impl<'a> Edges<'a> {
 
     /// By how much the headings are wrong where only the mean of the rudder over an interval is known, over b2, rad s^2.
     pub fn coarseness_rad_s2(&self) -> f64 {
-        self.all
-            .iter()
-            .map(|edge| edge.coarseness_rad_s2(self.samples))
-            .fold(0.0, f64::max)
+        self.all.iter().map(|edge| edge.coarseness_rad_s2(self.samples)).fold(0.0, f64::max)
     }
 
     /// The samples with the mean of the rudder over the intervals that hide an edge.
@@ -304,9 +301,7 @@ impl Responses {
             let mut extended = now.insert_column(known, 0.0);
             extended.set_column(known, &slope);
             let solution = least_squares(&extended, &heading)?;
-            shares = (4..known)
-                .map(|edge| solution[edge] / solution[0])
-                .collect();
+            shares = (4..known).map(|edge| solution[edge] / solution[0]).collect();
             let largest = LARGEST_STEP * a22_per_s.abs();
             a22_per_s += solution[known].clamp(-largest, largest);
         }
@@ -316,11 +311,8 @@ impl Responses {
     /// Columns psi_b, psi_c, 1, psi_r and psi_e - psi_b of each edge, and the heading.
     fn columns(&self, a22_per_s: f64) -> (DMatrix<f64>, DVector<f64>) {
         let at_the_end = self.at_the_end.comparisons(a22_per_s);
-        let at_the_start: Vec<_> = self
-            .at_the_start
-            .iter()
-            .map(|r| r.comparisons(a22_per_s))
-            .collect();
+        let at_the_start: Vec<_> =
+            self.at_the_start.iter().map(|r| r.comparisons(a22_per_s)).collect();
         let matrix =
             DMatrix::from_fn(
                 at_the_end.len(),

@@ -148,27 +148,17 @@ impl<'a> EvenlySampled<'a> {
             return Err(BatchError::Record("no sample lies in the window".into()));
         };
         let interval_s = (last_s - first_s) / (count - 1) as f64;
-        let settings = FixedRateSettings {
-            lambda_rad_s,
-            ..FixedRateSettings::paper(interval_s)
-        };
+        let settings = FixedRateSettings { lambda_rad_s, ..FixedRateSettings::paper(interval_s) };
         settings.check()?;
         let mut regression = Regression::new(&settings);
         let mut heading = UnwrappedHeading::default();
         for from in (0..count).step_by(PIECE) {
             let to = (from + PIECE).min(count);
-            self.part(from..(to + 1).min(count))
-                .check(from, interval_s)?;
-            regression.extend(
-                heading.of(&self.heading_rad[from..to]),
-                &self.rudder_rad[from..to],
-            );
+            self.part(from..(to + 1).min(count)).check(from, interval_s)?;
+            regression.extend(heading.of(&self.heading_rad[from..to]), &self.rudder_rad[from..to]);
         }
         Ok(BatchEstimate {
-            training: Window {
-                from_s: *first_s,
-                to_s: last_s + interval_s,
-            },
+            training: Window { from_s: *first_s, to_s: last_s + interval_s },
             samples_used: count,
             interval_s,
             lambda_rad_s,
@@ -221,12 +211,7 @@ impl Regression {
     fn new(settings: &FixedRateSettings<f64>) -> Self {
         let mut step = FilterStep::new(settings.lambda_rad_s);
         step.set_interval(settings.sample_interval_s);
-        Self {
-            settings: *settings,
-            step,
-            filters: None,
-            sums: NormalEquations::default(),
-        }
+        Self { settings: *settings, step, filters: None, sums: NormalEquations::default() }
     }
 
     /// Takes in the next samples, rad, the headings unwrapped.
@@ -273,21 +258,18 @@ impl UnwrappedHeading {
         let last_rad = self.last_rad.unwrap_or(piece[0]);
         self.last_rad = piece.last().copied();
         let steps = piece[1..].iter().zip(piece);
-        let within = steps.fold(true, |all, (now, before)| {
-            all & ((now - before).abs() <= PI)
-        });
+        let within = steps.fold(true, |all, (now, before)| all & ((now - before).abs() <= PI));
         if within && self.offset_rad == 0.0 && (piece[0] - last_rad).abs() <= PI {
             return piece;
         }
         let before = std::iter::once(&last_rad).chain(piece);
         let offset_rad = &mut self.offset_rad;
         self.buffer.clear();
-        self.buffer
-            .extend(piece.iter().zip(before).map(|(now, before)| {
-                let step = now - before;
-                *offset_rad += step.wrapped() - step;
-                now + *offset_rad
-            }));
+        self.buffer.extend(piece.iter().zip(before).map(|(now, before)| {
+            let step = now - before;
+            *offset_rad += step.wrapped() - step;
+            now + *offset_rad
+        }));
         &self.buffer
     }
 }
@@ -317,11 +299,7 @@ mod tests {
     }
 
     fn record(columns: &[Vec<f64>; 3]) -> EvenlySampled<'_> {
-        EvenlySampled {
-            time_s: &columns[0],
-            heading_rad: &columns[1],
-            rudder_rad: &columns[2],
-        }
+        EvenlySampled { time_s: &columns[0], heading_rad: &columns[1], rudder_rad: &columns[2] }
     }
 
     fn error_of(columns: &[Vec<f64>; 3]) -> String {
@@ -347,25 +325,16 @@ mod tests {
         let turned = as_it_turned.model.theta();
         for ((found, turned), truth) in wrapped.model.theta().into_iter().zip(turned).zip(TRUTH) {
             // The heading is held between samples, as in the paper: lambda h/2 = 4 %.
-            assert!(
-                (found - truth).abs() < 0.06 * truth.abs().max(0.2),
-                "{found}"
-            );
+            assert!((found - truth).abs() < 0.06 * truth.abs().max(0.2), "{found}");
             // The same record to rounding.
-            assert!(
-                (found - turned).abs() < 1e-7 * turned.abs(),
-                "{found} {turned}"
-            );
+            assert!((found - turned).abs() < 1e-7 * turned.abs(), "{found} {turned}");
         }
     }
 
     #[test]
     fn exact_a_window_is_its_samples() {
         let columns = columns();
-        let window = Window {
-            from_s: 10.0,
-            to_s: 60.0,
-        };
+        let window = Window { from_s: 10.0, to_s: 60.0 };
         let within = record(&columns).within(window).unwrap();
         let found = within.least_squares(1.5).unwrap();
         let part = columns.clone().map(|column| column[200..1200].to_vec());
@@ -381,24 +350,15 @@ mod tests {
         let mut missing = columns();
         missing[1][PIECE + 5] = f64::NAN;
         let text = error_of(&missing);
-        assert!(
-            text.contains(&format!("heading of sample {} is NaN", PIECE + 5)),
-            "{text}"
-        );
+        assert!(text.contains(&format!("heading of sample {} is NaN", PIECE + 5)), "{text}");
         let mut still = columns();
         still[2].fill(0.0);
         still[1].fill(0.3);
-        assert_eq!(
-            record(&still).least_squares(1.5),
-            Err(BatchError::Unexcited)
-        );
+        assert_eq!(record(&still).least_squares(1.5), Err(BatchError::Unexcited));
         let [time, heading, mut rudder] = columns();
         rudder.pop();
         let uneven = [time, heading, rudder];
-        let all = Window {
-            from_s: f64::NEG_INFINITY,
-            to_s: f64::INFINITY,
-        };
+        let all = Window { from_s: f64::NEG_INFINITY, to_s: f64::INFINITY };
         assert!(record(&uneven).within(all).is_err());
     }
 }

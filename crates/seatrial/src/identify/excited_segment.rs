@@ -10,11 +10,7 @@ pub(crate) fn most_excited(samples: &[Sample<f64>]) -> &[Sample<f64>] {
     let variance = |segment: &[Sample<f64>]| {
         let n = segment.len() as f64;
         let mean = segment.iter().map(|s| s.rudder_rad).sum::<f64>() / n;
-        segment
-            .iter()
-            .map(|s| (s.rudder_rad - mean).powi(2))
-            .sum::<f64>()
-            / n
+        segment.iter().map(|s| (s.rudder_rad - mean).powi(2)).sum::<f64>() / n
     };
     samples
         .windows(MOST_SAMPLES)

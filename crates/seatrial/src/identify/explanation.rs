@@ -90,17 +90,13 @@ impl Explanation {
         data: Option<ValidationData>,
     ) -> Self {
         let samples = training_record.samples();
-        let found = training_record
-            .is_to_be_refined()
-            .then(|| robust_estimate(samples).ok())
-            .flatten();
+        let found =
+            training_record.is_to_be_refined().then(|| robust_estimate(samples).ok()).flatten();
         let Some(found) = found else {
             return Self::Unrefined;
         };
         if training_record.is_blurred(&found.refined) {
-            return Self::Blurred {
-                refined: found.refined,
-            };
+            return Self::Blurred { refined: found.refined };
         }
         let found = match order == OrderSearch::Done && found.asks_for_more(samples) {
             true => match Self::by_contest(training_record, found, data) {
@@ -259,15 +255,10 @@ impl Explanation {
     /// structure, the one by itself. None where the gear has a largest rate: it looks like another vehicle at another angle.
     pub fn compared<'a>(&'a self, refined: &'a Refined) -> Vec<&'a Refined> {
         match self {
-            Self::HigherOrder {
-                beyond: Some(beyond),
-                ..
-            } if beyond.structure.rate_limit => Vec::new(),
-            Self::HigherOrder {
-                nearest: false,
-                alone: Some(alone),
-                ..
-            } => vec![refined, alone],
+            Self::HigherOrder { beyond: Some(beyond), .. } if beyond.structure.rate_limit => {
+                Vec::new()
+            }
+            Self::HigherOrder { nearest: false, alone: Some(alone), .. } => vec![refined, alone],
             _ => vec![refined],
         }
     }

@@ -52,18 +52,13 @@ pub(super) fn where_the_compass_jumped(
     let spans = windows.iter().copied().chain(own.map(|data| data.window));
     let a22_per_s = found.online.model.a22_per_s;
     let Some((by_gyro, jump)) = spans
-        .reduce(|a, b| Window {
-            from_s: a.from_s.min(b.from_s),
-            to_s: a.to_s.max(b.to_s),
-        })
+        .reduce(|a, b| Window { from_s: a.from_s.min(b.from_s), to_s: a.to_s.max(b.to_s) })
         .and_then(|span| by_the_gyro(record, span, a22_per_s))
     else {
         return Ok((found, joined));
     };
-    let data = data.map(|data| ValidationData {
-        record: own.map_or(data.record, |_| &by_gyro),
-        ..data
-    });
+    let data =
+        data.map(|data| ValidationData { record: own.map_or(data.record, |_| &by_gyro), ..data });
     Ok(match identify(&RecordSurvey::of(&by_gyro), data) {
         Ok((again, joined)) if again.verdict.outcome() != Outcome::DoNotUse => {
             (with_the_remark(again, jump), joined)
@@ -109,11 +104,7 @@ fn by_the_gyro(record: &Record, span: Window, a22_per_s: f64) -> Option<(Record,
         sample.heading_rad = Real::wrapped(heading_rad);
         sample.yaw_rate_rad_s = None;
     }
-    let by_gyro = Record {
-        samples,
-        rudder_unit: record.rudder_unit,
-        units: record.units,
-    };
+    let by_gyro = Record { samples, rudder_unit: record.rudder_unit, units: record.units };
     Some((by_gyro, jump))
 }
 
@@ -133,16 +124,12 @@ impl Fit {
         let path = Path::of(samples)?;
         let first_rad = samples.first()?.heading_rad;
         let (headings, turned) = (path.heading_rad.iter(), &path.turned_rad);
-        let error_rad: Vec<f64> = headings
-            .zip(turned)
-            .map(|(heading, turned)| first_rad + heading - turned)
-            .collect();
+        let error_rad: Vec<f64> =
+            headings.zip(turned).map(|(heading, turned)| first_rad + heading - turned).collect();
         let times_s = &path.times_s;
         let apart = (samples.len() / 4).max(1);
         let changes = |of: &[f64]| -> Vec<f64> {
-            (of.iter().zip(&of[apart.min(of.len())..]))
-                .map(|(from, to)| to - from)
-                .collect()
+            (of.iter().zip(&of[apart.min(of.len())..])).map(|(from, to)| to - from).collect()
         };
         let (passed_s, changed_rad) = (changes(times_s), changes(&error_rad));
         let slopes = changed_rad.iter().zip(&passed_s).map(|(e, t)| e / t);
@@ -160,13 +147,8 @@ impl Fit {
     }
 
     fn heading_rad(&self) -> impl Iterator<Item = f64> {
-        let line = self
-            .path
-            .times_s
-            .iter()
-            .map(|t| self.alpha_rad + self.beta_rad_s * t);
-        line.zip(&self.path.turned_rad)
-            .map(|(line, turned)| line + turned)
+        let line = self.path.times_s.iter().map(|t| self.alpha_rad + self.beta_rad_s * t);
+        line.zip(&self.path.turned_rad).map(|(line, turned)| line + turned)
     }
 
     /// Are there no rows about the jump whose times are far apart? The clock may have jumped then.
@@ -192,12 +174,7 @@ impl Fit {
             |k: usize| self.error_rad[k] - self.alpha_rad - self.beta_rad_s * self.path.times_s[k];
         let sound = (0..self.path.times_s.len()).filter(|k| left(*k).abs() < LEAST_ERROR_RAD);
         let columns = |k: usize| {
-            [
-                self.path.turned_rad[k],
-                self.path.rates_rad_s[k],
-                1.0,
-                self.path.times_s[k],
-            ]
+            [self.path.turned_rad[k], self.path.rates_rad_s[k], 1.0, self.path.times_s[k]]
         };
         let mut normal = nalgebra::Matrix4::zeros();
         let mut right = nalgebra::Vector4::zeros();
@@ -251,10 +228,8 @@ mod tests {
     }
 
     fn identified(record: &Record) -> Identification {
-        let [training, window] = [0.0, TURN_S].map(|from_s| Window {
-            from_s,
-            to_s: from_s + TURN_S,
-        });
+        let [training, window] =
+            [0.0, TURN_S].map(|from_s| Window { from_s, to_s: from_s + TURN_S });
         let data = Some(ValidationData { record, window });
         identify(record, training, data, &IdentifySettings::default()).unwrap()
     }
@@ -269,10 +244,7 @@ mod tests {
     fn recover_a_vehicle_whose_compass_jumped_from_its_gyro() {
         let found = identified(&record(disturbed, |_, rate| rate + 0.003));
         assert_eq!(found.verdict.outcome(), Outcome::UseWithCare, "{found:?}");
-        assert_eq!(
-            found.verdict.cause().unwrap().code,
-            ReasonCode::CompassError
-        );
+        assert_eq!(found.verdict.cause().unwrap().code, ReasonCode::CompassError);
         let refined = found.refined.unwrap();
         let holds = |[low, high]: [f64; 2], truth: f64| low < truth && truth < high;
         assert!(holds(refined.interval_95.a22_per_s, -0.9), "{refined:?}");
@@ -288,10 +260,7 @@ mod tests {
         };
         let without = Record {
             samples: (record(disturbed, |_, rate| rate).samples.into_iter())
-                .map(|sample| Sample {
-                    yaw_rate_rad_s: None,
-                    ..sample
-                })
+                .map(|sample| Sample { yaw_rate_rad_s: None, ..sample })
                 .collect(),
             ..Record::default()
         };

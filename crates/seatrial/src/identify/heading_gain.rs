@@ -58,11 +58,7 @@ impl Vehicles {
         for (share, _) in &mut vehicles {
             *share /= total;
         }
-        Self {
-            vehicles,
-            interval_s,
-            amplitude_rad,
-        }
+        Self { vehicles, interval_s, amplitude_rad }
     }
 
     /// The first-order vehicle whose gain is handed out with an estimate: the gain for the less damped end of its interval, or another one that
@@ -95,20 +91,11 @@ impl Vehicles {
     }
 
     fn try_gain(&self, gain: f64) -> GainTrial {
-        let mut tried = GainTrial {
-            gain,
-            holding: 0.0,
-            is_stable: true,
-            overshoot: [f64::INFINITY, 0.0],
-        };
+        let mut tried =
+            GainTrial { gain, holding: 0.0, is_stable: true, overshoot: [f64::INFINITY, 0.0] };
         for (share, vehicle) in &self.vehicles {
-            let [over, left, swing] = heading_step(
-                vehicle,
-                gain,
-                COURSE_CHANGE_RAD,
-                self.amplitude_rad,
-                self.interval_s,
-            );
+            let [over, left, swing] =
+                heading_step(vehicle, gain, COURSE_CHANGE_RAD, self.amplitude_rad, self.interval_s);
             // In its play the rudder does not act.
             let of_play = 0.5 * vehicle.play_rad / (gain * COURSE_CHANGE_RAD).abs();
             if over < MOST_OVERSHOOT
@@ -129,9 +116,7 @@ impl Vehicles {
         let [mut more_damped, mut less_damped] = [refined.model.a22_per_s, 0.0];
         for _ in 0..HALVINGS {
             let middle = 0.5 * (more_damped + less_damped);
-            match self
-                .designed(refined, middle)
-                .is_some_and(|designed| designed.abs() > gain.abs())
+            match self.designed(refined, middle).is_some_and(|designed| designed.abs() > gain.abs())
             {
                 true => more_damped = middle,
                 false => less_damped = middle,
@@ -173,10 +158,7 @@ mod tests {
             model,
             delta0_rad: None,
             interval_95: Intervals {
-                a22_per_s: [
-                    2.0 * model.a22_per_s - least_damped_per_s,
-                    least_damped_per_s,
-                ],
+                a22_per_s: [2.0 * model.a22_per_s - least_damped_per_s, least_damped_per_s],
                 b2_per_s2: [model.b2_per_s2; 2],
                 c0_rad_per_s2: [0.0; 2],
                 delta0_rad: None,

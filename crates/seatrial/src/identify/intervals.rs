@@ -13,12 +13,7 @@ pub(super) fn widened(refined: &Refined, more: &Matrix3<f64>) -> Refined {
         let half_width = libm::hypot(half_width, NORMAL_95 * variance.sqrt());
         [middle - half_width, middle + half_width]
     };
-    let Intervals {
-        a22_per_s,
-        b2_per_s2,
-        c0_rad_per_s2,
-        delta0_rad,
-    } = refined.interval_95;
+    let Intervals { a22_per_s, b2_per_s2, c0_rad_per_s2, delta0_rad } = refined.interval_95;
     let (_, of_delta0) = offset_angle(&refined.model.theta().into(), more);
     Refined {
         interval_95: Intervals {
@@ -106,10 +101,7 @@ pub(crate) fn normal_intervals(model: &YawModel<f64>, covariance: &Matrix3<f64>)
 /// Mean and variance of delta0 = C0/b2 by the delta method.
 fn offset_angle(mean: &Vector3<f64>, covariance: &Matrix3<f64>) -> (f64, f64) {
     let gradient = Vector3::new(0.0, -mean[2] / (mean[1] * mean[1]), 1.0 / mean[1]);
-    (
-        mean[2] / mean[1],
-        (gradient.transpose() * covariance * gradient)[(0, 0)],
-    )
+    (mean[2] / mean[1], (gradient.transpose() * covariance * gradient)[(0, 0)])
 }
 
 #[cfg(test)]
@@ -170,24 +162,14 @@ mod tests {
             EstimateMethod::AveragedRestrictedLikelihood,
         );
         let half_widths = |found: &Refined| {
-            let Intervals {
-                a22_per_s,
-                b2_per_s2,
-                c0_rad_per_s2,
-                ..
-            } = found.interval_95;
+            let Intervals { a22_per_s, b2_per_s2, c0_rad_per_s2, .. } = found.interval_95;
             [a22_per_s, b2_per_s2, c0_rad_per_s2].map(|[low, high]| 0.5 * (high - low))
         };
         let own = half_widths(&refined);
         let other = |theta, of_c0: f64, method: &EstimateMethod| {
             let deviations = Vector3::new(0.02, 0.02, of_c0);
             let covariance = Matrix3::from_diagonal(&deviations.map(|s| s * s));
-            around(
-                &refined,
-                YawModel::from_theta(theta),
-                covariance,
-                method.clone(),
-            )
+            around(&refined, YawModel::from_theta(theta), covariance, method.clone())
         };
         let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
         let reached =
@@ -202,11 +184,7 @@ mod tests {
         close(b2, own[1]);
         close(c0, own[2]);
         // A model behind a lag has another a22 by nature, but no other C0.
-        let lagging = other(
-            [theta[0], theta[1], 0.02],
-            0.001,
-            &EstimateMethod::RudderLag,
-        );
+        let lagging = other([theta[0], theta[1], 0.02], 0.001, &EstimateMethod::RudderLag);
         let [a22, _, c0] = reached(&lagging, 1.0);
         close(a22, own[0]);
         close(c0, own[2].hypot(0.01));

@@ -55,9 +55,7 @@ pub(super) fn join(
     first: &Refined,
     others: &[(Window, Refined)],
 ) -> Option<(Refined, JointEstimate)> {
-    let alike = others
-        .iter()
-        .filter(|(_, other)| other.method == first.method);
+    let alike = others.iter().filter(|(_, other)| other.method == first.method);
     let all: Vec<(Window, &Refined)> = std::iter::once((training, first))
         .chain(alike.map(|(window, refined)| (*window, refined)))
         .collect();
@@ -196,10 +194,7 @@ mod tests {
     #[test]
     fn prop_another_method_is_not_joined() {
         let first = refined([-1.0, 2.0, 0.0], [1e-4; 3]);
-        let other = Refined {
-            method: EstimateMethod::RudderLag,
-            ..first.clone()
-        };
+        let other = Refined { method: EstimateMethod::RudderLag, ..first.clone() };
         assert!(join(Window::ALL, &first, &[(Window::ALL, other)]).is_none());
     }
 }

@@ -64,14 +64,9 @@ mod tests {
     fn exact_a_late_yaw_rate_is_read_later() {
         let samples = samples(&[0.0, 1.0, 2.0, 4.0, f64::NAN, 5.0]);
         let rates = |late_s| -> Vec<Option<f64>> {
-            with_yaw_rate_in_time(&samples, late_s)
-                .iter()
-                .map(|s| s.yaw_rate_rad_s)
-                .collect()
+            with_yaw_rate_in_time(&samples, late_s).iter().map(|s| s.yaw_rate_rad_s).collect()
         };
-        let [a, b, c, d, e, f] = rates(Some(0.05))[..] else {
-            panic!("six samples")
-        };
+        let [a, b, c, d, e, f] = rates(Some(0.05))[..] else { panic!("six samples") };
         for (rate, expected) in [(a, 0.5), (b, 1.5), (c, 3.0), (d, 4.0), (f, 5.0)] {
             assert!((rate.unwrap() - expected).abs() < 1e-9, "{rate:?}");
         }

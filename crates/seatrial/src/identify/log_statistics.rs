@@ -111,10 +111,8 @@ impl LogStatistics {
 
 fn jump_beside(record: &Record, training: Window) -> Option<Jump> {
     let beside_s = BESIDE * (training.to_s - training.from_s);
-    let around = record.window(Window {
-        from_s: training.from_s - beside_s,
-        to_s: training.to_s + beside_s,
-    });
+    let around = record
+        .window(Window { from_s: training.from_s - beside_s, to_s: training.to_s + beside_s });
     heading_jump(around).filter(|jump| !(training.from_s..training.to_s).contains(&jump.time_s))
 }
 
@@ -130,18 +128,11 @@ fn smallest_heading_step_rad(samples: &[Sample<f64>]) -> Option<f64> {
 
 /// Mean speed of the first and of the last quarter of the samples that have one, m/s.
 fn surge_speeds_m_s(samples: &[Sample<f64>]) -> Option<[f64; 2]> {
-    let speeds: Vec<f64> = samples
-        .iter()
-        .filter_map(|s| s.surge_speed_m_s.filter(|speed| *speed > 0.0))
-        .collect();
+    let speeds: Vec<f64> =
+        samples.iter().filter_map(|s| s.surge_speed_m_s.filter(|speed| *speed > 0.0)).collect();
     let quarter = speeds.len() / 4;
     let mean = |part: &[f64]| part.iter().sum::<f64>() / quarter as f64;
-    (quarter > 0).then(|| {
-        [
-            mean(&speeds[..quarter]),
-            mean(&speeds[speeds.len() - quarter..]),
-        ]
-    })
+    (quarter > 0).then(|| [mean(&speeds[..quarter]), mean(&speeds[speeds.len() - quarter..])])
 }
 
 /// The step of a rounded time and the even interval of its rows, s: intervals are one or several steps, and no row is off its place by more
@@ -175,10 +166,7 @@ fn rounded_time_s(samples: &[Sample<f64>]) -> Option<[f64; 2]> {
 
 /// Was the rudder put over once and held until the vehicle had turned a circle?
 fn is_turning_circle(samples: &[Sample<f64>], manoeuvre: &Manoeuvre) -> bool {
-    let longest = manoeuvre
-        .strokes
-        .iter()
-        .max_by(|a, b| a.duration_s().total_cmp(&b.duration_s()));
+    let longest = manoeuvre.strokes.iter().max_by(|a, b| a.duration_s().total_cmp(&b.duration_s()));
     let Some(held) = longest.map(|stroke| stroke.window.of(samples)) else {
         return false;
     };
@@ -199,11 +187,7 @@ fn usual_and_long_interval_s(samples: &[Sample<f64>]) -> Option<[f64; 2]> {
         .filter(|interval| *interval > 0.0)
         .collect();
     intervals.sort_by(f64::total_cmp);
-    let at = |share: f64| {
-        intervals
-            .get((share * intervals.len() as f64) as usize)
-            .copied()
-    };
+    let at = |share: f64| intervals.get((share * intervals.len() as f64) as usize).copied();
     Some([at(0.5)?, at(0.95)?])
 }
 
@@ -214,12 +198,7 @@ mod tests {
     use super::*;
 
     fn rows(times_s: impl Iterator<Item = f64>) -> Vec<Sample<f64>> {
-        times_s
-            .map(|time_s| Sample {
-                time_s,
-                ..Sample::default()
-            })
-            .collect()
+        times_s.map(|time_s| Sample { time_s, ..Sample::default() }).collect()
     }
 
     /// Days with five decimals at 1 Hz, with six at 5 Hz; even times, lost rows and jitter are none.
@@ -237,15 +216,9 @@ mod tests {
             assert!((even_s - interval_s).abs() < 0.01 * interval_s);
         }
         assert_eq!(rounded_time_s(&days(1e8, 1.0)), None);
-        assert_eq!(
-            rounded_time_s(&rows((0..300).map(|row| f64::from(row) * 0.05))),
-            None
-        );
+        assert_eq!(rounded_time_s(&rows((0..300).map(|row| f64::from(row) * 0.05))), None);
         let lost = (0..300).filter(|row| row % 7 != 3 && !(100..110).contains(row));
-        assert_eq!(
-            rounded_time_s(&rows(lost.map(|row| f64::from(row) * 0.05))),
-            None
-        );
+        assert_eq!(rounded_time_s(&rows(lost.map(|row| f64::from(row) * 0.05))), None);
         let jitter = |row: i32| f64::from(row) * 0.05 + 0.01 * (f64::from(row) * 7.7).sin();
         assert_eq!(rounded_time_s(&rows((0..300).map(jitter))), None);
     }

@@ -56,23 +56,15 @@ impl Mishaps {
         model: YawModel<f64>,
         other: Option<YawModel<f64>>,
     ) -> Self {
-        let places = [
-            (training, "in training"),
-            (validation, "in the validation data"),
-        ];
-        let jumps = places
-            .iter()
-            .filter_map(|(part, at)| Some((heading_jump(part)?, *at)));
+        let places = [(training, "in training"), (validation, "in the validation data")];
+        let jumps = places.iter().filter_map(|(part, at)| Some((heading_jump(part)?, *at)));
         let largest = |a: &(Jump, _), b: &(Jump, _)| a.0.size_rad.total_cmp(&b.0.size_rad);
         let jam = |(part, at), model| Some((rudder_jam(model, part)?, at));
         let jam = match holds(model, validation) {
             true => None,
             false => jam(places[1], model).or_else(|| jam(places[0], other?)),
         };
-        Self {
-            jump: jumps.max_by(largest),
-            jam,
-        }
+        Self { jump: jumps.max_by(largest), jam }
     }
 }
 
@@ -93,9 +85,7 @@ pub fn heading_jump(samples: &[Sample<f64>]) -> Option<Jump> {
         return None;
     }
     let usable: Vec<Sample<f64>> = usable().copied().collect();
-    between_gaps(&usable)
-        .filter_map(jump_of_part)
-        .max_by(|a, b| a.size_rad.total_cmp(&b.size_rad))
+    between_gaps(&usable).filter_map(jump_of_part).max_by(|a, b| a.size_rad.total_cmp(&b.size_rad))
 }
 
 /// [`heading_jump`] of samples without a gap, whose headings are finite.
@@ -122,9 +112,7 @@ fn jump_of_part(usable: &[Sample<f64>]) -> Option<Jump> {
     }
     let nine_in_ten = 9 * sizes.len() / 10;
     let usual = *sizes.select_nth_unstable_by(nine_in_ten, f64::total_cmp).1;
-    let (k, parted) = parts
-        .into_iter()
-        .max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()))?;
+    let (k, parted) = parts.into_iter().max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()))?;
     // The sample beside each line may be on either side of the jump.
     let step = |at: &usize| (heading_rad[at + 1] - heading_rad[*at]) * parted.signum();
     let at = (k - 1..k + 2).max_by(|a, b| step(a).total_cmp(&step(b)))?;
@@ -132,10 +120,7 @@ fn jump_of_part(usable: &[Sample<f64>]) -> Option<Jump> {
         * parted.signum();
     let is_jump = parted.abs() > LEAST_JUMP_RAD.max(TIMES_USUAL * usual)
         && step(&at).min(stays) > AT_ONCE * parted.abs();
-    is_jump.then(|| Jump {
-        size_rad: parted.abs(),
-        time_s: times_s[at + 1],
-    })
+    is_jump.then(|| Jump { size_rad: parted.abs(), time_s: times_s[at + 1] })
 }
 
 /// The middle one by size.
@@ -161,21 +146,12 @@ pub fn rudder_jam(model: YawModel<f64>, samples: &[Sample<f64>]) -> Option<Jam> 
     let first = samples.partition_point(|s| s.time_s < manoeuvre.starts_s);
     let step = ((samples.len() - first) / INSTANTS).max(1);
     let instants: Vec<usize> = (first..samples.len()).step_by(step).collect();
-    let ends = |from: usize| {
-        instants
-            .iter()
-            .copied()
-            .filter(move |to| *to > from)
-            .chain([samples.len()])
-    };
-    let tried = instants
-        .iter()
-        .flat_map(|&from| ends(from).map(move |to| (from, to)));
+    let ends =
+        |from: usize| instants.iter().copied().filter(move |to| *to > from).chain([samples.len()]);
+    let tried = instants.iter().flat_map(|&from| ends(from).map(move |to| (from, to)));
     let moved = |from: usize, to: usize| {
         let held = samples[from].rudder_rad;
-        let apart = samples[from..to]
-            .iter()
-            .map(|s| (s.rudder_rad - held).abs());
+        let apart = samples[from..to].iter().map(|s| (s.rudder_rad - held).abs());
         apart.fold(0.0, f64::max) >= LEAST_MOVED * manoeuvre.amplitude_rad
     };
     let (from, to, best) = tried
@@ -203,9 +179,7 @@ fn holds(model: YawModel<f64>, samples: &[Sample<f64>]) -> bool {
 fn held(samples: &[Sample<f64>], from: usize, to: usize) -> Vec<Sample<f64>> {
     let mut held = samples.to_vec();
     let rudder_rad = samples[from].rudder_rad;
-    held[from..to]
-        .iter_mut()
-        .for_each(|s| s.rudder_rad = rudder_rad);
+    held[from..to].iter_mut().for_each(|s| s.rudder_rad = rudder_rad);
     held
 }
 
@@ -215,11 +189,7 @@ mod tests {
 
     use super::*;
 
-    const MODEL: YawModel<f64> = YawModel {
-        a22_per_s: -1.0,
-        b2_per_s2: 1.0,
-        c0_rad_per_s2: 0.0,
-    };
+    const MODEL: YawModel<f64> = YawModel { a22_per_s: -1.0, b2_per_s2: 1.0, c0_rad_per_s2: 0.0 };
 
     /// A doublet at 20 Hz, its heading through an error, its rudder through what it does of its command.
     fn doublet(
@@ -280,10 +250,7 @@ mod tests {
         let reversed = |_: f64, command: f64| -command;
         assert_eq!(rudder_jam(MODEL, &doublet(|_, psi| psi, reversed)), None);
         // Of a vehicle that is not stable nothing is known.
-        let unstable = YawModel {
-            a22_per_s: 0.1,
-            ..MODEL
-        };
+        let unstable = YawModel { a22_per_s: 0.1, ..MODEL };
         assert_eq!(rudder_jam(unstable, &doublet(|_, psi| psi, stuck)), None);
     }
 }

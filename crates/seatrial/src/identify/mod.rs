@@ -177,10 +177,7 @@ fn steering_model_of(
     }
     let ready = Training::new(record.record(), training, settings)?;
     let pass = ready.estimate()?;
-    let used = Settings {
-        lambda_because: ready.lambda_because,
-        ..Settings::of(&ready.estimator)
-    };
+    let used = Settings { lambda_because: ready.lambda_because, ..Settings::of(&ready.estimator) };
     let Some(steering) = Steering::of(record, training, data, &pass)? else {
         return Ok(None);
     };
@@ -300,10 +297,7 @@ fn joined_by_this_heading(
         None if settings.refine => validated_by_legs(identification, record, first, settings),
         _ => identification,
     };
-    if let Some(joined) = joined
-        .as_ref()
-        .filter(|j| j.consistency < LEAST_PROBABILITY)
-    {
+    if let Some(joined) = joined.as_ref().filter(|j| j.consistency < LEAST_PROBABILITY) {
         identification.verdict.reasons.push(Reason::new(
             ReasonCode::ManoeuvresDiffer,
             format!(
@@ -323,13 +317,7 @@ pub fn lambda_of(record: &Record, window: Window) -> Result<ChosenLambda, Identi
     let heading_range_rad = validation::heading_range_rad(samples);
     let manoeuvre = manoeuvre_to_learn_from(record, samples)?;
     let settings = IdentifySettings::default();
-    Ok(choose_lambda(
-        record,
-        samples,
-        &manoeuvre,
-        heading_range_rad,
-        &settings,
-    ))
+    Ok(choose_lambda(record, samples, &manoeuvre, heading_range_rad, &settings))
 }
 
 /// Refines an online estimate on its training record, validates it on validation data and gives the verdict.
@@ -385,9 +373,9 @@ impl Assessment {
         let explanation = Explanation::of(training_record, order, data);
         let choice = ModelChoice::of(training_record, &explanation, others, data);
         let evidence = ModelEvidence::of(training_record, &explanation, &choice, data)?;
-        let rudder_lag_s = choice.simulated().map_or(0.0, |model| {
-            model.gear_delay_s(training_record.log.rudder_amplitude_rad)
-        });
+        let rudder_lag_s = choice
+            .simulated()
+            .map_or(0.0, |model| model.gear_delay_s(training_record.log.rudder_amplitude_rad));
         Ok(Self {
             verdict: verdict::judge(&evidence),
             valid_range: evidence.valid_range(training_record.accepted, data),
@@ -406,10 +394,7 @@ impl Assessment {
         pass: Pass,
         settings: Settings,
     ) -> (Identification, Option<JointEstimate>) {
-        let model = self
-            .refined
-            .as_ref()
-            .map_or(pass.online.model, |refined| refined.model);
+        let model = self.refined.as_ref().map_or(pass.online.model, |refined| refined.model);
         let identification = Identification {
             training,
             samples_used: pass.samples_used,

@@ -136,9 +136,9 @@ fn estimate<'a>(
         Explanation::FirstOrder { fit } | Explanation::Disturbed { fit, .. } => {
             Some((fit.refined.clone(), Origin::Refined))
         }
-        Explanation::BehindLag {
-            refined, lagging, ..
-        } => Some((refined.clone(), Origin::Lagging(lagging))),
+        Explanation::BehindLag { refined, lagging, .. } => {
+            Some((refined.clone(), Origin::Lagging(lagging)))
+        }
         Explanation::HigherOrder {
             refined,
             beyond: Some(beyond),
@@ -158,10 +158,9 @@ fn estimate<'a>(
         Explanation::Blurred { refined } => {
             let nearest = output_error(training_record.samples(), Some(training_record.online));
             Some(match nearest {
-                Ok(nearest) => (
-                    around_online(refined, training_record.online, &nearest),
-                    Origin::Online,
-                ),
+                Ok(nearest) => {
+                    (around_online(refined, training_record.online, &nearest), Origin::Online)
+                }
                 Err(_) => (refined.clone(), Origin::Refined),
             })
         }
@@ -218,10 +217,5 @@ fn better_predicting<'a>(
 fn around_online(refined: &Refined, online: YawModel<f64>, simulated: &OutputError) -> Refined {
     let shift = Vector3::from(online.theta()) - Vector3::from(simulated.model.theta());
     let covariance = Matrix3::from(simulated.covariance) + shift * shift.transpose();
-    intervals::around(
-        refined,
-        online,
-        covariance,
-        EstimateMethod::InstrumentalVariable,
-    )
+    intervals::around(refined, online, covariance, EstimateMethod::InstrumentalVariable)
 }

@@ -81,10 +81,7 @@ impl<'a> ModelEvidence<'a> {
         let in_time = data.map(|data| record_in_time(&data, late_s));
         let data_in_time = data
             .zip(in_time.as_deref())
-            .map(|(data, record)| ValidationData {
-                record,
-                window: data.window,
-            });
+            .map(|(data, record)| ValidationData { record, window: data.window });
         let validation = data_in_time
             .map(|data| match choice.simulated() {
                 Some(model) => steering_validation::validate(model, data.record, data.window),
@@ -98,9 +95,7 @@ impl<'a> ModelEvidence<'a> {
         let independent = data
             .filter(is_apart)
             .map(|data| Independent::of(data, training_record, explanation, choice));
-        let other = independent
-            .as_ref()
-            .and_then(|apart| apart.estimate.as_ref());
+        let other = independent.as_ref().and_then(|apart| apart.estimate.as_ref());
         let held_out = data.map_or_else(Vec::new, |data| data.record.usable(data.window));
         let mut evidence = Self {
             mishaps: Mishaps::of(
@@ -186,12 +181,10 @@ impl<'a> ModelEvidence<'a> {
     pub fn refined(&self) -> Option<Refined> {
         let refined = self.choice.refined.as_ref()?;
         let apart = self.independent.as_ref();
-        Some(
-            match apart.and_then(|apart| Some((apart.estimate.as_ref()?, apart.length))) {
-                Some((estimate, length)) => reaching_validation(refined, estimate, length),
-                None => refined.clone(),
-            },
-        )
+        Some(match apart.and_then(|apart| Some((apart.estimate.as_ref()?, apart.length))) {
+            Some((estimate, length)) => reaching_validation(refined, estimate, length),
+            None => refined.clone(),
+        })
     }
 }
 
@@ -206,10 +199,7 @@ fn higher_order(
     let validate = |data: ValidationData| {
         steering_validation::validate(&beyond.model, data.record, data.window)
     };
-    Ok(Some(HigherOrder {
-        validation: data.map(validate).transpose()?,
-        ..beyond.clone()
-    }))
+    Ok(Some(HigherOrder { validation: data.map(validate).transpose()?, ..beyond.clone() }))
 }
 
 /// Doubts about the log that trains, about the one that validates, and about how often the vehicle was looked at.
@@ -222,15 +212,11 @@ fn doubts(
     let mut doubts = training_record.log.unit_doubts.clone();
     let others = data.map_or_else(Vec::new, |data| {
         let mut others = training_record.record.unit_doubts_of(data.record);
-        others.extend(plausibility::heading_stood(
-            &data.record.usable(data.window),
-        ));
+        others.extend(plausibility::heading_stood(&data.record.usable(data.window)));
         others
     });
     doubts.extend(
-        others
-            .into_iter()
-            .filter(|doubt| !training_record.log.unit_doubts.contains(doubt)),
+        others.into_iter().filter(|doubt| !training_record.log.unit_doubts.contains(doubt)),
     );
     // A model whose rudder may turn nothing has no time constant to hold the log against.
     let turns = |refined: &Refined| {
@@ -246,10 +232,7 @@ fn doubts(
         doubts.extend(timing.into_iter().filter(is_held));
     }
     if training_record.log.times_are_shared {
-        doubts.extend(plausibility::shared_times(
-            training_record.accepted,
-            choice.model.a22_per_s,
-        ));
+        doubts.extend(plausibility::shared_times(training_record.accepted, choice.model.a22_per_s));
     }
     doubts.extend(heading_smoothed(training_record, explanation, choice));
     doubts.extend(training_record.log.unchecked.iter().cloned());
@@ -306,10 +289,7 @@ impl Independent {
             .filter(is_comparable)
             .map(|estimate| match choice.lagging() {
                 // It was made behind the training's lag.
-                Some(_) => Refined {
-                    method: EstimateMethod::RudderLag,
-                    ..estimate
-                },
+                Some(_) => Refined { method: EstimateMethod::RudderLag, ..estimate },
                 None => estimate,
             }),
         }

@@ -106,11 +106,7 @@ pub fn estimate(
     let mut accepted = Vec::with_capacity(segment.training.len());
     let estimator = run(segment, settings, |estimator, sample, intake| {
         if !matches!(intake, Intake::Rejected(_)) {
-            accepted.push(unwrapped(
-                *sample,
-                accepted.last(),
-                estimator.filtered().yaw_rate_rad_s,
-            ));
+            accepted.push(unwrapped(*sample, accepted.last(), estimator.filtered().yaw_rate_rad_s));
         }
         if intake != Intake::Used {
             return;
@@ -122,10 +118,7 @@ pub fn estimate(
             filtered.yaw_acceleration_rad_s2,
         );
         if CHECKPOINTS.contains(&samples_used) {
-            theta_at.insert(
-                samples_used.to_string(),
-                estimator.least_squares_model().theta(),
-            );
+            theta_at.insert(samples_used.to_string(), estimator.least_squares_model().theta());
         }
         if keep_trace {
             trace.push(TracePoint {
@@ -136,12 +129,7 @@ pub fn estimate(
         }
     })?;
     Ok(Pass {
-        online: Online {
-            batch: batch.solve(),
-            theta_at,
-            trace,
-            ..reported(&estimator, segment)
-        },
+        online: Online { batch: batch.solve(), theta_at, trace, ..reported(&estimator, segment) },
         samples_used,
         rejected: estimator.rejected().into(),
         restoring_per_s2: estimator.restoring_per_s2(),
@@ -168,10 +156,7 @@ fn reported(estimator: &Estimator<f64>, segment: &Segment) -> Online {
         model,
         delta0_rad: model.delta0_rad(),
         covariance,
-        least_squares: LeastSquares {
-            model: estimator.least_squares_model(),
-            covariance,
-        },
+        least_squares: LeastSquares { model: estimator.least_squares_model(), covariance },
         batch: None,
         theta_at: BTreeMap::new(),
         convergence: Convergence {
@@ -189,10 +174,7 @@ fn unwrapped(sample: Sample<f64>, last: Option<&Sample<f64>>, yaw_rate_rad_s: f6
         return sample;
     };
     let predicted = last.heading_rad + yaw_rate_rad_s * (sample.time_s - last.time_s);
-    Sample {
-        heading_rad: predicted + Real::wrapped(sample.heading_rad - predicted),
-        ..sample
-    }
+    Sample { heading_rad: predicted + Real::wrapped(sample.heading_rad - predicted), ..sample }
 }
 
 #[cfg(test)]

@@ -88,11 +88,7 @@ pub fn output_error(
 fn sandwich(record: &RecordSeries, a22_per_s: f64, scale_per_s: f64) -> Option<[[f64; 3]; 3]> {
     let linear = record.fit(a22_per_s, Disturbance::NONE)?.linear;
     let simulated = |row: &[f64; 5]| -> f64 {
-        linear
-            .iter()
-            .zip(row)
-            .map(|(by, response)| by * response)
-            .sum()
+        linear.iter().zip(row).map(|(by, response)| by * response).sum()
     };
     let nudge_per_s = NUDGE * scale_per_s;
     let [below, here, above] =
@@ -131,17 +127,10 @@ mod tests {
 
     #[test]
     fn exact_noise_free_record_gives_the_model_back() {
-        for theta in [
-            [-1.07, 1.08, 0.012],
-            [-0.09, -0.015, 1e-4],
-            [0.02, 0.8, -0.01],
-        ] {
+        for theta in [[-1.07, 1.08, 0.012], [-0.09, -0.015, 1e-4], [0.02, 0.8, -0.01]] {
             let truth = YawModel::from_theta(theta);
             let scale = 1.0 / f64::max(0.5, -theta[0]);
-            let mut state = YawState {
-                heading_rad: 3.0,
-                yaw_rate_rad_s: 0.02,
-            };
+            let mut state = YawState { heading_rad: 3.0, yaw_rate_rad_s: 0.02 };
             let mut samples = Vec::new();
             for k in 0..330_u32 {
                 let time_s = 0.05 * scale * f64::from(k);

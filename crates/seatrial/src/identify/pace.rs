@@ -89,9 +89,8 @@ mod tests {
         for (rudder, heading) in [(1, 1), (2, 1), (20, 1), (1, 8)] {
             let pace = Pace::of(&log(rudder, heading)).unwrap();
             let expected = [0.05, 0.05 * f64::from(heading), 0.05 * f64::from(rudder)];
-            for (found, expected) in [pace.row_s, pace.heading_s, pace.rudder_s]
-                .iter()
-                .zip(expected)
+            for (found, expected) in
+                [pace.row_s, pace.heading_s, pace.rudder_s].iter().zip(expected)
             {
                 // The clock's rounding.
                 assert!((found - expected).abs() < 1e-9, "{found} {expected}");

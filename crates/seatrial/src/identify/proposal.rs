@@ -254,12 +254,7 @@ impl<'a> Speed<'a> {
         manoeuvres.sort_by_cached_key(|m| !keeps_speed(record, m, m.surge_speed_m_s));
         let least_rad = LEAST_EXCITATION * manoeuvres[0].excitation_rad;
         manoeuvres.retain(|m| m.excitation_rad >= least_rad);
-        let mut speed = Self {
-            record,
-            all,
-            manoeuvres,
-            time_constant_s: None,
-        };
+        let mut speed = Self { record, all, manoeuvres, time_constant_s: None };
         let choice = lambda_of(record, speed.window(&speed.manoeuvres[0]));
         speed.time_constant_s = choice.ok().map(|choice| choice.time_constant_s());
         speed
@@ -290,10 +285,7 @@ impl<'a> Speed<'a> {
         let single = |(k, segment): (usize, &Segment)| Single {
             segment: *segment,
             training: self.window(segment),
-            validation: self
-                .manoeuvres
-                .get(usize::from(k == 0))
-                .map(|other| self.window(other)),
+            validation: self.manoeuvres.get(usize::from(k == 0)).map(|other| self.window(other)),
         };
         self.manoeuvres.iter().enumerate().map(single).collect()
     }
@@ -310,9 +302,8 @@ impl<'a> Speed<'a> {
             .filter(|end_s| *end_s <= from_s)
             .fold(f64::NEG_INFINITY, f64::max);
         let next = self.all.iter().find(|other| other.window.from_s >= to_s);
-        let next_begins_s = next.map_or(f64::INFINITY, |next| {
-            to_s.max(next.window.from_s - before(next))
-        });
+        let next_begins_s =
+            next.map_or(f64::INFINITY, |next| to_s.max(next.window.from_s - before(next)));
         self.within_thrust(
             manoeuvre,
             Window {
@@ -345,12 +336,7 @@ impl<'a> Speed<'a> {
         let differs = |thrust_now: Option<f64>| {
             thrust_now.is_some_and(|now| (now - thrust).abs() > SAME_THRUST)
         };
-        let different = || {
-            samples
-                .iter()
-                .filter(|s| differs(s.thrust))
-                .map(|s| s.time_s)
-        };
+        let different = || samples.iter().filter(|s| differs(s.thrust)).map(|s| s.time_s);
         Window {
             from_s: different()
                 .filter(|time_s| *time_s < manoeuvre.window.from_s)

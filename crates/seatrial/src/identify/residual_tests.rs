@@ -27,11 +27,7 @@ impl ResidualTest {
     fn new(statistic: f64, degrees_of_freedom: usize) -> Option<Self> {
         let degrees_of_freedom = degrees_of_freedom as f64;
         let p_value = chance_beyond(degrees_of_freedom, statistic.max(0.0))?;
-        statistic.is_finite().then_some(Self {
-            statistic,
-            degrees_of_freedom,
-            p_value,
-        })
+        statistic.is_finite().then_some(Self { statistic, degrees_of_freedom, p_value })
     }
 }
 

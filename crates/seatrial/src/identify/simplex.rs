@@ -164,10 +164,7 @@ pub fn minimise<const N: usize>(
 ) -> Minimum<N> {
     let mut vertex = |at: [f64; N]| {
         let cost = objective(&at);
-        Vertex {
-            at,
-            cost: if cost.is_nan() { f64::INFINITY } else { cost },
-        }
+        Vertex { at, cost: if cost.is_nan() { f64::INFINITY } else { cost } }
     };
     let mut simplex = vec![vertex(start)];
     for axis in 0..N {
@@ -190,21 +187,14 @@ pub fn minimise<const N: usize>(
             Some(replacement) => simplex[N] = replacement,
             None => {
                 for v in &mut simplex[1..] {
-                    *v = vertex(std::array::from_fn(|i| {
-                        best.at[i] + 0.5 * (v.at[i] - best.at[i])
-                    }));
+                    *v = vertex(std::array::from_fn(|i| best.at[i] + 0.5 * (v.at[i] - best.at[i])));
                 }
             }
         }
         simplex.sort_by(Vertex::by_cost);
         iterations += 1;
     };
-    Minimum {
-        at: simplex[0].at,
-        cost: simplex[0].cost,
-        iterations,
-        converged,
-    }
+    Minimum { at: simplex[0].at, cost: simplex[0].cost, iterations, converged }
 }
 
 /// The better vertex on the line from the worst one through the centre of the others. `None` where there is none and the
@@ -279,9 +269,7 @@ mod tests {
         for scale in [0.1, 1.0, 30.0] {
             let target = [0.3, -1.7, 0.04];
             let quadratic = |x: &[f64; 3]| -> f64 {
-                (0..3)
-                    .map(|i| scale * (i + 1) as f64 * (x[i] - target[i]).powi(2))
-                    .sum()
+                (0..3).map(|i| scale * (i + 1) as f64 * (x[i] - target[i]).powi(2)).sum()
             };
             let found = minimise(quadratic, [0.0; 3], &TIGHT);
             assert!(found.converged);
@@ -297,19 +285,12 @@ mod tests {
         let stopped = minimise(
             |x: &[f64; 2]| x[0] + x[1],
             [0.0; 2],
-            &SimplexSettings {
-                iteration_limit: 40,
-                ..TIGHT
-            },
+            &SimplexSettings { iteration_limit: 40, ..TIGHT },
         );
         assert!(!stopped.converged);
         assert_eq!(stopped.iterations, 40);
         let holed = |x: &[f64; 1]| {
-            if x[0] > 0.5 {
-                f64::NAN
-            } else {
-                (x[0] - 0.4).powi(2)
-            }
+            if x[0] > 0.5 { f64::NAN } else { (x[0] - 0.4).powi(2) }
         };
         let found = minimise(holed, [0.0], &TIGHT);
         // Quadratic minimum, as above.
@@ -320,10 +301,7 @@ mod tests {
     #[test]
     fn exact_runge_kutta_matches_the_exact_discretisation() {
         let model = YawModel::from_theta([-1.07, 1.08, 0.012]);
-        let start = YawState {
-            heading_rad: 0.3,
-            yaw_rate_rad_s: -0.2,
-        };
+        let start = YawState { heading_rad: 0.3, yaw_rate_rad_s: -0.2 };
         let numerical = runge_kutta_4(&model, start, 0.26, 0.05);
         let exact = model.advance(start, 0.26, 0.05);
         // (a h)^5 / 120 = 4e-9 times the rate.

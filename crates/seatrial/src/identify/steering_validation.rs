@@ -44,15 +44,11 @@ pub fn goodness_of_fit(model: &SteeringModel, samples: &[Sample<f64>]) -> Goodne
     let measured = measured_yaw_rates(&usable);
     let rates = measured.or_else(|| run.derived_yaw_rates());
     let of = |signal: fn(&SteeringState) -> f64, measured: &[f64]| {
-        (
-            run.r2(signal, measured, Offset::OfTheModel),
-            run.r2(signal, measured, Offset::Fitted),
-        )
+        (run.r2(signal, measured, Offset::OfTheModel), run.r2(signal, measured, Offset::Fitted))
     };
     let (r2_heading, r2_heading_offset_refit) = of(|state| state.heading_rad, &headings);
-    let (r2_yaw_rate, r2_yaw_rate_offset_refit) = rates
-        .map(|rates| of(|state| state.yaw_rate_rad_s, &rates))
-        .unwrap_or_default();
+    let (r2_yaw_rate, r2_yaw_rate_offset_refit) =
+        rates.map(|rates| of(|state| state.yaw_rate_rad_s, &rates)).unwrap_or_default();
     GoodnessOfFit {
         r2_heading,
         r2_heading_offset_refit,
@@ -116,9 +112,7 @@ fn slowest_s(model: &SteeringModel) -> f64 {
 /// Does it hold a straight course by itself?
 fn is_course_stable(model: &SteeringModel) -> bool {
     let times = model.nomoto().map(|nomoto| [nomoto.t1_s, nomoto.t2_s]);
-    times.map_or(model.a22_per_s < 0.0, |times| {
-        times.iter().all(|t| *t > 0.0)
-    })
+    times.map_or(model.a22_per_s < 0.0, |times| times.iter().all(|t| *t > 0.0))
 }
 
 fn mean<'a>(values: impl ExactSizeIterator<Item = &'a f64>) -> f64 {
@@ -128,10 +122,7 @@ fn mean<'a>(values: impl ExactSizeIterator<Item = &'a f64>) -> f64 {
 
 /// `None` unless every sample has one.
 fn measured_yaw_rates(samples: &[Sample<f64>]) -> Option<Vec<f64>> {
-    samples
-        .iter()
-        .map(|sample| sample.yaw_rate_rad_s.filter(|rate| rate.is_finite()))
-        .collect()
+    samples.iter().map(|sample| sample.yaw_rate_rad_s.filter(|rate| rate.is_finite())).collect()
 }
 
 /// Is the offset C0 estimated again?
@@ -167,9 +158,7 @@ impl<'a> ValidationRun<'a> {
     ) -> Self {
         let lead_in_s = validation::quiet_lead_in_s(recorded);
         let begins_s = samples.first().map_or(0.0, |first| first.time_s);
-        let lead_in = samples
-            .partition_point(|sample| sample.time_s < begins_s + lead_in_s)
-            .max(1);
+        let lead_in = samples.partition_point(|sample| sample.time_s < begins_s + lead_in_s).max(1);
         let rates = measured_yaw_rates(samples);
         Self {
             model,
@@ -198,10 +187,8 @@ impl<'a> ValidationRun<'a> {
     }
 
     fn states(&self, change: Change) -> Vec<SteeringState> {
-        let model = SteeringModel {
-            c0_rad_per_s2: self.model.c0_rad_per_s2 + change[2],
-            ..*self.model
-        };
+        let model =
+            SteeringModel { c0_rad_per_s2: self.model.c0_rad_per_s2 + change[2], ..*self.model };
         let start = SteeringState {
             heading_rad: self.start.heading_rad + change[0],
             yaw_rate_rad_s: self.start.yaw_rate_rad_s + change[1],
@@ -213,10 +200,7 @@ impl<'a> ValidationRun<'a> {
     /// The first of the samples alone.
     fn beginning(&self, share: f64) -> Self {
         let count = ((share * self.samples.len() as f64).ceil() as usize).min(self.samples.len());
-        Self {
-            samples: &self.samples[..count],
-            ..*self
-        }
+        Self { samples: &self.samples[..count], ..*self }
     }
 
     fn simulated(&self, signal: fn(&SteeringState) -> f64, change: Change) -> Vec<f64> {
@@ -258,10 +242,8 @@ impl<'a> ValidationRun<'a> {
         let of_start = (!self.is_start_known).then_some([0, 1]);
         let of_offset = (offset == Offset::Fitted).then_some(2);
         let of_sway = (!self.is_start_known && self.model.a21_per_s2 != 0.0).then_some(3);
-        let free: Vec<usize> = (of_start.into_iter().flatten())
-            .chain(of_offset)
-            .chain(of_sway)
-            .collect();
+        let free: Vec<usize> =
+            (of_start.into_iter().flatten()).chain(of_offset).chain(of_sway).collect();
         let direct = self.fitted_from(signal, measured, &free, Change::zeros())?;
         if direct.1 > GOOD_FIT || self.is_start_known {
             return Some(direct);

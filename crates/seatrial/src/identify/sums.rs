@@ -102,9 +102,7 @@ mod tests {
         let (mut sums, mut rotations) = (NormalEquations::default(), BatchLeastSquares::default());
         let mut random = 1_u64;
         let rows = (0..1_000_000).map(|k| {
-            random = random
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             let noise = (random >> 40) as f64 / f64::from(1 << 24) - 0.5;
             let t = f64::from(k) * 0.05;
             let (rate, rudder) = (0.2 * (0.7 * t).sin(), 0.26 * (0.31 * t).cos() - 0.01);

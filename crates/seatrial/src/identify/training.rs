@@ -40,11 +40,7 @@ impl<'a> Training<'a> {
     ) -> Result<Self, IdentifyError> {
         let samples = record.window(training);
         if samples.is_empty() {
-            return Err(IdentifyError::empty_window(
-                WindowUse::Training,
-                training,
-                record,
-            ));
+            return Err(IdentifyError::empty_window(WindowUse::Training, training, record));
         }
         let heading_range_rad = validation::heading_range_rad(samples);
         let manoeuvre = manoeuvre_to_learn_from(record, samples)?;
@@ -80,13 +76,8 @@ pub fn manoeuvre_to_learn_from(
     let amplitude = found.as_ref().map_or(0.0, |m| m.amplitude_rad);
     let (heading_range_rad, unit) = (validation::heading_range_rad(samples), record.rudder_unit);
     let times_are_shared = record.units.times_are_shared;
-    let refused = refuse_record(
-        samples.len(),
-        amplitude,
-        unit,
-        heading_range_rad,
-        times_are_shared,
-    );
+    let refused =
+        refuse_record(samples.len(), amplitude, unit, heading_range_rad, times_are_shared);
     let found = match refused {
         Some(reason) => Err(reason),
         None => found.ok_or_else(|| rudder_constant(amplitude, unit)),
@@ -133,16 +124,10 @@ pub fn choose_lambda(
     settings: &IdentifySettings,
 ) -> ChosenLambda {
     if let Some(lambda_rad_s) = settings.lambda_rad_s {
-        return ChosenLambda {
-            lambda_rad_s,
-            because: LambdaReason::Given,
-        };
+        return ChosenLambda { lambda_rad_s, because: LambdaReason::Given };
     }
     if settings.as_paper {
-        return ChosenLambda {
-            lambda_rad_s: 1.0,
-            because: LambdaReason::Paper,
-        };
+        return ChosenLambda { lambda_rad_s: 1.0, because: LambdaReason::Paper };
     }
     let interval_s = median_interval_s(samples).unwrap_or(0.0);
     let time_scale = TimeScale {
@@ -159,12 +144,8 @@ pub fn choose_lambda(
             lambda_rad_s,
             FIRST_SETTLING_TIME_CONSTANTS,
         );
-        online::run(
-            &segment,
-            settings.estimator(lambda_rad_s, heading_range_rad),
-            |_, _, _| {},
-        )
-        .ok()
-        .map(|estimator| estimator.model())
+        online::run(&segment, settings.estimator(lambda_rad_s, heading_range_rad), |_, _, _| {})
+            .ok()
+            .map(|estimator| estimator.model())
     })
 }

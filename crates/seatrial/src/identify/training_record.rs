@@ -64,16 +64,12 @@ impl<'a> TrainingRecord<'a> {
 
     /// The accepted samples, with the rudder's hidden edges in their places.
     pub fn samples(&self) -> &[Sample<f64>] {
-        self.edge_times
-            .as_ref()
-            .map_or(self.accepted, |edge_times| &*edge_times.samples)
+        self.edge_times.as_ref().map_or(self.accepted, |edge_times| &*edge_times.samples)
     }
 
     /// What the places of hidden edges leave uncertain of a22, b2 and C0.
     pub fn edge_covariance(&self) -> Matrix3<f64> {
-        self.edge_times
-            .as_ref()
-            .map_or_else(Matrix3::zeros, |edge_times| edge_times.covariance)
+        self.edge_times.as_ref().map_or_else(Matrix3::zeros, |edge_times| edge_times.covariance)
     }
 
     /// Is there so little noise that the mean of the rudder over an interval with a hidden edge is not enough?

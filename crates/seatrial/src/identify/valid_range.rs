@@ -137,11 +137,7 @@ mod tests {
         let left = |other| seen.left_by(&other, RudderUnit::Rad).join("; ");
         assert_eq!(left(range(0.23, 0.11, 1.3)), "");
         let beyond = left(range(0.26, 0.13, 1.0));
-        for said in [
-            "14.9 deg is beyond",
-            "these data have 7.45",
-            "1.00 to 1.00 m/s",
-        ] {
+        for said in ["14.9 deg is beyond", "these data have 7.45", "1.00 to 1.00 m/s"] {
             assert!(beyond.contains(said), "{beyond}");
         }
     }

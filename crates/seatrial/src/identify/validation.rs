@@ -51,11 +51,7 @@ pub(super) fn of_window(
 ) -> Result<Validation, IdentifyError> {
     let samples = record.window(window);
     if samples.is_empty() {
-        return Err(IdentifyError::empty_window(
-            WindowUse::Validation,
-            window,
-            record,
-        ));
+        return Err(IdentifyError::empty_window(WindowUse::Validation, window, record));
     }
     let fit = score(samples);
     Ok(Validation {
@@ -99,11 +95,7 @@ pub(super) fn fit_by_the_clearer_rate(
     let lead_in_s = quiet_lead_in_s(samples);
     let measured = compared(model, lead_in_s, samples);
     let derived = with_derived_yaw_rate(model, samples, lead_in_s, measured);
-    if derived.r2_yaw_rate > measured.r2_yaw_rate {
-        derived
-    } else {
-        measured
-    }
+    if derived.r2_yaw_rate > measured.r2_yaw_rate { derived } else { measured }
 }
 
 /// The simulation whose R^2 of heading [`goodness_of_fit`] states, at each of these usable samples, by a model of first order, or of pitch with
@@ -124,14 +116,8 @@ pub fn simulated_by(
     let is_known = restoring_per_s2.is_none() && shows_rest(lead_in_s, -1.0 / model.a22_per_s);
     let [heading_rad, yaw_rate_rad_s, offset_rad_s2] =
         validation.heading_start(!is_known, offset_again);
-    let model = YawModel {
-        c0_rad_per_s2: model.c0_rad_per_s2 + offset_rad_s2,
-        ..model
-    };
-    let mut state = YawState {
-        heading_rad: first.heading_rad + heading_rad,
-        yaw_rate_rad_s,
-    };
+    let model = YawModel { c0_rad_per_s2: model.c0_rad_per_s2 + offset_rad_s2, ..model };
+    let mut state = YawState { heading_rad: first.heading_rad + heading_rad, yaw_rate_rad_s };
     let mut states = vec![state];
     for pair in samples.windows(2) {
         let interval_s = pair[1].time_s - pair[0].time_s;
@@ -152,15 +138,9 @@ fn righted(
     rudder_rad: f64,
     interval_s: f64,
 ) -> YawState<f64> {
-    let start = PitchState {
-        pitch_rad: state.heading_rad,
-        pitch_rate_rad_s: state.yaw_rate_rad_s,
-    };
+    let start = PitchState { pitch_rad: state.heading_rad, pitch_rate_rad_s: state.yaw_rate_rad_s };
     let after = PitchModel::righted(model, restoring_per_s2).advance(start, rudder_rad, interval_s);
-    YawState {
-        heading_rad: after.pitch_rad,
-        yaw_rate_rad_s: after.pitch_rate_rad_s,
-    }
+    YawState { heading_rad: after.pitch_rad, yaw_rate_rad_s: after.pitch_rate_rad_s }
 }
 
 /// From the mean of the lead-in or, where it is shorter than a time constant and shows no rest, from any start.
@@ -200,18 +180,13 @@ pub fn quiet_lead_in_s(samples: &[Sample<f64>]) -> f64 {
         return 0.0;
     };
     let to_first_move_s = manoeuvre.starts_s - first.time_s;
-    let lead_in_s = manoeuvre
-        .half_period_s()
-        .map_or(0.0, |half_period_s| half_period_s.min(to_first_move_s));
+    let lead_in_s =
+        manoeuvre.half_period_s().map_or(0.0, |half_period_s| half_period_s.min(to_first_move_s));
     let end = samples.partition_point(|sample| sample.time_s < first.time_s + lead_in_s);
     let (first_half, second_half) = samples[..end].split_at(end / 2);
     let drift =
         mean_from(first.heading_rad, second_half) - mean_from(first.heading_rad, first_half);
-    if drift.abs() <= QUIET_SHARE * heading_range_rad(samples) {
-        lead_in_s
-    } else {
-        0.0
-    }
+    if drift.abs() <= QUIET_SHARE * heading_range_rad(samples) { lead_in_s } else { 0.0 }
 }
 
 /// Mean heading less `origin_rad`, rad, which the vehicle is near to.
@@ -228,10 +203,8 @@ fn mean_from(origin_rad: f64, samples: &[Sample<f64>]) -> f64 {
 pub fn heading_range_rad<'a>(samples: impl IntoIterator<Item = &'a Sample<f64>>) -> f64 {
     let mut last = None;
     let (mut unwrapped, mut low, mut high) = (0.0, 0.0_f64, 0.0_f64);
-    for heading in samples
-        .into_iter()
-        .map(|sample| sample.heading_rad)
-        .filter(|heading| heading.is_finite())
+    for heading in
+        samples.into_iter().map(|sample| sample.heading_rad).filter(|heading| heading.is_finite())
     {
         unwrapped += Real::wrapped(heading - last.unwrap_or(heading));
         last = Some(heading);
@@ -255,9 +228,8 @@ pub(crate) fn derived_yaw_rate(
             && sample.rudder_rad.is_finite()
             && last.is_none_or(|last| sample.time_s > last.time_s);
         if is_usable {
-            let step = last.map_or(0.0, |last| {
-                Real::wrapped(sample.heading_rad - last.heading_rad)
-            });
+            let step =
+                last.map_or(0.0, |last| Real::wrapped(sample.heading_rad - last.heading_rad));
             headings.push(headings.last().unwrap_or(&sample.heading_rad) + step);
             usable.push(*sample);
         }

@@ -62,9 +62,7 @@ pub fn robust_estimate_behind(
 ) -> Result<WholeRecord, RefineFailure> {
     let samples = most_excited(samples);
     if samples.len() < LEAST_SAMPLES {
-        return Err(RefineFailure::TooShort {
-            found: samples.len(),
-        });
+        return Err(RefineFailure::TooShort { found: samples.len() });
     }
     let record = record_of(samples).delayed_by(known_delay_s);
     let robust = RobustEstimate::of(&record).ok_or(RefineFailure::NotExcited)?;
@@ -97,10 +95,8 @@ impl WholeRecord {
     /// Is what it takes for noise of the heading many times what differs from one sample to the next?
     fn calls_motion_noise(&self, samples: &[Sample<f64>]) -> bool {
         let heading_rad = RecordSeries::new(samples, 1).heading_rad;
-        let square: f64 = heading_rad
-            .windows(4)
-            .map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2))
-            .sum();
+        let square: f64 =
+            heading_rad.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2)).sum();
         // The third difference of white noise has 20 times its variance.
         let white_rad = (square / (20.0 * heading_rad.len() as f64)).sqrt();
         self.refined.heading_noise_rad > (MANY_TIMES * white_rad).max(LEAST_NOISE_RAD)
@@ -146,12 +142,8 @@ fn record_of(samples: &[Sample<f64>]) -> Record {
     let series = RecordSeries::new(samples, 1);
     let time_s = samples.iter().map(|s| s.time_s - samples[0].time_s);
     let resolution_rad = resolution_rad(&series.heading_rad);
-    let record = Record::new(
-        time_s.collect(),
-        series.heading_rad,
-        series.rudder_rad,
-        resolution_rad,
-    );
+    let record =
+        Record::new(time_s.collect(), series.heading_rad, series.rudder_rad, resolution_rad);
     match Pace::of(samples) {
         Some(pace) => record.timed_to(pace.slowest_s()),
         None => record,
@@ -165,10 +157,7 @@ fn resolution_rad(heading_rad: &[f64]) -> f64 {
     if (repeats as f64) < COARSE_SHARE * heading_rad.len() as f64 {
         return 0.0;
     }
-    steps
-        .filter(|step| *step > 1e-9)
-        .fold(f64::INFINITY, f64::min)
-        .min(1.0)
+    steps.filter(|step| *step > 1e-9).fold(f64::INFINITY, f64::min).min(1.0)
 }
 
 fn refined(robust: &RobustEstimate) -> Refined {

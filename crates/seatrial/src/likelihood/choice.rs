@@ -61,9 +61,8 @@ pub fn contest_of_hulls<'a>(
     legs: &'a mut Vec<Leg>,
 ) -> Option<Contest<'a>> {
     let usual_s = median_interval_s(samples)?;
-    let parts: Vec<&[Sample<f64>]> = between_gaps(samples)
-        .filter(|part| part.len() > LEAST_COMPARISONS)
-        .collect();
+    let parts: Vec<&[Sample<f64>]> =
+        between_gaps(samples).filter(|part| part.len() > LEAST_COMPARISONS).collect();
     *legs = legs_of(&parts);
     contest_among(legs, usual_s, &Structure::HULLS, &[Disturbance::Drift])
 }
@@ -171,8 +170,7 @@ impl<'a> Contest<'a> {
     /// The contest without the hypotheses of a sea.
     #[must_use]
     pub fn calm(mut self) -> Self {
-        self.candidates
-            .retain(|c| c.hypothesis.disturbance != Disturbance::Sea);
+        self.candidates.retain(|c| c.hypothesis.disturbance != Disturbance::Sea);
         self.weigh();
         self
     }
@@ -180,8 +178,7 @@ impl<'a> Contest<'a> {
     /// The contest of first-order vehicles in a sea alone, weighed by evidence: what a sea does to a free run tells none of them from another.
     #[must_use]
     pub fn in_a_sea(mut self) -> Self {
-        self.candidates
-            .retain(Candidate::is_of_first_order_in_a_sea);
+        self.candidates.retain(Candidate::is_of_first_order_in_a_sea);
         let weights = by_evidence(&self.candidates, |_| true);
         self.take(&weights);
         self
@@ -218,10 +215,7 @@ impl<'a> Contest<'a> {
     /// The hypothesis with the most weight.
     pub fn heaviest(&self) -> &Candidate<'a> {
         let heavier = |a: &&Candidate, b: &&Candidate| a.weight.total_cmp(&b.weight);
-        self.candidates
-            .iter()
-            .max_by(heavier)
-            .unwrap_or(&self.candidates[0])
+        self.candidates.iter().max_by(heavier).unwrap_or(&self.candidates[0])
     }
 
     /// The hypothesis that is handed over to predict: the heaviest where the gear differs from first order; else sway and yaw with damping that
@@ -291,10 +285,8 @@ impl<'a> Candidate<'a> {
         let problem = &hypothesis.problem;
         let negligible = (NEGLIGIBLE * problem.scale.heading_rad).powi(2);
         let blocks = blocks(problem);
-        let without: Vec<DVector<f64>> = blocks
-            .iter()
-            .map(|block| without(problem, hypothesis.best(), block))
-            .collect();
+        let without: Vec<DVector<f64>> =
+            blocks.iter().map(|block| without(problem, hypothesis.best(), block)).collect();
         let squares: Vec<f64> = (blocks.iter().zip(&without))
             .map(|(block, x)| free_run_rad2(problem, x, block))
             .collect();
@@ -355,9 +347,7 @@ fn by_prediction(candidates: &[Candidate], is_in: impl Fn(&Candidate) -> bool) -
     let mut wins = vec![0.0; candidates.len()];
     let mut draw = Draw::new(0);
     for _ in 0..BOOTSTRAP {
-        let shares: Vec<f64> = (0..blocks)
-            .map(|_| -libm::log(1.0 - draw.uniform()))
-            .collect();
+        let shares: Vec<f64> = (0..blocks).map(|_| -libm::log(1.0 - draw.uniform())).collect();
         let score =
             |c: &Candidate| -> f64 { c.scores.iter().zip(&shares).map(|(s, w)| s * w).sum() };
         let best = candidates

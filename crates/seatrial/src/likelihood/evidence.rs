@@ -134,10 +134,8 @@ fn nearest_parent<'s, 'a>(
 /// Rate and authority to start from by output error, and by a fit under a disturbance.
 fn first_looks(legs: &[Leg], interval_s: f64) -> Option<[(f64, f64); 2]> {
     let longest_s = legs.iter().map(Leg::duration_s).fold(0.0, f64::max);
-    let coarsest_s = legs
-        .iter()
-        .map(|leg| leg.duration_s() / (leg.len().max(2) - 1) as f64)
-        .fold(0.0, f64::max);
+    let coarsest_s =
+        legs.iter().map(|leg| leg.duration_s() / (leg.len().max(2) - 1) as f64).fold(0.0, f64::max);
     let (slowest, fastest) = (libm::log(3.0 / longest_s), libm::log(0.5 / coarsest_s));
     let look = |is_whitened: bool| {
         let of = |k: usize| {
@@ -146,18 +144,13 @@ fn first_looks(legs: &[Leg], interval_s: f64) -> Option<[(f64, f64); 2]> {
             let scale = Scale::of(legs, interval_s, rate, rate);
             let problem = Problem::new(legs, Structure::FIRST_ORDER, scale);
             let noise = match is_whitened {
-                true => Noise {
-                    sea: [0.6 * rate * rate, 2.0 / rate],
-                    ..Noise::NONE
-                },
+                true => Noise { sea: [0.6 * rate * rate, 2.0 / rate], ..Noise::NONE },
                 false => Noise::NONE,
             };
             let (cost, there) = problem.linear_cost(&problem.first_guess(), &noise)?;
             Some((cost, rate, there[1] * rate))
         };
-        let best = (0..FIRST_DAMPINGS)
-            .filter_map(of)
-            .min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let best = (0..FIRST_DAMPINGS).filter_map(of).min_by(|a, b| a.0.total_cmp(&b.0))?;
         (best.2 != 0.0 && best.2.is_finite()).then_some((best.1, best.2))
     };
     Some([look(false)?, look(true)?])
@@ -186,13 +179,9 @@ impl<'a> Search<'_, 'a> {
         };
         let drift_node = drift.first().map_or(0, |(node, _)| *node);
         let sea_node = sea.first().map_or((-3, 0), |(node, _)| *node);
-        let sea_x = sea
-            .first()
-            .map_or_else(|| calm.x.clone(), |(_, fit)| fit.x.clone());
-        let drift: Vec<(f64, Fit)> = drift
-            .into_iter()
-            .map(|(_, fit)| (fit.log_evidence + LOG_DRIFT, fit))
-            .collect();
+        let sea_x = sea.first().map_or_else(|| calm.x.clone(), |(_, fit)| fit.x.clone());
+        let drift: Vec<(f64, Fit)> =
+            drift.into_iter().map(|(_, fit)| (fit.log_evidence + LOG_DRIFT, fit)).collect();
         let (calm, drift) = match sea.is_empty() {
             true => (calm, drift),
             false => self.restarted(&sea_x, calm, drift),
@@ -218,10 +207,7 @@ impl<'a> Search<'_, 'a> {
         };
         let mut found = Vec::new();
         if asks(Disturbance::None) {
-            found.push(of(
-                Disturbance::None,
-                vec![(calm.log_evidence + LOG_CALM, calm)],
-            ));
+            found.push(of(Disturbance::None, vec![(calm.log_evidence + LOG_CALM, calm)]));
         }
         for (disturbance, nodes) in [(Disturbance::Drift, drift), (Disturbance::Sea, sea)] {
             if !nodes.is_empty() {
@@ -239,10 +225,7 @@ impl<'a> Search<'_, 'a> {
         drift: Vec<(f64, Fit)>,
     ) -> (Fit, Vec<(f64, Fit)>) {
         const CLEARLY: f64 = 0.1;
-        let effort = Effort {
-            steps: 12,
-            ..Effort::WHOLE
-        };
+        let effort = Effort { steps: 12, ..Effort::WHOLE };
         let again = |noise| self.problem.fit(sea, noise, effort);
         let better = again(Noise::NONE).filter(|f| f.log_evidence > calm.log_evidence + CLEARLY);
         let drift_again = drift.first().and_then(|(log, fit)| {
@@ -258,14 +241,9 @@ impl<'a> Search<'_, 'a> {
         let problem = self.problem;
         let mut starts = self.starts(|solution| &solution.calm);
         if starts.len() > 3 {
-            let brief = Effort {
-                steps: 6,
-                tolerance: 1e-2,
-            };
-            let mut fits: Vec<Fit> = starts
-                .iter()
-                .filter_map(|x| problem.fit(x, Noise::NONE, brief))
-                .collect();
+            let brief = Effort { steps: 6, tolerance: 1e-2 };
+            let mut fits: Vec<Fit> =
+                starts.iter().filter_map(|x| problem.fit(x, Noise::NONE, brief)).collect();
             fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
             starts = fits.into_iter().take(2).map(|fit| fit.x).collect();
         }
@@ -332,19 +310,13 @@ impl<'a> Search<'_, 'a> {
     fn drifts(&self, start: &DVector<f64>) -> Vec<(i32, Fit)> {
         let rate = self.problem.scale.rate_per_s;
         let mut nodes: Vec<(i32, Fit)> = Vec::new();
-        let effort = Effort {
-            steps: 8,
-            tolerance: 1e-2,
-        };
+        let effort = Effort { steps: 8, tolerance: 1e-2 };
         let mut at = |nodes: &mut Vec<(i32, Fit)>, k: i32| {
             if !(DRIFTS[0]..=DRIFTS[1]).contains(&k) || nodes.iter().any(|(node, _)| *node == k) {
                 return;
             }
             let from = nodes.first().map_or(start, |(_, fit)| &fit.x);
-            let noise = Noise {
-                drift: libm::exp2(f64::from(k)) * rate.sqrt(),
-                ..Noise::NONE
-            };
+            let noise = Noise { drift: libm::exp2(f64::from(k)) * rate.sqrt(), ..Noise::NONE };
             if let Some(fit) = self.problem.fit(from, noise, effort) {
                 nodes.push((k, fit));
                 nodes.sort_by(|a, b| b.1.log_evidence.total_cmp(&a.1.log_evidence));
@@ -352,9 +324,7 @@ impl<'a> Search<'_, 'a> {
         };
         match self.parent {
             Some(parent) => at(&mut nodes, parent.drift_node),
-            None => [-6, -3, 0, 3, 6, 9]
-                .into_iter()
-                .for_each(|k| at(&mut nodes, k)),
+            None => [-6, -3, 0, 3, 6, 9].into_iter().for_each(|k| at(&mut nodes, k)),
         }
         climb(&mut nodes, &mut at, |k| vec![k - 1, k + 1]);
         kept(nodes)
@@ -368,14 +338,8 @@ impl<'a> Search<'_, 'a> {
             Some(_) => starts.swap_remove(0),
             None => starts.swap_remove(1),
         };
-        let middling = Noise {
-            sea: [rate * rate, 2.0 / rate],
-            ..Noise::NONE
-        };
-        let brief = Effort {
-            steps: 10,
-            ..Effort::NODE
-        };
+        let middling = Noise { sea: [rate * rate, 2.0 / rate], ..Noise::NONE };
+        let brief = Effort { steps: 10, ..Effort::NODE };
         [calm, &other]
             .into_iter()
             .filter_map(|x| self.problem.fit(x, middling, brief))
@@ -410,13 +374,9 @@ impl<'a> Search<'_, 'a> {
         };
         match self.parent {
             Some(parent) => at(&mut nodes, parent.sea_node),
-            None => [-6, -3, 0, 3, 6]
-                .into_iter()
-                .for_each(|k| at(&mut nodes, (k, 0))),
+            None => [-6, -3, 0, 3, 6].into_iter().for_each(|k| at(&mut nodes, (k, 0))),
         }
-        climb(&mut nodes, &mut at, |(k, t)| {
-            vec![(k + 1, t), (k - 1, t), (k, t + 1), (k, t - 1)]
-        });
+        climb(&mut nodes, &mut at, |(k, t)| vec![(k + 1, t), (k - 1, t), (k, t + 1), (k, t - 1)]);
         if let Some(&((k, t), _)) = nodes.first() {
             for node in [
                 (k + 1, t + 1),
@@ -449,9 +409,7 @@ fn climb<N: Copy + PartialEq>(
         let Some(best) = nodes.first().map(|(node, _)| *node) else {
             return;
         };
-        neighbours(best)
-            .into_iter()
-            .for_each(|node| at(nodes, node));
+        neighbours(best).into_iter().for_each(|node| at(nodes, node));
         if nodes.first().is_some_and(|(node, _)| *node == best) {
             return;
         }

@@ -43,11 +43,7 @@ impl<const N: usize> Whitening<N> {
         gyro_noise: Option<f64>,
         settled: f64,
     ) -> Self {
-        let none = Gain {
-            gain: [0.0; N],
-            variance: 1.0,
-            precision: 1.0,
-        };
+        let none = Gain { gain: [0.0; N], variance: 1.0, precision: 1.0 };
         Self {
             vehicle: *vehicle,
             noise: *noise,
@@ -100,26 +96,14 @@ struct Transition<const N: usize> {
 }
 
 impl<const N: usize> Transition<N> {
-    const NONE: Self = Self {
-        interval_s: f64::NAN,
-        damping_per_s: f64::NAN,
-        f: [[0.0; N]; N],
-        q: [[0.0; N]; N],
-    };
+    const NONE: Self =
+        Self { interval_s: f64::NAN, damping_per_s: f64::NAN, f: [[0.0; N]; N], q: [[0.0; N]; N] };
 
     /// Without a sea and waves only the heading is uncertain.
     fn new(vehicle: &Vehicle, noise: &Noise, damping_per_s: f64, h: f64) -> Self {
-        let Noise {
-            drift,
-            sea: [sea, sea_s],
-            wave: [wave, frequency, ratio],
-        } = *noise;
-        let mut transition = Self {
-            interval_s: h,
-            damping_per_s,
-            f: core::array::from_fn(unit),
-            q: [[0.0; N]; N],
-        };
+        let Noise { drift, sea: [sea, sea_s], wave: [wave, frequency, ratio] } = *noise;
+        let mut transition =
+            Self { interval_s: h, damping_per_s, f: core::array::from_fn(unit), q: [[0.0; N]; N] };
         let mut fastest = damping_per_s.abs().max(1.0 / sea_s);
         // A by its columns: what heading, yaw rate, sway, sea and waves do.
         let mut a = [[0.0; N]; N];
@@ -150,11 +134,9 @@ impl<const N: usize> Transition<N> {
         let h = self.interval_s / libm::exp2(halvings);
         self.f = core::array::from_fn(|i| series(a, h, unit(i)));
         // Gauss and Legendre's three points.
-        for (at, weight) in [
-            (0.112_701_665, 5.0 / 18.0),
-            (0.5, 8.0 / 18.0),
-            (0.887_298_335, 5.0 / 18.0),
-        ] {
+        for (at, weight) in
+            [(0.112_701_665, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_335, 5.0 / 18.0)]
+        {
             for (state, power) in noises.into_iter().filter(|(_, power)| *power > 0.0) {
                 let moved = series(a, at * h, unit(state));
                 for (row, of_row) in self.q.iter_mut().zip(moved) {
@@ -233,11 +215,8 @@ impl Gains {
         let mut start = [[0.0; 4]; 4];
         start[3][3] = noise.sea[0].powi(2);
         let mut filter = Whitening::new(vehicle, noise, start, None, SETTLED);
-        let mut found = Self {
-            gains: Vec::with_capacity(leg.len()),
-            noise: *noise,
-            log_deviations: 0.0,
-        };
+        let mut found =
+            Self { gains: Vec::with_capacity(leg.len()), noise: *noise, log_deviations: 0.0 };
         for (i, at_s) in leg.time_s.iter().enumerate() {
             let [heading, _] = *filter.measure();
             found.gains.push((heading, heading.variance.sqrt()));

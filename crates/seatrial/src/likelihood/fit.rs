@@ -84,8 +84,7 @@ impl<'a> Problem<'a> {
 
     /// The vehicle of scaled parameters.
     pub fn vehicle(&self, x: &DVector<f64>) -> Vehicle {
-        self.scale
-            .vehicle(&self.parameters, &x.as_slice()[..self.parameters.len()])
+        self.scale.vehicle(&self.parameters, &x.as_slice()[..self.parameters.len()])
     }
 
     /// Place of a leg's first parameter.
@@ -147,14 +146,9 @@ impl<'a> Problem<'a> {
     /// Gains of all legs and the sum of the logs of their deviations.
     pub fn all_gains(&self, x: &DVector<f64>, noise: &Noise) -> (Vec<Option<Gains>>, f64) {
         let vehicle = self.vehicle(x);
-        let gains: Vec<Option<Gains>> = (0..self.legs.len())
-            .map(|leg| self.gains(leg, &vehicle, noise))
-            .collect();
-        let logs = gains
-            .iter()
-            .flatten()
-            .map(|gains| gains.log_deviations)
-            .sum();
+        let gains: Vec<Option<Gains>> =
+            (0..self.legs.len()).map(|leg| self.gains(leg, &vehicle, noise)).collect();
+        let logs = gains.iter().flatten().map(|gains| gains.log_deviations).sum();
         (gains, logs)
     }
 
@@ -163,14 +157,7 @@ impl<'a> Problem<'a> {
         let vehicle = self.vehicle(x);
         let record = &self.legs[leg];
         let angles = angles(record, &vehicle);
-        innovations(
-            record,
-            [0, record.len()],
-            &vehicle,
-            &self.start_of(x, leg),
-            gains,
-            &angles,
-        )
+        innovations(record, [0, record.len()], &vehicle, &self.start_of(x, leg), gains, &angles)
     }
 
     /// Innovations of all legs under given gains.
@@ -259,9 +246,7 @@ impl<'a> Problem<'a> {
     /// Variance of the heading noise by innovations, no less than what no model explains.
     fn variance(&self, errors: &DVector<f64>) -> f64 {
         let least = UNEXPLAINED * self.scale.heading_rad;
-        (errors.norm_squared() / self.freedom())
-            .max(least * least)
-            .max(f64::MIN_POSITIVE)
+        (errors.norm_squared() / self.freedom()).max(least * least).max(f64::MIN_POSITIVE)
     }
 
     fn cost(&self, errors: &DVector<f64>, logs: f64, x: &DVector<f64>) -> f64 {
@@ -275,10 +260,7 @@ impl<'a> Problem<'a> {
 
     /// The largest posterior from a start. `None` where the record determines nothing.
     pub fn fit(&self, start: &DVector<f64>, noise: Noise, effort: Effort) -> Option<Fit> {
-        let under = Under {
-            problem: self,
-            noise,
-        };
+        let under = Under { problem: self, noise };
         under.found(under.descend(under.at(start.clone()), effort))
     }
 
@@ -289,9 +271,7 @@ impl<'a> Problem<'a> {
         let shared = self.parameters.len();
         let is_free = |i: &usize| *i >= shared || self.parameters[*i] == Parameter::Authority;
         let free: Vec<usize> = (0..self.size()).filter(is_free).collect();
-        let jacobian = self
-            .jacobian(x, noise, &gains, &errors)
-            .select_columns(&free);
+        let jacobian = self.jacobian(x, noise, &gains, &errors).select_columns(&free);
         let mut information = jacobian.tr_mul(&jacobian);
         for i in 0..free.len() {
             information[(i, i)] *= 1.0 + 1e-9;
@@ -329,17 +309,11 @@ impl Under<'_, '_> {
     fn at(&self, x: DVector<f64>) -> Place {
         let (gains, logs) = self.problem.all_gains(&x, &self.noise);
         let errors = self.problem.innovations(&x, &gains);
-        Place {
-            cost: self.problem.cost(&errors, logs, &x),
-            x,
-            gains,
-            errors,
-        }
+        Place { cost: self.problem.cost(&errors, logs, &x), x, gains, errors }
     }
 
     fn jacobian(&self, at: &Place) -> DMatrix<f64> {
-        self.problem
-            .jacobian(&at.x, &self.noise, &at.gains, &at.errors)
+        self.problem.jacobian(&at.x, &self.noise, &at.gains, &at.errors)
     }
 
     /// The fit at a point, with its evidence. `None` where the record does not determine it.
@@ -380,9 +354,7 @@ impl Landscape for Under<'_, '_> {
         let problem = self.problem;
         let variance = problem.variance(&at.errors);
         let jacobian = self.jacobian(at);
-        let of_prior = problem
-            .believed(&at.x)
-            .component_mul(&problem.prior_information());
+        let of_prior = problem.believed(&at.x).component_mul(&problem.prior_information());
         let slope = jacobian.tr_mul(&at.errors) / variance + of_prior;
         (problem.information(&jacobian, variance), slope)
     }

@@ -14,13 +14,7 @@ pub fn simulate(leg: &Leg, vehicle: &Vehicle, start: &Start) -> Vec<State> {
     states.extend((!leg.is_empty()).then_some(x));
     let parts = parts_of(&angles, leg);
     for (pair, during) in leg.time_s.windows(2).zip(angles.chunks_exact(parts)) {
-        motion.follow(
-            vehicle,
-            &mut x,
-            during,
-            start.offset_rad_s2,
-            pair[1] - pair[0],
-        );
+        motion.follow(vehicle, &mut x, during, start.offset_rad_s2, pair[1] - pair[0]);
         states.push(x);
     }
     states
@@ -40,11 +34,7 @@ pub fn heading_step(
 ) -> [f64; 3] {
     const LENGTH: f64 = 30.0;
     let slowest_s = 1.0 / vehicle.damping_per_s.abs().max(f64::MIN_POSITIVE);
-    let of_loop_s = 1.0
-        / (gain * vehicle.authority_per_s2)
-            .abs()
-            .sqrt()
-            .max(f64::MIN_POSITIVE);
+    let of_loop_s = 1.0 / (gain * vehicle.authority_per_s2).abs().sqrt().max(f64::MIN_POSITIVE);
     let steps = (LENGTH * slowest_s.max(of_loop_s) / interval_s).clamp(100.0, 6_000.0) as usize;
     let part_s = interval_s / PARTS as f64;
     let mut gear = Gear::new(vehicle, 0.0);

@@ -33,10 +33,7 @@ impl Gear {
     pub fn advance(&mut self, command_rad: f64, part_s: f64) -> f64 {
         let from = self.angle_rad;
         let command_rad = match self.half_play_rad > 0.0 {
-            true => from.clamp(
-                command_rad - self.half_play_rad,
-                command_rad + self.half_play_rad,
-            ),
+            true => from.clamp(command_rad - self.half_play_rad, command_rad + self.half_play_rad),
             false => command_rad,
         };
         let away = from - command_rad;
@@ -46,10 +43,7 @@ impl Gear {
                     (self.part_s, self.left) = (part_s, decays(1.0 / self.lag_s, part_s));
                 }
                 let [left, once, _] = self.left;
-                (
-                    command_rad + away * left,
-                    command_rad + away * once / part_s,
-                )
+                (command_rad + away * left, command_rad + away * once / part_s)
             }
             false => (command_rad, command_rad),
         };

@@ -35,36 +35,15 @@ impl Structure {
         sway: false,
     };
     /// First order whose record of the rudder is early or late.
-    pub const SHIFT: Self = Self {
-        shift: true,
-        ..Self::FIRST_ORDER
-    };
+    pub const SHIFT: Self = Self { shift: true, ..Self::FIRST_ORDER };
     /// First order behind a gear that lags.
-    pub const LAG: Self = Self {
-        lag: true,
-        ..Self::SHIFT
-    };
-    const RATE_LIMIT: Self = Self {
-        rate_limit: true,
-        ..Self::SHIFT
-    };
-    const PLAY: Self = Self {
-        play: true,
-        ..Self::SHIFT
-    };
-    const QUADRATIC: Self = Self {
-        quadratic: true,
-        ..Self::SHIFT
-    };
-    const SWAY: Self = Self {
-        sway: true,
-        ..Self::SHIFT
-    };
+    pub const LAG: Self = Self { lag: true, ..Self::SHIFT };
+    const RATE_LIMIT: Self = Self { rate_limit: true, ..Self::SHIFT };
+    const PLAY: Self = Self { play: true, ..Self::SHIFT };
+    const QUADRATIC: Self = Self { quadratic: true, ..Self::SHIFT };
+    const SWAY: Self = Self { sway: true, ..Self::SHIFT };
     /// Sway and damping that grows with the yaw rate: the most general hull of the table.
-    pub const SWAY_QUADRATIC: Self = Self {
-        quadratic: true,
-        ..Self::SWAY
-    };
+    pub const SWAY_QUADRATIC: Self = Self { quadratic: true, ..Self::SWAY };
 
     /// Every structure of the table, each after the one that it starts from.
     pub const TABLE: [Self; 8] = [
@@ -79,12 +58,7 @@ impl Structure {
     ];
 
     /// The most general hull after those that it starts from.
-    pub const HULLS: [Self; 4] = [
-        Self::FIRST_ORDER,
-        Self::SHIFT,
-        Self::SWAY,
-        Self::SWAY_QUADRATIC,
-    ];
+    pub const HULLS: [Self; 4] = [Self::FIRST_ORDER, Self::SHIFT, Self::SWAY, Self::SWAY_QUADRATIC];
 
     /// The structure of the table whose solution this one starts from.
     ///
@@ -212,11 +186,7 @@ pub struct Noise {
 
 impl Noise {
     /// No disturbance.
-    pub const NONE: Self = Self {
-        drift: 0.0,
-        sea: [0.0, f64::INFINITY],
-        wave: [0.0, 1.0, 0.5],
-    };
+    pub const NONE: Self = Self { drift: 0.0, sea: [0.0, f64::INFINITY], wave: [0.0, 1.0, 0.5] };
 }
 
 /// A parameter that all legs share: first those of a vehicle.
@@ -309,10 +279,7 @@ impl Parameter {
 
     /// Does it change how a disturbance moves the heading?
     pub fn is_dynamic(self) -> bool {
-        matches!(
-            self,
-            Self::Damping | Self::Quadratic | Self::Coupling | Self::SwayTime
-        )
+        matches!(self, Self::Damping | Self::Quadratic | Self::Coupling | Self::SwayTime)
     }
 }
 
@@ -382,10 +349,7 @@ impl Scale {
             let command = leg.commands(0.0, PARTS);
             let mean = command.iter().sum::<f64>() / command.len().max(1) as f64;
             rudder_rad = rudder_rad.max(deviation(&command));
-            strokes += command
-                .windows(2)
-                .filter(|c| (c[0] > mean) != (c[1] > mean))
-                .count();
+            strokes += command.windows(2).filter(|c| (c[0] > mean) != (c[1] > mean)).count();
         }
         let headings = legs.iter().map(Leg::heading_deviation_rad);
         Self {

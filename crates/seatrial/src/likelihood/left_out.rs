@@ -42,13 +42,7 @@ pub fn blocks(problem: &Problem) -> Vec<Block> {
         for k in 0..count {
             let (from, to) = (k * n / count, (k + 1) * n / count);
             if to - from >= LEAST {
-                blocks.push(Block {
-                    leg,
-                    from,
-                    to,
-                    row: row + from,
-                    is_whole_leg: count == 1,
-                });
+                blocks.push(Block { leg, from, to, row: row + from, is_whole_leg: count == 1 });
             }
         }
         row += n;
@@ -65,10 +59,8 @@ pub fn without(problem: &Problem, fit: &Fit, block: &Block) -> DVector<f64> {
     let own = problem.first_of_leg(block.leg);
     let is_own = |i: usize| block.is_whole_leg && (own..own + problem.per_leg()).contains(&i);
     let free: Vec<usize> = (0..problem.size()).filter(|i| !is_own(*i)).collect();
-    let deviations: Vec<f64> = free
-        .iter()
-        .map(|i| information[(*i, *i)].max(1e-12).sqrt())
-        .collect();
+    let deviations: Vec<f64> =
+        free.iter().map(|i| information[(*i, *i)].max(1e-12).sqrt()).collect();
     let scaled = DMatrix::from_fn(free.len(), free.len(), |a, b| {
         information[(free[a], free[b])] / (deviations[a] * deviations[b])
     });
@@ -84,11 +76,7 @@ pub fn without(problem: &Problem, fit: &Fit, block: &Block) -> DVector<f64> {
         .filter(|a| free[*a] < shared)
         .map(|a| (step[a] / deviations[a]).abs())
         .fold(0.0, f64::max);
-    let share = if furthest > FURTHEST {
-        FURTHEST / furthest
-    } else {
-        1.0
-    };
+    let share = if furthest > FURTHEST { FURTHEST / furthest } else { 1.0 };
     let mut x = fit.x.clone();
     for (a, i) in free.iter().enumerate() {
         x[*i] += share * step[a] / deviations[a];
@@ -135,9 +123,8 @@ pub fn free_run_rad2(problem: &Problem, x: &DVector<f64>, block: &Block) -> f64 
     const STEP: f64 = 1e-5;
     for _ in 0..3 {
         let here = run(&start);
-        let columns: Vec<DVector<f64>> = (0..free)
-            .map(|i| (run(&moved(&start, i, STEP * sizes[i])) - &here) / STEP)
-            .collect();
+        let columns: Vec<DVector<f64>> =
+            (0..free).map(|i| (run(&moved(&start, i, STEP * sizes[i])) - &here) / STEP).collect();
         let mut information = SMatrix::<f64, 4, 4>::identity();
         let mut right = SVector::<f64, 4>::zeros();
         for i in 0..free {

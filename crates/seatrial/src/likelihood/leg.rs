@@ -260,23 +260,13 @@ impl Commands {
             once += h * command;
             integrals.push([once, twice]);
         }
-        Self {
-            change_s,
-            command_rad,
-            integrals,
-        }
+        Self { change_s, command_rad, integrals }
     }
 
     /// Integrals at times from this one on, s, each read `by_s` later.
     fn from(&self, time_s: f64, by_s: f64) -> Cursor<'_> {
-        let after = self
-            .change_s
-            .partition_point(|change_s| *change_s <= time_s + by_s);
-        Cursor {
-            commands: self,
-            at: after.saturating_sub(1),
-            by_s,
-        }
+        let after = self.change_s.partition_point(|change_s| *change_s <= time_s + by_s);
+        Cursor { commands: self, at: after.saturating_sub(1), by_s }
     }
 }
 

@@ -169,9 +169,6 @@ fn wave_over([strength, frequency, ratio]: [f64; 3], h: f64) -> [[f64; 2]; 2] {
     let (sin, cos) = (libm::sin(ringing * h), libm::cos(ringing * h));
     [
         [e * (cos + decay / ringing * sin), e * sin / ringing],
-        [
-            -e * frequency * frequency / ringing * sin,
-            e * (cos - decay / ringing * sin),
-        ],
+        [-e * frequency * frequency / ringing * sin, e * (cos - decay / ringing * sin)],
     ]
 }

@@ -37,10 +37,7 @@ impl<const N: usize> Moments<N> {
             let away = part.mean - mean;
             (part.covariance + away * away.transpose()) * weight
         };
-        Some(Self {
-            mean,
-            covariance: weighed().map(of_part).sum(),
-        })
+        Some(Self { mean, covariance: weighed().map(of_part).sum() })
     }
 }
 
@@ -79,10 +76,7 @@ impl Candidate<'_> {
                 .collect::<Vec<_>>()
         });
         let best = [fit.x.clone()].into_iter();
-        best.chain(self.without.iter().cloned())
-            .chain(drawn)
-            .map(|x| problem.vehicle(&x))
-            .collect()
+        best.chain(self.without.iter().cloned()).chain(drawn).map(|x| problem.vehicle(&x)).collect()
     }
 
     /// Weight and moments of each node.
@@ -96,19 +90,11 @@ impl Candidate<'_> {
             .filter(|(_, share)| *share >= NEGLIGIBLE)
             .filter_map(|((_, fit), share)| {
                 let covariance = covariance(problem, fit, &of)?;
-                Some((
-                    share * self.weight,
-                    Moments {
-                        mean: of(&fit.x),
-                        covariance,
-                    },
-                ))
+                Some((share * self.weight, Moments { mean: of(&fit.x), covariance }))
             })
             .collect();
         let is_explained = self.is_of_first_order_in_a_sea();
-        let times = (!is_explained)
-            .then(|| self.jackknife(&nodes, &of))
-            .flatten();
+        let times = (!is_explained).then(|| self.jackknife(&nodes, &of)).flatten();
         if let Some(times) = times {
             for (_, moments) in &mut nodes {
                 let wider = Matrix3::from_diagonal(&times);
@@ -136,11 +122,7 @@ impl Candidate<'_> {
         Some(Vector3::from_fn(|i, _| {
             let scatter: f64 = values.iter().map(|v| (v[i] - mean[i]).powi(2)).sum();
             let jackknife = (k - 1.0) / k * scatter;
-            let own: f64 = nodes
-                .iter()
-                .map(|(w, m)| w * m.covariance[(i, i)])
-                .sum::<f64>()
-                / total;
+            let own: f64 = nodes.iter().map(|(w, m)| w * m.covariance[(i, i)]).sum::<f64>() / total;
             match jackknife > clearly * own && own > 0.0 {
                 true => (jackknife / own).sqrt(),
                 false => 1.0,

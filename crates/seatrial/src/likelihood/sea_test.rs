@@ -55,17 +55,13 @@ pub fn sea_test(problem: &Problem, calm: &Fit, sea: &Fit) -> Option<SeaTest> {
         let by_sea = -(&to_sea * (whitened - &sea.errors));
         apart.push(Vector2::new(by_calm[0] - by_sea[0], by_calm[1] - by_sea[1]));
         let left = added + &calm.jacobian * by_calm;
-        errors.push(libm::log(
-            left.norm_squared() / left.len() as f64 + negligible,
-        ));
+        errors.push(libm::log(left.norm_squared() / left.len() as f64 + negligible));
     }
     let count = DRAWS as f64;
     let mean = apart.iter().sum::<Vector2<f64>>() / count;
-    let mut covariance: Matrix2<f64> = apart
-        .iter()
-        .map(|d| (d - mean) * (d - mean).transpose())
-        .sum::<Matrix2<f64>>()
-        / (count - 1.0);
+    let mut covariance: Matrix2<f64> =
+        apart.iter().map(|d| (d - mean) * (d - mean).transpose()).sum::<Matrix2<f64>>()
+            / (count - 1.0);
     for i in 0..2 {
         covariance[(i, i)] += (NEGLIGIBLE_SHARE * sea.x[i]).powi(2);
     }

@@ -13,15 +13,9 @@ pub struct Effort {
 
 impl Effort {
     /// For an answer.
-    pub const WHOLE: Self = Self {
-        steps: 25,
-        tolerance: 1e-4,
-    };
+    pub const WHOLE: Self = Self { steps: 25, tolerance: 1e-4 };
     /// For a node of a grid.
-    pub const NODE: Self = Self {
-        steps: 6,
-        tolerance: 3e-3,
-    };
+    pub const NODE: Self = Self { steps: 6, tolerance: 3e-3 };
 }
 
 /// Dampings that one step tries, ten times as much each.

@@ -141,11 +141,7 @@ impl SteeringModel {
             play_rad: self.play_rad.unwrap_or(0.0),
             quadratic_per_rad: self.quadratic_per_rad,
             coupling_per_s2: self.a21_per_s2,
-            sway_s: if self.a11_per_s < 0.0 {
-                -1.0 / self.a11_per_s
-            } else {
-                1.0
-            },
+            sway_s: if self.a11_per_s < 0.0 { -1.0 / self.a11_per_s } else { 1.0 },
         }
     }
 
@@ -160,9 +156,8 @@ impl SteeringModel {
     /// assert!((gear.gear_delay_s(0.3) - 2.0).abs() < 1e-12);
     /// ```
     pub fn gear_delay_s(&self, amplitude_rad: f64) -> f64 {
-        let on_the_way_s = self
-            .rate_limit_rad_s
-            .map_or(0.0, |rate| 0.5 * amplitude_rad.abs() / rate);
+        let on_the_way_s =
+            self.rate_limit_rad_s.map_or(0.0, |rate| 0.5 * amplitude_rad.abs() / rate);
         self.rudder_lag_s + on_the_way_s
     }
 
@@ -233,13 +228,11 @@ impl SteeringModel {
         };
         simulate(&Leg::new(samples, 1), &self.vehicle(), &start)
             .into_iter()
-            .map(
-                |[heading_rad, yaw_rate_rad_s, drift_rad, _]| SteeringState {
-                    heading_rad,
-                    yaw_rate_rad_s,
-                    drift_rad,
-                },
-            )
+            .map(|[heading_rad, yaw_rate_rad_s, drift_rad, _]| SteeringState {
+                heading_rad,
+                yaw_rate_rad_s,
+                drift_rad,
+            })
             .collect()
     }
 }
@@ -274,11 +267,7 @@ pub fn first_order_at(vehicle: &Vehicle, offset_rad_s2: f64, amplitude_rad: f64)
     if inertia < LEAST_INERTIA {
         return [f64::NAN; 3];
     }
-    [
-        -secant / inertia,
-        authority / inertia,
-        offset_rad_s2 / inertia,
-    ]
+    [-secant / inertia, authority / inertia, offset_rad_s2 / inertia]
 }
 
 /// ln |K|, K in 1/s, of the steady turn at a rudder amplitude, rad. Where nothing ends the turn, that of a twentieth of the damping without sway.
@@ -330,11 +319,8 @@ mod tests {
     use super::*;
 
     fn rows(interval_s: f64, count: usize, rudder_rad: f64) -> Vec<Sample<f64>> {
-        let sample = |k: usize| Sample {
-            time_s: k as f64 * interval_s,
-            rudder_rad,
-            ..Sample::default()
-        };
+        let sample =
+            |k: usize| Sample { time_s: k as f64 * interval_s, rudder_rad, ..Sample::default() };
         (0..count).map(sample).collect()
     }
 
@@ -354,10 +340,7 @@ mod tests {
         let [a22, b2, _] = first_order_at(&model.vehicle(), 0.0, 0.2);
         // The midpoint rule of quadratic damping.
         let settled = states[3999].yaw_rate_rad_s;
-        assert!(
-            (settled + b2 * 0.2 / a22).abs() < 1e-4 * settled,
-            "{settled}"
-        );
+        assert!((settled + b2 * 0.2 / a22).abs() < 1e-4 * settled, "{settled}");
     }
 
     #[test]
@@ -373,10 +356,7 @@ mod tests {
         let states = model.simulate(&rows(0.05, 2000, 0.1), SteeringState::default());
         // Sway follows the mean of two yaw rates: a share of (h/T)^2.
         let settled = states[1999].yaw_rate_rad_s;
-        assert!(
-            (settled - 0.1 * nomoto.k_per_s).abs() < 1e-4 * settled,
-            "{settled}"
-        );
+        assert!((settled - 0.1 * nomoto.k_per_s).abs() < 1e-4 * settled, "{settled}");
         let poles = [-1.0 / nomoto.t1_s, -1.0 / nomoto.t2_s];
         assert!((poles[0] + poles[1] - (model.a11_per_s + model.a22_per_s)).abs() < 1e-12);
     }

@@ -28,11 +28,7 @@ pub(super) fn doubt(record: &Record) -> Option<Doubt> {
         (false, _) if units.rudder.per_si > 1.0 => "percent",
         (false, _) => "fraction",
     };
-    let heading = if units.heading.is_degrees() {
-        "deg"
-    } else {
-        "rad"
-    };
+    let heading = if units.heading.is_degrees() { "deg" } else { "rad" };
     let first = |units: &[(f64, &'static str)], of: &ColumnUnit, last| {
         let is_of = |(per_si, _): &&(f64, &str)| of.per_si < 1.01 * per_si;
         units.iter().find(is_of).map_or(last, |(_, unit)| *unit)
@@ -41,11 +37,7 @@ pub(super) fn doubt(record: &Record) -> Option<Doubt> {
     let of_log = [
         ("heading", heading, is_heading && !wraps && !is_measured),
         ("rudder", rudder, is_rudder && !is_pulse),
-        (
-            "time",
-            time,
-            is_time && !units.time_is_a_date && !is_measured,
-        ),
+        ("time", time, is_time && !units.time_is_a_date && !is_measured),
     ];
     let mut columns: Vec<_> = of_log
         .into_iter()

@@ -51,11 +51,7 @@ pub(super) fn jump(samples: &[Sample<f64>], time_constant_s: f64) -> Option<Doub
         let moved_rad = Real::wrapped(start - end) + right.at(0.0) - left.at(0.0);
         let error = |over_s: f64| {
             let of_rates = over_s * 0.5 * libm::hypot(left.slope_error(), right.slope_error());
-            noise_rad
-                * libm::hypot(
-                    of_rates,
-                    libm::hypot(left.error_at(0.0), right.error_at(0.0)),
-                )
+            noise_rad * libm::hypot(of_rates, libm::hypot(left.error_at(0.0), right.error_at(0.0)))
         };
         let is_near = |over_s: f64, [deviations, share]: [f64; 2]| {
             let limit = deviations * error(over_s) + share * (rate_rad_s * gap_s).abs();
@@ -103,12 +99,7 @@ fn noise_rad(samples: &[Sample<f64>]) -> f64 {
 fn line(samples: &[Sample<f64>], at: &Sample<f64>) -> Option<Line> {
     let (times_s, headings_rad): (Vec<f64>, Vec<f64>) = samples
         .iter()
-        .map(|s| {
-            (
-                s.time_s - at.time_s,
-                Real::wrapped(s.heading_rad - at.heading_rad),
-            )
-        })
+        .map(|s| (s.time_s - at.time_s, Real::wrapped(s.heading_rad - at.heading_rad)))
         .unzip();
     Line::through(&times_s, &headings_rad)
 }

@@ -65,10 +65,7 @@ fn is_filtered(samples: &[Sample<f64>]) -> bool {
             terms.extend([rates(row - neighbour), rates(row + neighbour)]);
         }
         terms.extend_from_slice(&slopes[row - reach..row + DIFFERENCES]);
-        terms.push(gradient(
-            &samples[row - 1..=row + 1],
-            &slopes[row - 1..=row],
-        ));
+        terms.push(gradient(&samples[row - 1..=row + 1], &slopes[row - 1..=row]));
         if terms[from..].iter().all(|term| term.is_finite()) && rates(row).is_finite() {
             targets.push(rates(row));
             count += 1;
@@ -120,11 +117,7 @@ fn third_differences(slopes: &[f64]) -> Vec<f64> {
 fn correlation(numbers: &[f64], rows: usize) -> f64 {
     let square: f64 = numbers.iter().map(|number| number * number).sum();
     let later = numbers.iter().skip(rows);
-    let lagged: f64 = numbers
-        .iter()
-        .zip(later)
-        .map(|(one, other)| one * other)
-        .sum();
+    let lagged: f64 = numbers.iter().zip(later).map(|(one, other)| one * other).sum();
     lagged / square
 }
 
@@ -172,14 +165,9 @@ fn resolution(changes: impl Iterator<Item = f64> + Clone) -> f64 {
     let changes = changes.map(f64::abs).filter(|change| *change > 0.0);
     let step = changes.clone().fold(f64::INFINITY, f64::min);
     let is_whole = |change: f64| (change / step - (change / step).round()).abs() < WHOLE;
-    let (all, whole) = changes.fold((0.0, 0.0), |(all, whole), change| {
-        (all + 1.0, whole + f64::from(is_whole(change)))
-    });
-    if step.is_finite() && whole >= DERIVED * all {
-        step
-    } else {
-        0.0
-    }
+    let (all, whole) = changes
+        .fold((0.0, 0.0), |(all, whole), change| (all + 1.0, whole + f64::from(is_whole(change))));
+    if step.is_finite() && whole >= DERIVED * all { step } else { 0.0 }
 }
 
 /// Is the yaw rate a difference of the heading over the row before, the next, or both, within the rounding of the heading?
@@ -296,9 +284,7 @@ mod tests {
             ("a mean of differences", |h| averaged(&difference(h), 5)),
             ("a difference of means", |h| difference(&averaged(h, 8))),
             ("a low pass", |h| low_passed(&difference(h), 0.2)),
-            ("two low passes", |h| {
-                low_passed(&low_passed(&difference(h), 0.2), 0.2)
-            }),
+            ("two low passes", |h| low_passed(&low_passed(&difference(h), 0.2), 0.2)),
             ("a low pass both ways", |h| {
                 let mut once = low_passed(&difference(h), 0.3);
                 once.reverse();
@@ -332,11 +318,8 @@ mod tests {
             assert!(smoothed(&|h| low_passed(h, 0.3)), "{noise_deg}");
             assert!(smoothed(&|h| averaged(h, 8)), "{noise_deg}");
             let whole_rad = noise_deg.to_radians();
-            let rounded = |h: &[f64]| {
-                h.iter()
-                    .map(|h| (h / whole_rad).round() * whole_rad)
-                    .collect()
-            };
+            let rounded =
+                |h: &[f64]| h.iter().map(|h| (h / whole_rad).round() * whole_rad).collect();
             assert!(!smoothed(&rounded), "{noise_deg}");
         }
         // Without noise it may be either.
@@ -352,10 +335,7 @@ mod tests {
                     let noisy = |rate: &f64| rate + gyro_deg_s.to_radians() * draw.normal();
                     truth.iter().map(noisy).collect()
                 });
-                assert!(
-                    !is_derived(&rows),
-                    "{gyro_deg_s} deg/s beside {noise_deg} deg"
-                );
+                assert!(!is_derived(&rows), "{gyro_deg_s} deg/s beside {noise_deg} deg");
             }
         }
     }

@@ -174,10 +174,9 @@ impl Doubt {
                 _ => ReasonCode::UnitDoubtful.of(Subject::Time),
             },
             Self::HeadingIsCourse => ReasonCode::CourseForHeading.into(),
-            Self::TurnsTooFast {
-                is_of_heading: true,
-                ..
-            } => ReasonCode::UnitDoubtful.of(Subject::Heading),
+            Self::TurnsTooFast { is_of_heading: true, .. } => {
+                ReasonCode::UnitDoubtful.of(Subject::Heading)
+            }
             Self::TimeIsIndex { is_stated: true } => ReasonCode::Unchecked.of(Subject::Time),
             Self::TimeUnit { .. }
             | Self::TurnsTooFast { .. }
@@ -211,12 +210,7 @@ impl Doubt {
             Self::HeadingSmoothed { effect, .. } => *effect > LARGEST_SMOOTHING,
             Self::RateMismatch(mismatch) => !mismatch.is_reversed(),
             // A unit that was given settles what is possible.
-            Self::HeadingUnit {
-                said_degrees: true,
-                wraps: false,
-                is_given: true,
-                ..
-            } => false,
+            Self::HeadingUnit { said_degrees: true, wraps: false, is_given: true, .. } => false,
             // A column that says seconds is read in seconds.
             Self::TimeIsIndex { is_stated } => !is_stated,
             Self::RudderAgainstName
@@ -320,18 +314,13 @@ fn taken_for(columns: &[(&str, &str)]) -> String {
 
 /// The options that settle the units of columns.
 fn say_units(columns: &[(&str, &str)]) -> String {
-    let options = columns
-        .iter()
-        .map(|(quantity, unit)| format!("--unit {quantity}={unit}"));
+    let options = columns.iter().map(|(quantity, unit)| format!("--unit {quantity}={unit}"));
     format!("say {}", options.collect::<Vec<_>>().join(" "))
 }
 
 fn heading_unchecked(is_derived: bool) -> String {
     let (no_rate, of_course) = match is_derived {
-        true => (
-            "the yaw rate is computed from the heading and shows nothing of it",
-            "",
-        ),
+        true => ("the yaw rate is computed from the heading and shows nothing of it", ""),
         false => (
             "the log has no yaw rate to compare the heading with",
             ", and a course over ground is not a heading",

@@ -46,10 +46,7 @@ pub(super) fn leave_out_interpolated(record: &mut Record) {
             turned += rows[0].rudder_rad * (rows[1].time_s - rows[0].time_s);
         }
         let (from, to) = (&samples[pair[0]], &samples[pair[1]]);
-        Sample {
-            rudder_rad: turned / (to.time_s - from.time_s),
-            ..*from
-        }
+        Sample { rudder_rad: turned / (to.time_s - from.time_s), ..*from }
     });
     record.units.heading_every_s = Some((last_s - first_s) / (kept.len() - 1) as f64);
     record.samples = measured.collect();
@@ -96,18 +93,15 @@ fn rounding_rad(record: &Record) -> f64 {
 
 /// The rows of the bends, and those between them at which a value lay on the line.
 fn with_unbent(bends: &[usize], rows: usize) -> Vec<usize> {
-    let between = bends
-        .windows(2)
-        .flat_map(|pair| (pair[0]..pair[1]).step_by(rows));
+    let between = bends.windows(2).flat_map(|pair| (pair[0]..pair[1]).step_by(rows));
     between.chain(bends.last().copied()).collect()
 }
 
 /// The first time at which headings lie between two on either side of north as numbers do.
 pub(super) fn through_south(record: &Record) -> Option<Doubt> {
     let turn_rad = std::f64::consts::TAU;
-    let headings: Vec<f64> = (record.samples.iter())
-        .map(|sample| sample.heading_rad.rem_euclid(turn_rad))
-        .collect();
+    let headings: Vec<f64> =
+        (record.samples.iter()).map(|sample| sample.heading_rad.rem_euclid(turn_rad)).collect();
     let sizes: Vec<f64> = turns_rad(&record.samples).map(f64::abs).collect();
     let usual_rad = usual(&sizes);
     let is_far = |row: usize| sizes[row] > COMES_BACK * usual_rad;
@@ -127,9 +121,7 @@ pub(super) fn through_south(record: &Record) -> Option<Doubt> {
         .filter(|row| is_far(*row))
         .find(passes)
         .or_else(|| sweep(&headings, COMES_BACK * usual_rad))?;
-    Some(Doubt::HeadingThroughSouth {
-        time_s: record.samples[from + 1].time_s,
-    })
+    Some(Doubt::HeadingThroughSouth { time_s: record.samples[from + 1].time_s })
 }
 
 /// The row before a sweep from one side of north to the other through south, while before and behind it the heading goes the other way:
@@ -152,12 +144,10 @@ fn sweep(headings: &[f64], fast_rad: f64) -> Option<usize> {
         )
     };
     let leaves = |row: &usize| is_north(&headings[*row]) && !is_north(&headings[row + 1]);
-    (0..headings.len().saturating_sub(1))
-        .filter(leaves)
-        .find(|from| {
-            let to = (from + 1..headings.len()).find(|row| is_north(&headings[*row]));
-            to.is_some_and(|to| goes_back(*from, &to) == Some(true))
-        })
+    (0..headings.len().saturating_sub(1)).filter(leaves).find(|from| {
+        let to = (from + 1..headings.len()).find(|row| is_north(&headings[*row]));
+        to.is_some_and(|to| goes_back(*from, &to) == Some(true))
+    })
 }
 
 #[cfg(test)]
@@ -257,18 +247,13 @@ mod tests {
     /// A mean over many rows, and a vehicle that turns through south itself.
     #[test]
     fn recover_a_mean_of_many_numbers_about_north() {
-        let headings: Vec<f64> = measured(0.1)
-            .iter()
-            .map(|deg| deg.rem_euclid(360.0))
-            .collect();
+        let headings: Vec<f64> = measured(0.1).iter().map(|deg| deg.rem_euclid(360.0)).collect();
         let mean = |row: usize| headings[row..row + 15].iter().sum::<f64>() / 15.0;
         let means: Vec<f64> = (0..headings.len() - 15).map(mean).collect();
         assert!(through_south(&record(&means)).is_some());
         let circles =
             |row: usize| 350.0 + 0.05 * row as f64 + 4.0 * (row as f64 - 900.0).clamp(0.0, 100.0);
-        let circling: Vec<f64> = (0..2000)
-            .map(|row| circles(row).rem_euclid(360.0))
-            .collect();
+        let circling: Vec<f64> = (0..2000).map(|row| circles(row).rem_euclid(360.0)).collect();
         assert_eq!(through_south(&record(&circling)), None);
         let back: Vec<f64> = circling.iter().map(|deg| 360.0 - deg).collect();
         assert_eq!(through_south(&record(&back)), None);
@@ -276,10 +261,8 @@ mod tests {
 
     #[test]
     fn recover_a_mean_of_numbers_about_north() {
-        let mut headings: Vec<f64> = measured(0.2)
-            .iter()
-            .map(|deg| deg.rem_euclid(360.0))
-            .collect();
+        let mut headings: Vec<f64> =
+            measured(0.2).iter().map(|deg| deg.rem_euclid(360.0)).collect();
         let north = (1..headings.len())
             .find(|row| (headings[*row] - headings[row - 1]).abs() > 300.0)
             .unwrap();

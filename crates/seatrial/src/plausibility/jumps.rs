@@ -83,9 +83,7 @@ fn jumps(samples: &[Sample<f64>]) -> Vec<(usize, f64)> {
         let jump_rad = beside[*at] - middle;
         jump_rad.abs() > least_rad && is_own(*at, jump_rad)
     };
-    let found: Vec<usize> = (ABOUT..steps.len().saturating_sub(ABOUT))
-        .filter(is_jump)
-        .collect();
+    let found: Vec<usize> = (ABOUT..steps.len().saturating_sub(ABOUT)).filter(is_jump).collect();
     if found.is_empty() {
         return Vec::new();
     }
@@ -124,10 +122,7 @@ mod tests {
             }
         });
         let mut record: Record = samples.collect();
-        record.units.heading = ColumnUnit {
-            origin: Origin::Stated,
-            ..ColumnUnit::default()
-        };
+        record.units.heading = ColumnUnit { origin: Origin::Stated, ..ColumnUnit::default() };
         record
     }
 

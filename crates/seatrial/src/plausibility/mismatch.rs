@@ -8,10 +8,7 @@ const CLOSE: f64 = 0.25;
 /// Units of time by their counts in a second.
 const TIMES: [(f64, &str); 5] = [
     (1.0, "the time is in seconds (--unit time=s)"),
-    (
-        1e2,
-        "the time is in hundredths of a second (--unit time=cs)",
-    ),
+    (1e2, "the time is in hundredths of a second (--unit time=cs)"),
     (1e3, "the time is in milliseconds (--unit time=ms)"),
     (1e6, "the time is in microseconds (--unit time=us)"),
     (1e9, "the time is in nanoseconds (--unit time=ns)"),
@@ -32,12 +29,8 @@ pub struct RateMismatch {
 
 impl RateMismatch {
     /// A yaw rate of the opposite sense and the right size.
-    pub(super) const REVERSED: Self = Self {
-        ratio: -1.0,
-        interval_s: 0.0,
-        is_index: false,
-        time_per_s: None,
-    };
+    pub(super) const REVERSED: Self =
+        Self { ratio: -1.0, interval_s: 0.0, is_index: false, time_per_s: None };
 
     /// Is the sense of the yaw rate all that is wrong?
     pub fn is_reversed(&self) -> bool {
@@ -56,25 +49,13 @@ impl RateMismatch {
         }
         let degree = std::f64::consts::PI / 180.0;
         let known = [
-            (
-                10.0,
-                "the heading is in tenths of a degree (--unit heading=ddeg)",
-            ),
-            (
-                6400.0 / 360.0,
-                "the heading is in mils (--unit heading=mil or mrad)",
-            ),
-            (
-                65_536.0 / 360.0,
-                "the heading is in counts (--unit heading=turn/65536 or 1e-4rad)",
-            ),
+            (10.0, "the heading is in tenths of a degree (--unit heading=ddeg)"),
+            (6400.0 / 360.0, "the heading is in mils (--unit heading=mil or mrad)"),
+            (65_536.0 / 360.0, "the heading is in counts (--unit heading=turn/65536 or 1e-4rad)"),
             (1e-3, "the time is in milliseconds (--unit time=ms)"),
             (1e-6, "the time is in microseconds (--unit time=us)"),
             (1e-9, "the time is in nanoseconds (--unit time=ns)"),
-            (
-                60.0,
-                "the time is in minutes (--unit time=min) or the yaw rate in degrees a second",
-            ),
+            (60.0, "the time is in minutes (--unit time=min) or the yaw rate in degrees a second"),
             (
                 degree,
                 "the yaw rate is in degrees a second (--unit yaw_rate=deg/s), or the heading in radians (--unit heading=rad)",

@@ -95,18 +95,10 @@ pub fn unchecked(record: &Record) -> Vec<Doubt> {
     if record.units.are_given() {
         return Vec::new();
     }
-    let has_rate = record
-        .samples
-        .iter()
-        .any(|s| s.yaw_rate_rad_s.is_some_and(f64::is_finite));
-    let heading =
-        (!has_rate && !record.units.yaw_rate_is_reversed).then_some(Doubt::HeadingUnchecked {
-            is_derived: record.units.yaw_rate_is_derived,
-        });
-    heading
-        .into_iter()
-        .chain([Doubt::RudderUnchecked])
-        .collect()
+    let has_rate = record.samples.iter().any(|s| s.yaw_rate_rad_s.is_some_and(f64::is_finite));
+    let heading = (!has_rate && !record.units.yaw_rate_is_reversed)
+        .then_some(Doubt::HeadingUnchecked { is_derived: record.units.yaw_rate_is_derived });
+    heading.into_iter().chain([Doubt::RudderUnchecked]).collect()
 }
 
 #[cfg(test)]

@@ -34,14 +34,9 @@ pub(super) fn doubts(samples: &[Sample<f64>], time_constant_s: f64) -> Vec<Doubt
     let effect = |refresh_s: f64| (refresh_s - interval_s) / time_constant_s;
     let heading = heading_refresh(samples).map(|rows| rows * interval_s);
     let rudder = rudder_refresh(samples).map(|rows| rows * interval_s);
-    let heading = heading.map(|refresh_s| Doubt::HeadingHeld {
-        refresh_s,
-        effect: effect(refresh_s),
-    });
-    let rudder = rudder.map(|refresh_s| Doubt::RudderHeld {
-        refresh_s,
-        effect: effect(refresh_s),
-    });
+    let heading =
+        heading.map(|refresh_s| Doubt::HeadingHeld { refresh_s, effect: effect(refresh_s) });
+    let rudder = rudder.map(|refresh_s| Doubt::RudderHeld { refresh_s, effect: effect(refresh_s) });
     let matters = |doubt: &Doubt| match doubt {
         Doubt::HeadingHeld { effect, .. } | Doubt::RudderHeld { effect, .. } => {
             *effect > LEAST_EFFECT

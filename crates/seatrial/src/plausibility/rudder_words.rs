@@ -45,10 +45,7 @@ impl Doubt {
 
     pub(super) fn reason_of_rudder(&self, reason: Reason) -> Reason {
         match self {
-            Self::RudderUnit {
-                said_degrees: true,
-                largest,
-            } if *largest > 1.0 => Reason {
+            Self::RudderUnit { said_degrees: true, largest } if *largest > 1.0 => Reason {
                 text: format!(
                     "The column taken for the rudder reaches {} deg, which no rudder does.",
                     three_figures(*largest)

@@ -31,14 +31,9 @@ pub fn heading_stood(samples: &[Sample<f64>]) -> Option<Doubt> {
     }
     let has_turned = match turned_rad(&samples[from..=to]) {
         Some(turned) => turned > LEAST_TURN_RAD,
-        None => steps
-            .get(to)
-            .is_some_and(|back| *back > COMES_BACK * usual(&steps)),
+        None => steps.get(to).is_some_and(|back| *back > COMES_BACK * usual(&steps)),
     };
-    has_turned.then_some(Doubt::HeadingStood {
-        from_s: first.time_s,
-        for_s,
-    })
+    has_turned.then_some(Doubt::HeadingStood { from_s: first.time_s, for_s })
 }
 
 /// The first and the last row of the longest run of equal headings.

@@ -8,11 +8,7 @@ use crate::stated_units::{ColumnUnit, Origin, StatedUnits};
 const DEG: f64 = 180.0 / std::f64::consts::PI;
 
 fn unit(per_si: f64, origin: Origin) -> ColumnUnit {
-    ColumnUnit {
-        per_si,
-        origin,
-        ..ColumnUnit::default()
-    }
+    ColumnUnit { per_si, origin, ..ColumnUnit::default() }
 }
 
 /// 30 s at 20 Hz of a turn to and fro through north by 35 deg either way, its rudder a sine of 15 deg.
@@ -27,10 +23,7 @@ fn record(units: StatedUnits) -> Record {
             ..Sample::default()
         }
     });
-    Record {
-        units,
-        ..samples.collect()
-    }
+    Record { units, ..samples.collect() }
 }
 
 fn stated_degrees() -> StatedUnits {
@@ -109,13 +102,7 @@ fn exact_an_assumed_scale_is_told_until_something_shows_it() {
     let mut bare = without_rate(away(units));
     let doubt = &unit_doubts(&bare)[0];
     assert!(!doubt.refuses() && doubt.reason().limits(), "{doubt:?}");
-    assert!(
-        doubt
-            .text()
-            .ends_with("say --unit heading=deg --unit time=s"),
-        "{}",
-        doubt.text()
-    );
+    assert!(doubt.text().ends_with("say --unit heading=deg --unit time=s"), "{}", doubt.text());
     // A speed makes no model doubtful by itself, and is settled with the others.
     let mut with_speed = bare.clone();
     with_speed.units.speed = assumed(3600.0 / 1852.0);
@@ -127,10 +114,8 @@ fn exact_an_assumed_scale_is_told_until_something_shows_it() {
     bare.units.time_is_a_date = true;
     bare.units.heading.origin = Origin::Given;
     assert_eq!(codes(&bare), []);
-    let through_north = without_rate(record(StatedUnits {
-        time: unit(1.0, Origin::Stated),
-        ..units
-    }));
+    let through_north =
+        without_rate(record(StatedUnits { time: unit(1.0, Origin::Stated), ..units }));
     assert_eq!(codes(&through_north), []);
     let mut contradicted = scaled(away(units), 1.0, 1.0, 1000.0);
     contradicted.units.rudder.origin = Origin::Assumed;
@@ -140,12 +125,7 @@ fn exact_an_assumed_scale_is_told_until_something_shows_it() {
 #[test]
 fn exact_angles_in_the_other_unit_are_found() {
     let radians_as_degrees = 1.0 / DEG;
-    let lying = scaled(
-        without_rate(record(stated_degrees())),
-        radians_as_degrees,
-        1.0,
-        1.0,
-    );
+    let lying = scaled(without_rate(record(stated_degrees())), radians_as_degrees, 1.0, 1.0);
     let doubts = unit_doubts(&lying);
     assert!(doubts[0].text().contains("wraps at 2 pi"), "{doubts:?}");
     assert!(doubts[0].refuses());
@@ -155,15 +135,9 @@ fn exact_angles_in_the_other_unit_are_found() {
         sample.heading_rad =
             (sample.heading_rad * DEG + 1.5).rem_euclid(std::f64::consts::TAU) / DEG;
     }
-    assert_eq!(
-        codes(&away),
-        [ReasonCode::UnitDoubtful.of(Subject::Heading)]
-    );
+    assert_eq!(codes(&away), [ReasonCode::UnitDoubtful.of(Subject::Heading)]);
     away.units.heading.origin = Origin::Given;
-    assert_eq!(
-        codes(&away),
-        [ReasonCode::UnitDoubtful.of(Subject::Heading)]
-    );
+    assert_eq!(codes(&away), [ReasonCode::UnitDoubtful.of(Subject::Heading)]);
     assert!(!unit_doubts(&away)[0].refuses());
     // Degrees that somebody says are radians: nobody begins a log 14 turns from north, unless a gyro says the same.
     let mut turned = record(stated_degrees());
@@ -172,23 +146,14 @@ fn exact_angles_in_the_other_unit_are_found() {
     }
     turned.units.heading = unit(1.0, Origin::Given);
     let found = codes(&without_rate(turned.clone()));
-    assert!(
-        found.contains(&ReasonCode::UnitDoubtful.of(Subject::Heading)),
-        "{found:?}"
-    );
+    assert!(found.contains(&ReasonCode::UnitDoubtful.of(Subject::Heading)), "{found:?}");
     assert!(!codes(&turned).contains(&ReasonCode::UnitDoubtful.of(Subject::Heading)));
     // Degrees that somebody says are radians: no rudder stands at 15 rad.
     let mut chosen = scaled(record(stated_degrees()), 1.0, DEG, 1.0);
     chosen.units.rudder = unit(1.0, Origin::Given);
-    assert_eq!(
-        codes(&chosen),
-        [ReasonCode::UnitDoubtful.of(Subject::Rudder)]
-    );
+    assert_eq!(codes(&chosen), [ReasonCode::UnitDoubtful.of(Subject::Rudder)]);
     let rudder = scaled(record(stated_degrees()), 1.0, radians_as_degrees, 1.0);
-    assert_eq!(
-        codes(&rudder),
-        [ReasonCode::UnitDoubtful.of(Subject::Rudder)]
-    );
+    assert_eq!(codes(&rudder), [ReasonCode::UnitDoubtful.of(Subject::Rudder)]);
 }
 
 /// A unit that was chosen is doubted where no vessel could turn so.
@@ -205,10 +170,7 @@ fn exact_a_chosen_time_by_which_no_vessel_turns_is_refused() {
     // 17 deg/s by a clock that runs ten times too slowly.
     assert_eq!(by(0.1), []);
     let doubts = by(0.02);
-    assert!(
-        matches!(doubts[..], [Doubt::TurnsTooFast { .. }]),
-        "{doubts:?}"
-    );
+    assert!(matches!(doubts[..], [Doubt::TurnsTooFast { .. }]), "{doubts:?}");
     assert!(doubts[0].reason().text.contains("which no vessel does"));
     assert!(matches!(by(0.001)[..], [Doubt::TimeUnit { .. }]));
 }
@@ -216,29 +178,17 @@ fn exact_a_chosen_time_by_which_no_vessel_turns_is_refused() {
 /// A heading without a unit by which no vessel turns is cured by the unit of the heading, not of the time.
 #[test]
 fn exact_a_heading_that_turns_too_fast_asks_for_its_own_unit() {
-    let doubt = |is_of_heading| Doubt::TurnsTooFast {
-        yaw_rate_rad_s: 20.0,
-        is_of_heading,
-    };
+    let doubt = |is_of_heading| Doubt::TurnsTooFast { yaw_rate_rad_s: 20.0, is_of_heading };
     let [heading, time] = [true, false].map(|is_of_heading| doubt(is_of_heading).reason());
-    assert_eq!(
-        heading.kind(),
-        ReasonCode::UnitDoubtful.of(Subject::Heading)
-    );
-    assert!(
-        heading.action.contains("--unit heading=ddeg"),
-        "{heading:?}"
-    );
+    assert_eq!(heading.kind(), ReasonCode::UnitDoubtful.of(Subject::Heading));
+    assert!(heading.action.contains("--unit heading=ddeg"), "{heading:?}");
     assert_eq!(time.kind(), ReasonCode::UnitDoubtful.of(Subject::Time));
     assert!(time.action.contains("--unit time="), "{time:?}");
 }
 
 #[test]
 fn exact_a_course_in_place_of_the_heading_limits_the_model() {
-    let course = StatedUnits {
-        heading_is_course: true,
-        ..stated_degrees()
-    };
+    let course = StatedUnits { heading_is_course: true, ..stated_degrees() };
     let doubts = unit_doubts(&record(course));
     assert_eq!(doubts, [Doubt::HeadingIsCourse]);
     assert!(!doubts[0].refuses() && doubts[0].reason().limits());
@@ -258,14 +208,8 @@ fn exact_a_rudder_without_scale_is_found() {
     };
     let stated = unit(1.0, Origin::Stated);
     let assumed = unit(1.0, Origin::Assumed);
-    assert_eq!(
-        bare(stated, 1.0, 0.5),
-        [ReasonCode::UnitUnknown.of(Subject::Rudder)]
-    );
-    assert_eq!(
-        bare(assumed, 1.0, 0.9),
-        [ReasonCode::UnitUnknown.of(Subject::Rudder)]
-    );
+    assert_eq!(bare(stated, 1.0, 0.5), [ReasonCode::UnitUnknown.of(Subject::Rudder)]);
+    assert_eq!(bare(assumed, 1.0, 0.9), [ReasonCode::UnitUnknown.of(Subject::Rudder)]);
     assert_eq!(
         bare(unit(DEG, Origin::Assumed), 1.0, 0.5),
         [ReasonCode::UnitUnknown.of(Subject::Rudder)]
@@ -285,10 +229,7 @@ fn exact_a_rudder_without_scale_is_found() {
     assert_eq!(codes(&pulses), []);
     // Shares of two motors are used, and their unit is said to be assumed.
     let shares = of_full_rudder(1.0);
-    assert_eq!(
-        codes(&shares),
-        [ReasonCode::UnitUnknown.of(Subject::Rudder)]
-    );
+    assert_eq!(codes(&shares), [ReasonCode::UnitUnknown.of(Subject::Rudder)]);
     assert_eq!(refusals(&shares), []);
     assert_eq!(refusals(&of_full_rudder(100.0)).len(), 1);
 }
@@ -306,10 +247,7 @@ fn exact_a_throttle_is_no_rudder() {
         record
     };
     let refused = refusals(&of(0.1, RudderUnit::FullRudder));
-    assert!(
-        matches!(refused[..], [Doubt::RudderOfOneSide { .. }]),
-        "{refused:?}"
-    );
+    assert!(matches!(refused[..], [Doubt::RudderOfOneSide { .. }]), "{refused:?}");
     assert!(refused[0].text().contains("half the difference"));
     for record in [of(-0.01, RudderUnit::FullRudder), of(0.1, RudderUnit::Rad)] {
         assert_eq!(refusals(&record), []);
@@ -320,11 +258,7 @@ fn exact_a_throttle_is_no_rudder() {
 fn exact_a_yaw_rate_finds_the_unit_of_time() {
     let text = |time: f64| {
         let doubts = unit_doubts(&scaled(record(stated_degrees()), 1.0, 1.0, time));
-        doubts
-            .iter()
-            .map(Doubt::text)
-            .collect::<Vec<_>>()
-            .join("\n")
+        doubts.iter().map(Doubt::text).collect::<Vec<_>>().join("\n")
     };
     assert!(text(1000.0).contains("milliseconds"));
     assert!(text(1.0 / 60.0).contains("minutes"));
@@ -336,17 +270,11 @@ fn exact_a_yaw_rate_finds_the_unit_of_time() {
         sample.yaw_rate_rad_s = sample.yaw_rate_rad_s.map(|rate| -rate);
     }
     let doubts = unit_doubts(&reversed);
-    assert_eq!(
-        doubts[0].kind(),
-        ReasonCode::SignReversed.of(Subject::YawRate)
-    );
+    assert_eq!(doubts[0].kind(), ReasonCode::SignReversed.of(Subject::YawRate));
     assert!(!doubts[0].refuses());
     leave_out_unsound(&mut reversed);
     assert!(reversed.samples.iter().all(|s| s.yaw_rate_rad_s.is_none()));
-    assert_eq!(
-        unit_doubts(&reversed)[0].kind(),
-        ReasonCode::SignReversed.of(Subject::YawRate)
-    );
+    assert_eq!(unit_doubts(&reversed)[0].kind(), ReasonCode::SignReversed.of(Subject::YawRate));
     let mut sound = record(stated_degrees());
     leave_out_unsound(&mut sound);
     assert!(sound.samples.iter().all(|s| s.yaw_rate_rad_s.is_some()));
@@ -355,10 +283,7 @@ fn exact_a_yaw_rate_finds_the_unit_of_time() {
 #[test]
 fn exact_hundredths_of_a_degree_are_no_radians() {
     for origin in [Origin::Given, Origin::Assumed, Origin::Stated] {
-        let units = StatedUnits {
-            heading: unit(100.0 * DEG, origin),
-            ..stated_degrees()
-        };
+        let units = StatedUnits { heading: unit(100.0 * DEG, origin), ..stated_degrees() };
         assert_eq!(codes(&record(units)), [], "{origin:?}");
     }
 }
@@ -366,11 +291,8 @@ fn exact_hundredths_of_a_degree_are_no_radians() {
 #[test]
 fn exact_dates_a_second_apart_count_no_rows() {
     let of = |time_is_a_date| {
-        let units = StatedUnits {
-            time: unit(1.0, Origin::Assumed),
-            time_is_a_date,
-            ..stated_degrees()
-        };
+        let units =
+            StatedUnits { time: unit(1.0, Origin::Assumed), time_is_a_date, ..stated_degrees() };
         codes(&counting_rows(without_rate(record(units))))
     };
     assert_eq!(of(false), [ReasonCode::UnitDoubtful.of(Subject::Time)]);
@@ -379,14 +301,7 @@ fn exact_dates_a_second_apart_count_no_rows() {
 
 #[test]
 fn exact_time_without_a_yaw_rate() {
-    let at = |time: f64| {
-        codes(&scaled(
-            without_rate(record(stated_degrees())),
-            1.0,
-            1.0,
-            time,
-        ))
-    };
+    let at = |time: f64| codes(&scaled(without_rate(record(stated_degrees())), 1.0, 1.0, time));
     assert_eq!(at(1000.0), [ReasonCode::UnitDoubtful.of(Subject::Time)]);
     let mut index = counting_rows(without_rate(record(stated_degrees())));
     // Who says how long a row takes is believed; the name of a column is, with care.
@@ -429,10 +344,7 @@ fn exact_a_turn_too_fast_blames_the_unit_that_nobody_stated() {
         unit_doubts(&log)[0].kind()
     };
     assert_eq!(mils(units), ReasonCode::UnitDoubtful.of(Subject::Heading));
-    assert_eq!(
-        mils(stated_degrees()),
-        ReasonCode::UnitDoubtful.of(Subject::Time)
-    );
+    assert_eq!(mils(stated_degrees()), ReasonCode::UnitDoubtful.of(Subject::Time));
 }
 
 /// A column that a program made of the heading proves neither time nor heading.
@@ -511,10 +423,7 @@ fn exact_an_assumed_unit_of_time_is_refused_without_a_witness() {
     // Ten a tenth of a second: hundredths come first.
     let advice = unit_doubts(&bare)[0].reason().action;
     let first = advice.find("--unit time=");
-    assert!(
-        first.is_some_and(|at| advice[at..].starts_with("--unit time=ms")),
-        "{advice}"
-    );
+    assert!(first.is_some_and(|at| advice[at..].starts_with("--unit time=ms")), "{advice}");
     let mut hundredths = bare;
     for sample in &mut hundredths.samples {
         sample.time_s /= 5.0;
@@ -529,10 +438,7 @@ fn exact_an_assumed_unit_of_time_is_refused_without_a_witness() {
         sample.time_s /= 10.0;
     }
     let advice = unit_doubts(&with_gyro)[0].reason().action;
-    assert!(
-        advice.contains("--unit time=cs") && !advice.contains("heading"),
-        "{advice}"
-    );
+    assert!(advice.contains("--unit time=cs") && !advice.contains("heading"), "{advice}");
     // A yaw rate whose unit was chosen because it is the nearest of three is no witness of a wrong time.
     units.yaw_rate.origin = Origin::Assumed;
     let mut scaled = record(units);
@@ -552,17 +458,11 @@ fn exact_a_chosen_unit_of_the_rudder_is_doubted() {
     for sample in &mut shares.samples {
         sample.rudder_rad *= 100.0;
     }
-    assert_eq!(
-        codes(&shares),
-        [ReasonCode::UnitDoubtful.of(Subject::Rudder)]
-    );
+    assert_eq!(codes(&shares), [ReasonCode::UnitDoubtful.of(Subject::Rudder)]);
     assert!(unit_doubts(&shares)[0].refuses());
     let mut named = record(stated_degrees());
     named.units.rudder.is_against_name = true;
-    assert_eq!(
-        codes(&named),
-        [ReasonCode::UnitDoubtful.of(Subject::Rudder)]
-    );
+    assert_eq!(codes(&named), [ReasonCode::UnitDoubtful.of(Subject::Rudder)]);
     assert!(!unit_doubts(&named)[0].refuses());
 }
 
@@ -572,10 +472,8 @@ fn held(heading_rows: usize, rudder_rows: usize) -> Vec<Sample<f64>> {
     let noise = |row: usize| 0.002 * (977.0 * row as f64).sin();
     (0..record.samples.len())
         .map(|row| {
-            let (heading, rudder) = (
-                row / heading_rows * heading_rows,
-                row / rudder_rows * rudder_rows,
-            );
+            let (heading, rudder) =
+                (row / heading_rows * heading_rows, row / rudder_rows * rudder_rows);
             Sample {
                 heading_rad: (record.samples[heading].heading_rad + noise(heading)).wrapped(),
                 rudder_rad: record.samples[rudder].rudder_rad + noise(rudder),

@@ -82,10 +82,7 @@ impl Doubt {
 /// The options that settle the unit of the time, with the interval that each makes of the rows.
 fn time_units(units: &[(&str, f64)]) -> String {
     let options = units.iter().map(|(unit, interval_s)| {
-        format!(
-            "--unit time={unit} where rows are {} s apart",
-            three_figures(*interval_s)
-        )
+        format!("--unit time={unit} where rows are {} s apart", three_figures(*interval_s))
     });
     options.collect::<Vec<_>>().join(", or ")
 }

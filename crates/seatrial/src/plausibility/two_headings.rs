@@ -56,10 +56,7 @@ pub fn heading_later_s(read: &[Sample<f64>], other: &[Sample<f64>]) -> Option<f6
         let late_s = step_s * shift;
         tried.push((late_s, variance_apart(&read, &other, late_s)));
     }
-    let least = tried
-        .iter()
-        .map(|(_, left)| *left)
-        .fold(f64::INFINITY, f64::min);
+    let least = tried.iter().map(|(_, left)| *left).fold(f64::INFINITY, f64::min);
     // Of a weave that repeats itself, the nearest of all shifts that fit alike.
     let (late_s, left) = *tried.iter().find(|(_, left)| *left <= ALIKE * least)?;
     (late_s > LEAST_S && left < LEFT * tried[0].1).then_some(late_s)

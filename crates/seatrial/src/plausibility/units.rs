@@ -42,15 +42,8 @@ const LONGEST_WHOLE_INTERVAL_S: f64 = 15.0;
 
 /// Compares the numbers with what their units allow.
 pub(super) fn doubts(record: &Record) -> Vec<Doubt> {
-    let against_name = record
-        .units
-        .rudder
-        .is_against_name
-        .then_some(Doubt::RudderAgainstName);
-    [heading(record), rudder(record), against_name, time(record)]
-        .into_iter()
-        .flatten()
-        .collect()
+    let against_name = record.units.rudder.is_against_name.then_some(Doubt::RudderAgainstName);
+    [heading(record), rudder(record), against_name, time(record)].into_iter().flatten().collect()
 }
 
 /// A column's numbers as they stand in the file.
@@ -68,9 +61,7 @@ pub(super) fn numbers(
 }
 
 fn largest(numbers: &[f64]) -> f64 {
-    numbers
-        .iter()
-        .fold(0.0, |largest: f64, n| largest.max(n.abs()))
+    numbers.iter().fold(0.0, |largest: f64, n| largest.max(n.abs()))
 }
 
 /// The lowest and the highest number.
@@ -91,20 +82,14 @@ fn heading(record: &Record) -> Option<Doubt> {
     let headings = numbers(record, |s| s.heading_rad, unit);
     let largest = largest(&headings);
     let said_degrees = unit.is_degrees();
-    let turn = if said_degrees {
-        std::f64::consts::TAU
-    } else {
-        360.0
-    };
+    let turn = if said_degrees { std::f64::consts::TAU } else { 360.0 };
     let wraps = wraps_at(&headings, turn);
     if said_degrees && is_of_half_a_turn(&headings) {
         return Some(Doubt::HeadingHalfTurn);
     }
     if said_degrees && unit.origin == Origin::Assumed && !wraps_at(&headings, 360.0) {
         let has_rate = record.samples.iter().any(|s| s.yaw_rate_rad_s.is_some());
-        let are_whole = headings
-            .iter()
-            .all(|heading| (heading - heading.round()).abs() < WHOLE);
+        let are_whole = headings.iter().all(|heading| (heading - heading.round()).abs() < WHOLE);
         if !has_rate && are_whole {
             return Some(Doubt::HeadingCounts { largest });
         }
@@ -143,10 +128,7 @@ pub(super) fn wraps_at(headings: &[f64], turn: f64) -> bool {
 /// Does the heading begin more than a turn from north, with no yaw rate to show that it is in radians all the same?
 fn begins_turned(record: &Record, headings_rad: &[f64]) -> bool {
     let has_rate = record.samples.iter().any(|s| s.yaw_rate_rad_s.is_some());
-    !has_rate
-        && headings_rad
-            .first()
-            .is_some_and(|first| first.abs() > TURN_RAD)
+    !has_rate && headings_rad.first().is_some_and(|first| first.abs() > TURN_RAD)
 }
 
 /// Does the heading change by less than a tenth of the rudder's range?
@@ -166,10 +148,7 @@ fn rudder(record: &Record) -> Option<Doubt> {
     let said_degrees = unit.is_degrees();
     let is_beyond = is_angle && largest / unit.per_si > LARGEST_RUDDER_RAD;
     if is_beyond && unit.origin != Origin::Assumed && !record.units.are_given() {
-        return Some(Doubt::RudderUnit {
-            said_degrees,
-            largest,
-        });
+        return Some(Doubt::RudderUnit { said_degrees, largest });
     }
     let share = largest / unit.per_si;
     if !is_angle && unit.origin != Origin::Assumed && share > LARGEST_SHARE {
@@ -185,10 +164,7 @@ fn rudder(record: &Record) -> Option<Doubt> {
     }
     if unit.origin == Origin::Stated {
         let is_doubtful = is_angle && said_degrees && largest <= RADIANS;
-        return is_doubtful.then_some(Doubt::RudderUnit {
-            said_degrees,
-            largest,
-        });
+        return is_doubtful.then_some(Doubt::RudderUnit { said_degrees, largest });
     }
     let (taken_as, usual) = match (is_angle, said_degrees) {
         (true, true) => ("degrees", USUAL_RUDDER_DEG),
@@ -254,13 +230,7 @@ fn time(record: &Record) -> Option<Doubt> {
 /// Unusual rows or turns count for more than any interval, as a logarithm.
 const FAR: f64 = 100.0;
 /// Units of a clock's counts, by their number in a second.
-const COUNTS: [(&str, f64); 5] = [
-    ("s", 1.0),
-    ("cs", 1e2),
-    ("ms", 1e3),
-    ("us", 1e6),
-    ("ns", 1e9),
-];
+const COUNTS: [(&str, f64); 5] = [("s", 1.0), ("cs", 1e2), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)];
 /// Intervals between rows that are logged at all, s.
 const LOGGED_INTERVAL_S: [f64; 2] = [SHORTEST_INTERVAL_S, 5.0];
 /// Intervals between rows that loggers usually write, s, and the fastest turns of usual vessels, rad/s.
@@ -281,10 +251,7 @@ fn time_assumed(record: &Record, interval_s: f64) -> Doubt {
             let rows = is_within(interval_s * times, USUAL_INTERVAL_S);
             let unusual = usize::from(!turns) + usize::from(!rows);
             let from_usual = libm::log(interval_s * times / MOST_USUAL_INTERVAL_S).abs();
-            (
-                unusual as f64 * FAR + from_usual,
-                (unit, interval_s * times),
-            )
+            (unusual as f64 * FAR + from_usual, (unit, interval_s * times))
         })
         .filter(|(_, (_, interval_s))| is_within(*interval_s, LOGGED_INTERVAL_S))
         .collect();

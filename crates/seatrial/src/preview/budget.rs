@@ -29,11 +29,7 @@ impl Budget<'_> {
 impl<'a> Budget<'a> {
     /// Samples as long as `is_wanted` says so.
     pub fn while_wanted(samples: usize, is_wanted: &'a dyn Fn() -> bool) -> Self {
-        Self {
-            left: Cell::new(samples),
-            is_wanted,
-            is_given_up: Cell::new(false),
-        }
+        Self { left: Cell::new(samples), is_wanted, is_given_up: Cell::new(false) }
     }
 
     /// Refuses a plan whose shortest course is longer than what is left.

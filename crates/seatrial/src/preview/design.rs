@@ -73,14 +73,8 @@ pub struct DesignAtSpeed {
 pub fn compare_designs(plan: &Plan<f64>, prior: &Prior) -> Comparison {
     let amplitude_rad = plan.training.excitation.amplitude_rad().abs();
     let duration_s = plan.training.excitation.duration_s();
-    let doublet = Excitation::Doublet {
-        amplitude_rad,
-        period_s: duration_s,
-    };
-    let three_two_one_one = Excitation::ThreeTwoOneOne {
-        amplitude_rad,
-        unit_s: duration_s / 7.0,
-    };
+    let doublet = Excitation::Doublet { amplitude_rad, period_s: duration_s };
+    let three_two_one_one = Excitation::ThreeTwoOneOne { amplitude_rad, unit_s: duration_s / 7.0 };
     let thinned = thinned(prior, plan.training.duration_s());
     let search = |limits: Limits| Search {
         training: plan.training,
@@ -97,15 +91,8 @@ pub fn compare_designs(plan: &Plan<f64>, prior: &Prior) -> Comparison {
         ("designed_calm", calm.best()),
     ];
     let at_speeds = |excitation: Excitation<f64>| {
-        let manoeuvre = Manoeuvre {
-            excitation,
-            ..plan.training
-        };
-        prior
-            .speeds
-            .iter()
-            .map(|speed| at_speed(&manoeuvre, speed, plan, prior))
-            .collect()
+        let manoeuvre = Manoeuvre { excitation, ..plan.training };
+        prior.speeds.iter().map(|speed| at_speed(&manoeuvre, speed, plan, prior)).collect()
     };
     Comparison {
         amplitude_rad,
@@ -113,11 +100,7 @@ pub fn compare_designs(plan: &Plan<f64>, prior: &Prior) -> Comparison {
         designs: designs
             .into_iter()
             .filter_map(|(name, excitation)| {
-                Some(Design {
-                    name,
-                    excitation: excitation?,
-                    speeds: at_speeds(excitation?),
-                })
+                Some(Design { name, excitation: excitation?, speeds: at_speeds(excitation?) })
             })
             .collect(),
     }
@@ -129,10 +112,7 @@ fn at_speed(
     plan: &Plan<f64>,
     prior: &Prior,
 ) -> DesignAtSpeed {
-    let northwards = Prior {
-        heading_rad: 0.0,
-        ..prior.clone()
-    };
+    let northwards = Prior { heading_rad: 0.0, ..prior.clone() };
     let samples = ExpectedVehicle::train(&northwards, *speed, manoeuvre);
     let extent = |of: fn(&Sample<f64>) -> Option<f64>| {
         range(samples.iter().map(of)).map(|[low, high]| high - low)
@@ -141,18 +121,14 @@ fn at_speed(
         thrust: speed.thrust,
         expected: ExpectedAccuracy::of(&samples, speed, plan.rudder_limit_rad),
         heading_excursion_rad: excursion_rad(&samples, 0.0),
-        track_m: extent(|s| s.north_m)
-            .zip(extent(|s| s.east_m))
-            .map(<[f64; 2]>::from),
+        track_m: extent(|s| s.north_m).zip(extent(|s| s.east_m)).map(<[f64; 2]>::from),
     }
 }
 
 /// The prior with so few samples that weighing many manoeuvres is quick, and with so much less noise on each
 /// that they determine the same.
 pub(super) fn thinned(prior: &Prior, stage_s: f64) -> Prior {
-    let thinning = (stage_s / (ENOUGH_SAMPLES * prior.sample_interval_s))
-        .floor()
-        .max(1.0);
+    let thinning = (stage_s / (ENOUGH_SAMPLES * prior.sample_interval_s)).floor().max(1.0);
     let mut thinned = prior.clone();
     thinned.sample_interval_s *= thinning;
     for speed in &mut thinned.speeds {
@@ -187,10 +163,7 @@ fn cases(prior: &Prior, plan: &Plan<f64>, limits: Limits) -> Vec<Case> {
         let heading_excursion_max_rad = match limits {
             Limits::Envelope => plan.envelope.heading_excursion_max_rad,
             Limits::Of(excitation) => {
-                let manoeuvre = Manoeuvre {
-                    excitation,
-                    ..plan.training
-                };
+                let manoeuvre = Manoeuvre { excitation, ..plan.training };
                 let samples = ExpectedVehicle::train(prior, speed, &manoeuvre);
                 excursion_rad(&samples, prior.heading_rad)
             }
@@ -220,10 +193,8 @@ struct Search<'a> {
 impl Search<'_> {
     fn best(&self) -> Option<Excitation<f64>> {
         let coarse = subsets(COARSE_PARTS, MOST_JUMPS).into_iter().map(|parts| {
-            let jumps: Vec<f64> = parts
-                .iter()
-                .map(|part| f64::from(*part) / f64::from(COARSE_PARTS))
-                .collect();
+            let jumps: Vec<f64> =
+                parts.iter().map(|part| f64::from(*part) / f64::from(COARSE_PARTS)).collect();
             (self.cost(&jumps), jumps)
         });
         let (mut least, mut jumps) = coarse.min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -250,10 +221,7 @@ impl Search<'_> {
         let Some(excitation) = self.excitation(jumps) else {
             return f64::INFINITY;
         };
-        let manoeuvre = Manoeuvre {
-            excitation,
-            ..self.training
-        };
+        let manoeuvre = Manoeuvre { excitation, ..self.training };
         let mut cost = 0.0;
         for case in &self.cases {
             let samples = ExpectedVehicle::train(self.prior, case.speed, &manoeuvre);

@@ -40,10 +40,7 @@ impl<'a> ExpectedVehicle<'a> {
         Self {
             prior,
             speed,
-            yaw: YawState {
-                heading_rad: prior.heading_rad,
-                yaw_rate_rad_s: 0.0,
-            },
+            yaw: YawState { heading_rad: prior.heading_rad, yaw_rate_rad_s: 0.0 },
             surge_speed_m_s: speed.surge_speed_m_s,
             position_m: [0.0; 2],
             rudder_rad: -speed.model.delta0_rad().unwrap_or(0.0),
@@ -74,34 +71,22 @@ impl<'a> ExpectedVehicle<'a> {
             };
             record.push(sample);
             let elapsed_s = k as f64 * prior.sample_interval_s - manoeuvre.lead_in_s;
-            let steering = manoeuvre
-                .excitation
-                .rudder_rad(elapsed_s)
-                .map_or(hold, Steering::Rudder);
-            let Ok(()) = vehicle.act(&Action {
-                steering,
-                thrust: None,
-                outcome: None,
-            });
+            let steering =
+                manoeuvre.excitation.rudder_rad(elapsed_s).map_or(hold, Steering::Rudder);
+            let Ok(()) = vehicle.act(&Action { steering, thrust: None, outcome: None });
         }
         record
     }
 
     fn advance(&mut self) {
         let interval_s = self.prior.sample_interval_s;
-        let yaw = self
-            .speed
-            .model
-            .advance(self.yaw, self.rudder_rad, interval_s);
+        let yaw = self.speed.model.advance(self.yaw, self.rudder_rad, interval_s);
         if let (Some(speed_m_s), Some(steady_m_s)) =
             (&mut self.surge_speed_m_s, self.speed.surge_speed_m_s)
         {
             let time_constant_s = self.prior.surge_time_constant_s;
-            let left = if time_constant_s > 0.0 {
-                libm::exp(-interval_s / time_constant_s)
-            } else {
-                0.0
-            };
+            let left =
+                if time_constant_s > 0.0 { libm::exp(-interval_s / time_constant_s) } else { 0.0 };
             let before_m_s = *speed_m_s;
             *speed_m_s = steady_m_s + (before_m_s - steady_m_s) * left;
             let way_m = 0.5 * (before_m_s + *speed_m_s) * interval_s;

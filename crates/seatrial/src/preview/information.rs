@@ -84,10 +84,7 @@ fn predicted(
     quantity: &dyn Fn(&YawModel<f64>) -> Option<f64>,
 ) -> Option<PredictedQuantity> {
     let [low, high] = interval_95(model, &(*covariance).into(), quantity)?;
-    Some(PredictedQuantity {
-        value: quantity(model)?,
-        half_width_95: 0.5 * (high - low),
-    })
+    Some(PredictedQuantity { value: quantity(model)?, half_width_95: 0.5 * (high - low) })
 }
 
 /// Half widths of the 95 % intervals of a22 and b2 as fractions of them; infinite where nothing is determined.

@@ -326,10 +326,7 @@ fn place(stage: Stage) -> usize {
 
 /// Farthest heading from the heading held, rad.
 fn excursion_rad(samples: &[Sample<f64>], heading_rad: f64) -> f64 {
-    samples
-        .iter()
-        .map(|s| (s.heading_rad - heading_rad).wrapped().abs())
-        .fold(0.0, f64::max)
+    samples.iter().map(|s| (s.heading_rad - heading_rad).wrapped().abs()).fold(0.0, f64::max)
 }
 
 fn track_margin_m(prior: &Prior, played: &[SpeedRun]) -> Option<f64> {

@@ -100,13 +100,8 @@ impl std::error::Error for InvalidTarget {}
 /// # Ok::<(), seatrial::preview::InvalidTarget>(())
 /// ```
 pub fn parse_target(text: &str) -> Result<Target, InvalidTarget> {
-    let invalid = |found: &str| InvalidTarget {
-        found: found.into(),
-    };
-    let mut target = Target {
-        a22: None,
-        b2: None,
-    };
+    let invalid = |found: &str| InvalidTarget { found: found.into() };
+    let mut target = Target { a22: None, b2: None };
     for part in text.split(',') {
         let (name, width) = part.trim().split_once(':').ok_or_else(|| invalid(part))?;
         let place = match name.trim() {
@@ -157,18 +152,7 @@ pub struct Recommendation {
 pub fn recommend(plan: &Plan<f64>, prior: &Prior, target: Target) -> Vec<Recommendation> {
     let one_each = prior.speeds.iter().map(std::slice::from_ref);
     let all = (prior.speeds.len() > 1).then_some(prior.speeds.as_slice());
-    one_each
-        .chain(all)
-        .filter_map(|speeds| {
-            Search {
-                plan,
-                prior,
-                speeds,
-                target,
-            }
-            .best()
-        })
-        .collect()
+    one_each.chain(all).filter_map(|speeds| Search { plan, prior, speeds, target }.best()).collect()
 }
 
 struct Search<'a> {
@@ -198,9 +182,7 @@ impl Search<'_> {
             .filter_map(|period_s| self.least_amplitude(period_s))
             .collect();
         let reaching = || tried.iter().filter(|played| played.share <= AIM);
-        let least_rad = reaching()
-            .map(|played| played.amplitude_rad)
-            .fold(f64::INFINITY, f64::min);
+        let least_rad = reaching().map(|played| played.amplitude_rad).fold(f64::INFINITY, f64::min);
         // Periods are tried in increasing order.
         let preferred = reaching()
             .find(|played| played.amplitude_rad <= PREFERRED_WITHIN * least_rad)
@@ -242,10 +224,7 @@ impl Search<'_> {
 
     fn manoeuvre(&self, amplitude_rad: f64, period_s: f64) -> Manoeuvre<f64> {
         Manoeuvre {
-            excitation: Excitation::Doublet {
-                amplitude_rad,
-                period_s,
-            },
+            excitation: Excitation::Doublet { amplitude_rad, period_s },
             ..self.plan.training
         }
     }
@@ -274,10 +253,7 @@ impl Search<'_> {
         most_rad: f64,
         holds: impl Fn(&DoubletEffect) -> bool,
     ) -> Between {
-        let mut between = Between {
-            below_rad: 0.0,
-            above_rad: most_rad,
-        };
+        let mut between = Between { below_rad: 0.0, above_rad: most_rad };
         if !holds(&self.play(most_rad, period_s)) {
             between.below_rad = most_rad;
             return between;

@@ -51,9 +51,7 @@ pub struct AddedRun {
 impl SurgeStep {
     /// Will the trial tell drag length and lag?
     pub fn is_identified(&self) -> bool {
-        self.added
-            .map_or(self.without, |added| added.with)
-            .is_identified()
+        self.added.map_or(self.without, |added| added.with).is_identified()
     }
 }
 
@@ -69,9 +67,8 @@ pub fn surge_step(
     noise_m_s: f64,
 ) -> Result<Option<SurgeStep>, InvalidSetting> {
     let speeds = prior.speeds.iter().map(|speed| speed.surge_speed_m_s);
-    let Some(fastest_m_s) = speeds
-        .collect::<Option<Vec<f64>>>()
-        .and_then(|all| all.into_iter().reduce(f64::max))
+    let Some(fastest_m_s) =
+        speeds.collect::<Option<Vec<f64>>>().and_then(|all| all.into_iter().reduce(f64::max))
     else {
         return Ok(None);
     };
@@ -83,11 +80,7 @@ pub fn surge_step(
     let budget = Budget::of(MOST_SAMPLES);
     let (_, played) = play(plan, prior, &budget)?;
     let without = expected(prior, &played, &believed);
-    let mut found = SurgeStep {
-        believed,
-        without,
-        added: None,
-    };
+    let mut found = SurgeStep { believed, without, added: None };
     if !without.is_identified() {
         let now_s = duration_s(&played);
         let mut tried = with_one_more(plan, prior, others, now_s, &budget)?;
@@ -124,10 +117,7 @@ fn with_one_more(
             let Some(list) = List::from_slice(&thrusts) else {
                 continue;
             };
-            let longer = Plan {
-                thrusts: list,
-                ..*plan
-            };
+            let longer = Plan { thrusts: list, ..*plan };
             let played = match play(&longer, &prior, budget) {
                 Ok((Some(Outcome::Finished), played)) => played,
                 Err(error) if budget.is_spent() => return Err(error),
@@ -146,9 +136,7 @@ fn with_one_more(
                 cost_s: times * (duration_s(&played) - now_s),
                 with: ExpectedSurge::default(),
             };
-            let a22_width = preview
-                .expected
-                .and_then(|found| found.relative_half_width_95[0]);
+            let a22_width = preview.expected.and_then(|found| found.relative_half_width_95[0]);
             tried.push(PlanCandidate {
                 added,
                 prior,
@@ -166,9 +154,7 @@ fn greatest_step(thrusts: &[f64], place: usize) -> [f64; 2] {
     let from = thrusts.get(place + 1).map(|next| [thrusts[place], *next]);
     let size = |step: &[f64; 2]| (step[1] - step[0]).abs();
     let steps = [to, from].into_iter().flatten();
-    steps
-        .max_by(|a, b| size(a).total_cmp(&size(b)))
-        .unwrap_or([thrusts[place]; 2])
+    steps.max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or([thrusts[place]; 2])
 }
 
 /// Of those that make drag length and lag identifiable the cheapest; of equally cheap ones the one that tells l best, then the lag and, where
@@ -194,11 +180,7 @@ fn cheapest(
         let factor = added.with.drag_length_factor_95.unwrap_or(f64::INFINITY);
         let lag_s = added.with.thrust_lag_half_width_95_s;
         let lag_s = lag_s.unwrap_or(f64::INFINITY);
-        [
-            factor.max(WELL),
-            lag_s.max(LAG_WELL * time_constant_s),
-            *a22_width,
-        ]
+        [factor.max(WELL), lag_s.max(LAG_WELL * time_constant_s), *a22_width]
     };
     let best = found.into_iter().min_by(|a, b| {
         let pairs = key(a).into_iter().zip(key(b));
@@ -209,15 +191,9 @@ fn cheapest(
 
 /// What a trial will tell, whatever the surge may be.
 fn expected(prior: &Prior, played: &[SpeedRun], believed: &SurgeBelief) -> ExpectedSurge {
-    let runs: Vec<ExpectedRun> = prior
-        .speeds
-        .iter()
-        .zip(played)
-        .map(|(speed, run)| run.expected(speed))
-        .collect();
-    let first_m_s = prior
-        .speed_before_m_s
-        .or_else(|| runs.first().map(|run| run.surge_speed_m_s));
+    let runs: Vec<ExpectedRun> =
+        prior.speeds.iter().zip(played).map(|(speed, run)| run.expected(speed)).collect();
+    let first_m_s = prior.speed_before_m_s.or_else(|| runs.first().map(|run| run.surge_speed_m_s));
     let first_m_s = first_m_s.unwrap_or_default();
     let of = |length: f64, lag: f64| {
         let belief = SurgeBelief {

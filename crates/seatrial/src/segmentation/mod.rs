@@ -231,10 +231,7 @@ fn as_one(samples: &[Sample<f64>]) -> Option<Segment> {
     let manoeuvre = Manoeuvre::find(samples)?;
     let (first, last) = (manoeuvre.strokes.first()?, manoeuvre.strokes.last()?);
     let is_to_both_sides = (manoeuvre.strokes.iter()).any(|s| s.positive != first.positive);
-    let window = Window {
-        to_s: last.window.to_s,
-        ..first.window
-    };
+    let window = Window { to_s: last.window.to_s, ..first.window };
     is_to_both_sides.then_some(Trace::of(samples)?.segment(
         Kind::Multistep,
         window,
@@ -267,13 +264,7 @@ fn manoeuvre(trace: &Trace, chain: &Chain, found: &[Segment]) -> Option<Segment>
     if !(stands_alone || stands_out(trace, chain, kind, previous_s)) {
         return None;
     }
-    Some(trace.segment(
-        kind,
-        window,
-        chain.strokes.len(),
-        first_stroke_s,
-        chain.amplitude_rad(),
-    ))
+    Some(trace.segment(kind, window, chain.strokes.len(), first_stroke_s, chain.amplitude_rad()))
 }
 
 /// Does the rudder rest before the strokes, and the heading depart from its straight line with them? `previous_s` is the end of the manoeuvre
@@ -284,18 +275,9 @@ fn stands_out(trace: &Trace, chain: &Chain, kind: Kind, previous_s: Option<f64>)
     let before_s = previous_s
         .unwrap_or(f64::NEG_INFINITY)
         .max(window.from_s - LEAD_IN_STROKES * first_stroke_s);
-    let before = Window {
-        from_s: before_s,
-        to_s: window.from_s,
-    };
-    let after = Window {
-        from_s: window.to_s,
-        to_s: window.to_s + STEP_STROKES * first_stroke_s,
-    };
-    let during = trace.indices(Window {
-        to_s: window.to_s + first_stroke_s,
-        ..window
-    });
+    let before = Window { from_s: before_s, to_s: window.from_s };
+    let after = Window { from_s: window.to_s, to_s: window.to_s + STEP_STROKES * first_stroke_s };
+    let during = trace.indices(Window { to_s: window.to_s + first_stroke_s, ..window });
     let rests = |part: Window, strokes: f64, share: f64| {
         let part = trace.indices(part);
         trace.duration_s(&part) >= (1.0 - ROUNDING) * strokes * first_stroke_s
@@ -319,14 +301,10 @@ fn stands_out(trace: &Trace, chain: &Chain, kind: Kind, previous_s: Option<f64>)
 }
 
 fn kind(trace: &Trace, chain: &Chain) -> Option<Kind> {
-    let durations = chain
-        .strokes
-        .iter()
-        .filter_map(|stroke| Some(stroke.held?.duration_s));
+    let durations = chain.strokes.iter().filter_map(|stroke| Some(stroke.held?.duration_s));
     let spread = |durations: &mut dyn Iterator<Item = f64>| {
-        let (low, high) = durations.fold((f64::INFINITY, 0.0_f64), |(low, high), d| {
-            (low.min(d), high.max(d))
-        });
+        let (low, high) =
+            durations.fold((f64::INFINITY, 0.0_f64), |(low, high), d| (low.min(d), high.max(d)));
         high / low
     };
     match chain.strokes.len() {
@@ -343,10 +321,7 @@ fn kind(trace: &Trace, chain: &Chain) -> Option<Kind> {
 /// Segments between the manoeuvres in which the rudder stays within half of the smallest amplitude, longer than any of
 /// them. None of a record without manoeuvres: nothing says there what a small angle is.
 fn steady_runs(trace: &Trace, manoeuvres: &[Segment]) -> Vec<Segment> {
-    let smallest_rad = manoeuvres
-        .iter()
-        .map(|m| m.amplitude_rad)
-        .fold(f64::INFINITY, f64::min);
+    let smallest_rad = manoeuvres.iter().map(|m| m.amplitude_rad).fold(f64::INFINITY, f64::min);
     let longest_s = manoeuvres
         .iter()
         .filter(|m| m.kind != Kind::TurningCircle)

@@ -109,11 +109,7 @@ pub(super) fn chains(trace: &Trace, level_rad: f64) -> Vec<Chain> {
     let mut chain = Chain::default();
     let mut scratch = Vec::new();
     for excursion in trace.excursions(BEYOND * level_rad) {
-        if chain
-            .strokes
-            .last()
-            .is_some_and(|last| last.ends_in_peak(&excursion))
-        {
+        if chain.strokes.last().is_some_and(|last| last.ends_in_peak(&excursion)) {
             continue;
         }
         let stroke = Stroke {
@@ -121,10 +117,7 @@ pub(super) fn chains(trace: &Trace, level_rad: f64) -> Vec<Chain> {
             is_positive: excursion.is_positive,
             held: held(trace, &excursion, level_rad, &mut scratch),
         };
-        let goes_on = chain
-            .strokes
-            .last()
-            .is_some_and(|last| last.is_followed_by(&stroke, trace));
+        let goes_on = chain.strokes.last().is_some_and(|last| last.is_followed_by(&stroke, trace));
         if !goes_on && !chain.strokes.is_empty() {
             chains.push(std::mem::take(&mut chain).without_recovery());
         }

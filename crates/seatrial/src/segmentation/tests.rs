@@ -13,12 +13,8 @@ fn steered(duration_s: f64, rudder: impl Fn(f64) -> f64) -> Vec<Sample<f64>> {
         .map(|k| {
             let time_s = f64::from(k) * 0.05;
             let rudder_rad = rudder(time_s + 1e-9);
-            let sample = Sample {
-                time_s,
-                heading_rad: state.heading_rad,
-                rudder_rad,
-                ..Sample::default()
-            };
+            let sample =
+                Sample { time_s, heading_rad: state.heading_rad, rudder_rad, ..Sample::default() };
             state = model.advance(state, rudder_rad, 0.05);
             sample
         })
@@ -66,9 +62,7 @@ fn recover_doublets_that_follow_closely() {
         samples[row].heading_rad = samples[row - 10].heading_rad;
     }
     let found = find(&samples);
-    let doublets = kinds(&found)
-        .into_iter()
-        .filter(|kind| *kind == Kind::Doublet);
+    let doublets = kinds(&found).into_iter().filter(|kind| *kind == Kind::Doublet);
     assert_eq!(doublets.count(), 3, "{found:?}");
 }
 
@@ -84,10 +78,8 @@ fn exact_every_kind_is_recognised() {
     ];
     for (lengths_s, kind) in cases {
         let samples = steered(100.0, |t| 0.26 * strokes(t, 20.0, lengths_s));
-        let found: Vec<Segment> = find(&samples)
-            .into_iter()
-            .filter(|s| s.kind != Kind::Steady)
-            .collect();
+        let found: Vec<Segment> =
+            find(&samples).into_iter().filter(|s| s.kind != Kind::Steady).collect();
         assert_eq!(kinds(&found), [kind], "{lengths_s:?}");
         assert_eq!(found[0].strokes, lengths_s.len());
         // Times are sums of sample intervals.
@@ -163,10 +155,7 @@ fn exact_proposal_trains_and_validates_at_each_speed_without_overlap() {
     let mut windows: Vec<Window> = slow.training.to_vec();
     windows.extend(slow.validation);
     windows.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
-    assert!(
-        windows.is_sorted_by(|a, b| a.to_s <= b.from_s),
-        "{windows:?}"
-    );
+    assert!(windows.is_sorted_by(|a, b| a.to_s <= b.from_s), "{windows:?}");
 }
 
 /// A doublet while the vehicle still gains way, as in the check before a trial: b2 grows with the square of the speed.
@@ -190,10 +179,7 @@ fn exact_a_manoeuvre_at_another_speed_is_not_joined_though_the_thrust_is_the_sam
         };
         let validation = one.validation.unwrap();
         assert!(validation.from_s > 40.0 || first_speed_m_s > 1.0);
-        one.training
-            .iter()
-            .map(|w| w.from_s.round() as u32)
-            .collect()
+        one.training.iter().map(|w| w.from_s.round() as u32).collect()
     };
     assert_eq!(trained_from(1.45, 0.1), [48, 18]);
     assert_eq!(trained_from(0.0, 0.1), [48]);

@@ -44,12 +44,7 @@ impl<'a> Trace<'a> {
             let is_finite = sample.time_s.is_finite()
                 && sample.rudder_rad.is_finite()
                 && sample.heading_rad.is_finite();
-            if !is_finite
-                || trace
-                    .time_s
-                    .last()
-                    .is_some_and(|last| sample.time_s <= *last)
-            {
+            if !is_finite || trace.time_s.last().is_some_and(|last| sample.time_s <= *last) {
                 continue;
             }
             let before = last_heading_rad.replace(sample.heading_rad);
@@ -123,14 +118,8 @@ impl<'a> Trace<'a> {
                 excursion.window.to_s = *time_s;
             }
             if let Some(is_positive) = side.filter(|_| side != deflected) {
-                let window = Window {
-                    from_s: *time_s,
-                    to_s: *time_s,
-                };
-                excursions.push(Excursion {
-                    window,
-                    is_positive,
-                });
+                let window = Window { from_s: *time_s, to_s: *time_s };
+                excursions.push(Excursion { window, is_positive });
             }
             deflected = side;
         }
@@ -149,10 +138,7 @@ impl<'a> Trace<'a> {
                 Some((chunk, range))
             })
             .filter(|(chunk, _)| chunk[0].abs() < bound_rad)
-            .map(|(_, range)| Window {
-                from_s: time_s[range.start],
-                to_s: time_s[range.end - 1],
-            })
+            .map(|(_, range)| Window { from_s: time_s[range.start], to_s: time_s[range.end - 1] })
             .collect()
     }
 
@@ -179,10 +165,7 @@ impl<'a> Trace<'a> {
     ) -> Segment {
         let with_response = match kind {
             Kind::Steady => window,
-            _ => Window {
-                from_s: window.from_s,
-                to_s: window.to_s + first_stroke_s,
-            },
+            _ => Window { from_s: window.from_s, to_s: window.to_s + first_stroke_s },
         };
         let indices = self.indices(with_response);
         let expected = (self.duration_s(&indices) / self.usual_interval_s).round() + 1.0;
@@ -203,10 +186,7 @@ impl<'a> Trace<'a> {
     }
 
     fn line(&self, indices: &Range<usize>) -> Option<Line> {
-        Line::through(
-            &self.time_s[indices.clone()],
-            &self.heading_rad[indices.clone()],
-        )
+        Line::through(&self.time_s[indices.clone()], &self.heading_rad[indices.clone()])
     }
 
     /// Standard deviation of the heading about its own straight line.
@@ -237,9 +217,7 @@ fn neutral(values: &[f64]) -> Option<f64> {
             .map(|shortest| 0.5 * (shortest[0] + shortest[count - 1]))
     };
     let edge = EDGE * (high - low);
-    middle(0.5)
-        .filter(|middle| (low + edge..high - edge).contains(middle))
-        .or_else(|| middle(0.55))
+    middle(0.5).filter(|middle| (low + edge..high - edge).contains(middle)).or_else(|| middle(0.55))
 }
 
 fn largest(values: &[f64]) -> f64 {

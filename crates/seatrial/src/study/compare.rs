@@ -188,10 +188,7 @@ pub fn compare(
     lambda_rad_s: Option<f64>,
     clock_ms: &dyn Fn() -> f64,
 ) -> Result<Comparison, IdentifyError> {
-    let settings = IdentifySettings {
-        lambda_rad_s,
-        ..IdentifySettings::default()
-    };
+    let settings = IdentifySettings { lambda_rad_s, ..IdentifySettings::default() };
     let own = Training::new(record, training, &settings)?;
     let paper = Training::new(record, training, &IdentifySettings::paper())?;
     let pass = own.estimate()?;
@@ -276,9 +273,7 @@ impl Candidates<'_> {
         let found = identify(self.record, self.training, held_out, &self.settings)
             .map_err(NoModel::Identify)?;
         let refined = found.refined.as_ref().ok_or(NoModel::NotRefined)?;
-        let behind_lag = found
-            .simulated()
-            .map(|model| validation_of(model, self.data));
+        let behind_lag = found.simulated().map(|model| validation_of(model, self.data));
         Ok(MethodEstimate {
             interval_95: Some(refined.interval_95),
             validation: behind_lag.transpose()?,
@@ -325,23 +320,13 @@ fn validated(row: MethodResult, data: ValidationData) -> Result<MethodResult, Id
 pub fn split(record: &Record) -> Option<(Window, Window)> {
     let manoeuvre = Manoeuvre::find(&record.samples)?;
     let middle = manoeuvre.strokes.len() / 2;
-    let (before, after) = (
-        manoeuvre.strokes.get(middle.checked_sub(1)?)?,
-        manoeuvre.strokes.get(middle)?,
-    );
+    let (before, after) =
+        (manoeuvre.strokes.get(middle.checked_sub(1)?)?, manoeuvre.strokes.get(middle)?);
     let lead_in_s = manoeuvre.half_period_s()?;
     let at_s = before.window.to_s.max(after.window.from_s - lead_in_s);
     let both_sides_turn = manoeuvre.strokes.len() >= 4;
-    both_sides_turn.then_some((
-        Window {
-            to_s: at_s,
-            ..Window::ALL
-        },
-        Window {
-            from_s: at_s,
-            ..Window::ALL
-        },
-    ))
+    both_sides_turn
+        .then_some((Window { to_s: at_s, ..Window::ALL }, Window { from_s: at_s, ..Window::ALL }))
 }
 
 /// The paper's simplex; a search that did not converge is a failure.
@@ -406,20 +391,13 @@ fn timed(
 
 impl From<YawModel<f64>> for MethodEstimate {
     fn from(model: YawModel<f64>) -> Self {
-        Self {
-            model,
-            interval_95: None,
-            iterations: None,
-            validation: None,
-        }
+        Self { model, interval_95: None, iterations: None, validation: None }
     }
 }
 
 fn spread(methods: &[MethodResult], parameter: fn(&YawModel<f64>) -> f64) -> Option<f64> {
-    let mut values: Vec<f64> = methods
-        .iter()
-        .filter_map(|row| row.model.as_ref().map(parameter))
-        .collect();
+    let mut values: Vec<f64> =
+        methods.iter().filter_map(|row| row.model.as_ref().map(parameter)).collect();
     values.sort_by(f64::total_cmp);
     let (low, high) = (values.first()?, values.last()?);
     let middle = values.get(values.len() / 2)?;

@@ -113,10 +113,7 @@ impl Experiment {
                 match (stage, training_from_s) {
                     (Stage::Train, _) => training_from_s = Some(time_s),
                     (Stage::Validate, Some(from_s)) => {
-                        let training = Window {
-                            from_s,
-                            to_s: time_s,
-                        };
+                        let training = Window { from_s, to_s: time_s };
                         return Some(Self { record, training });
                     }
                     _ => {}
@@ -220,11 +217,8 @@ impl Estimator {
     }
 
     fn estimate(self, experiment: &Experiment, rudder_limit_rad: f64) -> Option<Estimate> {
-        let without_interval = |model| Estimate {
-            model,
-            interval_95: [None; QUANTITIES.len()],
-            not_refused: None,
-        };
+        let without_interval =
+            |model| Estimate { model, interval_95: [None; QUANTITIES.len()], not_refused: None };
         let carried = |model: &YawModel<f64>, covariance: &[[f64; 3]; 3]| {
             core::array::from_fn(|i| {
                 interval_95(model, covariance, |m| quantities(m, rudder_limit_rad)[i])
@@ -236,10 +230,7 @@ impl Estimator {
             intervals[0] = Some(own.a22_per_s);
             intervals[1] = Some(own.b2_per_s2);
             intervals[2] = Some(own.c0_rad_per_s2);
-            Estimate {
-                interval_95: intervals,
-                ..without_interval(refined.model)
-            }
+            Estimate { interval_95: intervals, ..without_interval(refined.model) }
         };
         let identified = |settings: &IdentifySettings| {
             identify(&experiment.record, experiment.training, None, settings).ok()
@@ -292,9 +283,8 @@ impl Outcome {
         width: Option<f64>,
     ) -> Self {
         let samples: &[Sample<f64>] = experiment.record.window(experiment.training);
-        let bound = has_bound
-            .then(|| cramer_rao_bound(samples, truth.model, truth.noise))
-            .flatten();
+        let bound =
+            has_bound.then(|| cramer_rao_bound(samples, truth.model, truth.noise)).flatten();
         Self {
             time_to_width: width
                 .filter(|_| has_bound)
@@ -346,10 +336,8 @@ pub struct Convergence {
 /// How soon intervals are narrow; `None` where they never are.
 pub fn convergence(outcomes: &[Outcome], width: f64) -> Option<Convergence> {
     let times: Vec<TimeToWidth> = outcomes.iter().filter_map(|o| o.time_to_width).collect();
-    let reached: Vec<(f64, f64)> = times
-        .iter()
-        .filter_map(|time| Some((time.bound_s, time.found_s?)))
-        .collect();
+    let reached: Vec<(f64, f64)> =
+        times.iter().filter_map(|time| Some((time.bound_s, time.found_s?))).collect();
     let (bounds, found): (Vec<f64>, Vec<f64>) = reached.into_iter().unzip();
     Some(Convergence {
         width,
@@ -441,14 +429,10 @@ impl QuantityAccuracy {
             .collect();
         let squares: Vec<f64> = errors.iter().map(|error| error * error).collect();
         let (bias, mean_square) = (mean(&errors)?, mean(&squares)?);
-        let bounds: Vec<f64> = found
-            .iter()
-            .filter_map(|(outcome, _)| outcome.bound?.get(i).copied())
-            .collect();
-        let intervals: Vec<[f64; 2]> = found
-            .iter()
-            .filter_map(|(_, estimate)| estimate.interval_95[i])
-            .collect();
+        let bounds: Vec<f64> =
+            found.iter().filter_map(|(outcome, _)| outcome.bound?.get(i).copied()).collect();
+        let intervals: Vec<[f64; 2]> =
+            found.iter().filter_map(|(_, estimate)| estimate.interval_95[i]).collect();
         let holding: Vec<f64> = intervals
             .iter()
             .map(|[low, high]| f64::from(u8::from((*low..=*high).contains(&truth))))
@@ -510,21 +494,13 @@ mod tests {
     fn exact_bias_efficiency_and_coverage() {
         let truth = Truth {
             model: YawModel::from_theta([-1.0, 2.0, 0.0]),
-            noise: Noise {
-                heading_rad: 0.01,
-                disturbance_rad_s2: 0.0,
-                disturbance_time_s: 1.0,
-            },
+            noise: Noise { heading_rad: 0.01, disturbance_rad_s2: 0.0, disturbance_time_s: 1.0 },
             rudder_limit_rad: 0.26,
         };
         let outcomes = [
             outcome(-1.1, [-1.2, -0.9], 0.005),
             outcome(-0.9, [-0.95, -0.85], 0.015),
-            Outcome {
-                time_to_width: None,
-                bound: None,
-                estimates: vec![None],
-            },
+            Outcome { time_to_width: None, bound: None, estimates: vec![None] },
         ];
         let studied = accuracy(&outcomes, &truth, &[Estimator::Refined]);
         assert_eq!((studied[0].models, studied[0].not_refused), (2, Some(0.5)));

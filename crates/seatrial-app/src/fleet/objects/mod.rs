@@ -57,11 +57,7 @@ impl<'a> Address<'a> {
     }
 
     fn error(self, cause: impl ToString, advice: &'static str) -> ObjectError {
-        ObjectError {
-            address: self.text.to_owned(),
-            cause: cause.to_string(),
-            advice,
-        }
+        ObjectError { address: self.text.to_owned(), cause: cause.to_string(), advice }
     }
 }
 
@@ -89,43 +85,27 @@ fn below(address: Address) -> Result<LogFiles, ObjectError> {
         && !address.key.ends_with('/')
         && let Some(source) = store::look(address)?
     {
-        return Ok(LogFiles {
-            sources: vec![source],
-            passed_over: 0,
-        });
+        return Ok(LogFiles { sources: vec![source], passed_over: 0 });
     }
     let listed = store::list(address, address.key)?;
     let all = listed.len();
-    let sources: Vec<Source> = (listed.into_iter())
-        .filter(|source| is_log_name(&source.path))
-        .collect();
-    Ok(LogFiles {
-        passed_over: all - sources.len(),
-        sources,
-    })
+    let sources: Vec<Source> =
+        (listed.into_iter()).filter(|source| is_log_name(&source.path)).collect();
+    Ok(LogFiles { passed_over: all - sources.len(), sources })
 }
 
 fn fit(address: Address, fixed: usize) -> Result<LogFiles, ObjectError> {
     let pattern = Pattern::new(address.key).map_err(|error| {
-        address.error(
-            error,
-            "expected a pattern such as s3://bucket/logs/**/*.csv",
-        )
+        address.error(error, "expected a pattern such as s3://bucket/logs/**/*.csv")
     })?;
-    let options = MatchOptions {
-        require_literal_separator: true,
-        ..MatchOptions::new()
-    };
+    let options = MatchOptions { require_literal_separator: true, ..MatchOptions::new() };
     let prefix = &address.key[..address.key[..fixed].rfind('/').map_or(0, |at| at + 1)];
     let mut sources = store::list(address, prefix)?;
     sources.retain(|source| {
         let found = self::address(&source.path);
         found.is_some_and(|found| pattern.matches_with(found.key, options))
     });
-    Ok(LogFiles {
-        sources,
-        passed_over: 0,
-    })
+    Ok(LogFiles { sources, passed_over: 0 })
 }
 
 /// Looks at objects of a list. One that is not there is a source, too: reading it gives its error row.
@@ -140,19 +120,13 @@ pub(super) fn held(source: &Source) -> Result<FileMap, ReadError> {
     if let Some(address) = address(&source.path) {
         let failed = |source: io::Error| ReadError {
             log: address.text.to_owned(),
-            fault: Fault::Io {
-                doing: "downloaded",
-                source,
-            },
+            fault: Fault::Io { doing: "downloaded", source },
         };
         let copy = copy(address, Some(source)).map_err(|error| {
             let ObjectError { cause, advice, .. } = error;
             failed(io::Error::other(format!("{cause}; {advice}")))
         })?;
-        held.insert(
-            &source.path,
-            Download::of(copy.into_file()).map_err(failed)?,
-        );
+        held.insert(&source.path, Download::of(copy.into_file()).map_err(failed)?);
     }
     Ok(held)
 }
@@ -194,10 +168,7 @@ struct Download {
 
 impl Download {
     fn of(file: File) -> io::Result<Self> {
-        Ok(Self {
-            length: file.metadata()?.len(),
-            file: Mutex::new(file),
-        })
+        Ok(Self { length: file.metadata()?.len(), file: Mutex::new(file) })
     }
 }
 

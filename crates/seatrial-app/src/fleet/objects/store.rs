@@ -33,10 +33,7 @@ const PARTS_AT_ONCE: usize = 4;
 const LOOKS_AT_ONCE: usize = 32;
 
 static RUNTIME: LazyLock<std::io::Result<Runtime>> = LazyLock::new(|| {
-    tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(1)
-        .enable_all()
-        .build()
+    tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()
 });
 
 /// By bucket or server, as each has its own connections.
@@ -85,24 +82,19 @@ fn connected(address: Address) -> Result<Arc<dyn ObjectStore>, Error> {
         retry_timeout: Duration::from_secs(180),
         ..RetryConfig::default()
     };
-    let timeouts = [
-        (ClientConfigKey::Timeout, REQUEST_TIMEOUT),
-        (ClientConfigKey::ReadTimeout, READ_TIMEOUT),
-    ];
+    let timeouts =
+        [(ClientConfigKey::Timeout, REQUEST_TIMEOUT), (ClientConfigKey::ReadTimeout, READ_TIMEOUT)];
     Ok(match address.scheme {
         "s3" => {
-            let mut builder = AmazonS3Builder::from_env()
-                .with_url(address.base)
-                .with_retry(retry);
+            let mut builder = AmazonS3Builder::from_env().with_url(address.base).with_retry(retry);
             for (key, value) in timeouts {
                 builder = builder.with_config(AmazonS3ConfigKey::Client(key), value);
             }
             Arc::new(builder.build()?)
         }
         "gs" => {
-            let mut builder = GoogleCloudStorageBuilder::from_env()
-                .with_url(address.base)
-                .with_retry(retry);
+            let mut builder =
+                GoogleCloudStorageBuilder::from_env().with_url(address.base).with_retry(retry);
             for (key, value) in timeouts {
                 builder = builder.with_config(GoogleConfigKey::Client(key), value);
             }
@@ -149,16 +141,10 @@ pub fn look_at_all(addresses: &[Address]) -> Result<Vec<Source>, ObjectError> {
         let (store, key) = resolved(address)?;
         Ok(match store.head(&key).await {
             Ok(about) => source(address.text, &about),
-            Err(_) => Source {
-                path: address.text.into(),
-                ..Source::default()
-            },
+            Err(_) => Source { path: address.text.into(), ..Source::default() },
         })
     });
-    wait(
-        first,
-        stream::iter(tasks).buffered(LOOKS_AT_ONCE).try_collect(),
-    )
+    wait(first, stream::iter(tasks).buffered(LOOKS_AT_ONCE).try_collect())
 }
 
 /// Everything below a prefix, in the order of the store.
@@ -229,15 +215,14 @@ pub fn download(
         let mut bytes = 0;
         while let Some(piece) = pieces.try_next().await.map_err(told)? {
             bytes += piece.len() as u64;
-            file.write_all(&piece)
-                .map_err(|error| address.error(error, DISK))?;
+            file.write_all(&piece).map_err(|error| address.error(error, DISK))?;
         }
         match bytes == now.bytes {
             true => Ok(()),
-            false => Err(address.error(
-                format!("{bytes} of {} bytes came", now.bytes),
-                "run the job again",
-            )),
+            false => {
+                Err(address
+                    .error(format!("{bytes} of {} bytes came", now.bytes), "run the job again"))
+            }
         }
     })
 }

@@ -51,10 +51,7 @@ pub fn chosen_campaign(
                 logbook.path().display()
             )));
         }
-        return Ok(CampaignChoice {
-            entry,
-            passed_over: None,
-        });
+        return Ok(CampaignChoice { entry, passed_over: None });
     }
     let mut campaigns = logbook.entries()?;
     if purpose == Purpose::Models {
@@ -107,10 +104,8 @@ fn of_configuration(
     let mut held: Vec<String> = campaigns.iter().map(|c| c.configuration.clone()).collect();
     held.sort_unstable();
     held.dedup();
-    let found: Vec<CampaignEntry> = campaigns
-        .into_iter()
-        .filter(|campaign| campaign.configuration == name)
-        .collect();
+    let found: Vec<CampaignEntry> =
+        campaigns.into_iter().filter(|campaign| campaign.configuration == name).collect();
     if found.is_empty() {
         return Err(Error::Input(format!(
             "{}: no configuration {name:?}; it holds: {}",
@@ -127,9 +122,7 @@ pub fn campaign_named(logbook: &Logbook, name: &str) -> Result<CampaignEntry, Er
         return campaign_numbered(logbook, Some(number));
     }
     let mut found = of_configuration(logbook, logbook.entries()?, name)?;
-    found
-        .pop()
-        .map_or_else(|| campaign_numbered(logbook, None), Ok)
+    found.pop().map_or_else(|| campaign_numbered(logbook, None), Ok)
 }
 
 fn last_accepted(
@@ -165,12 +158,10 @@ fn is_accepted(logbook: &Logbook, entry: &CampaignEntry) -> Result<bool, Error> 
 /// Why a campaign did not finish.
 pub fn not_finished(state: State) -> Option<String> {
     match state {
-        State::Ended {
-            outcome: Outcome::Finished,
-        } => None,
-        State::Ended {
-            outcome: Outcome::Aborted(reason),
-        } => Some(format!("was aborted: {reason}")),
+        State::Ended { outcome: Outcome::Finished } => None,
+        State::Ended { outcome: Outcome::Aborted(reason) } => {
+            Some(format!("was aborted: {reason}"))
+        }
         State::Unfinished => Some("is not finished".into()),
         State::Interrupted => Some("was interrupted".into()),
     }

@@ -164,16 +164,12 @@ fn split_window(name: &str) -> Result<(PathBuf, Window), Error> {
             ))
         })
     };
-    let window = Window {
-        from_s: second(from, f64::NEG_INFINITY)?,
-        to_s: second(to, f64::INFINITY)?,
-    };
+    let window =
+        Window { from_s: second(from, f64::NEG_INFINITY)?, to_s: second(to, f64::INFINITY)? };
     if window.from_s < window.to_s {
         Ok((PathBuf::from(path), window))
     } else {
-        Err(Error::Setting(format!(
-            "{name}: the window {window} is empty"
-        )))
+        Err(Error::Setting(format!("{name}: the window {window} is empty")))
     }
 }
 
@@ -185,19 +181,14 @@ pub fn open_named(
 ) -> Result<(OpenedLog, Window), Error> {
     let (log, window) = split_window(name)?;
     // The estimator's filters are warmed on what comes before.
-    let kept = Window {
-        from_s: f64::NEG_INFINITY,
-        ..window
-    };
+    let kept = Window { from_s: f64::NEG_INFINITY, ..window };
     let opened = open_inside(&log, reading, kept, observer)?;
     if opened.record.window(window).is_empty() {
         let span = match (opened.record.samples.first(), opened.record.samples.last()) {
             (Some(first), Some(last)) => format!("{} s to {} s", first.time_s, last.time_s),
             _ => "nothing".into(),
         };
-        return Err(Error::Input(format!(
-            "{name}: no sample lies in the window; {span} was read"
-        )));
+        return Err(Error::Input(format!("{name}: no sample lies in the window; {span} was read")));
     }
     Ok((opened, window))
 }
@@ -231,9 +222,7 @@ fn from_log(
         // Two records are compared by their intervals: neither needs validation data of its own.
         Ok(found) if found.verdict.outcome() == Outcome::DoNotUse => {
             let decisive = found.verdict.reasons.first();
-            Ok(without(decisive.map_or_else(String::new, |reason| {
-                reason.measured().to_owned()
-            })))
+            Ok(without(decisive.map_or_else(String::new, |reason| reason.measured().to_owned())))
         }
         Ok(found) => {
             let Some(model) = SpeedModel::of(&found, None, speed) else {
@@ -303,11 +292,7 @@ fn mean_speed_m_s(samples: &[Sample<f64>]) -> Result<Option<f64>, f64> {
     }
     let variance = speeds.iter().map(|u| (u - mean).powi(2)).sum::<f64>() / n;
     let spread = variance.sqrt() / mean;
-    if spread > LARGEST_SPEED_SPREAD {
-        Err(spread)
-    } else {
-        Ok(Some(mean))
-    }
+    if spread > LARGEST_SPEED_SPREAD { Err(spread) } else { Ok(Some(mean)) }
 }
 
 /// `CAMPAIGN` or `CAMPAIGN:RUN`.

@@ -99,9 +99,7 @@ impl Models {
             })
             .collect();
         if points.is_empty() {
-            return Err(Error::Input(format!(
-                "{origin}: no accepted run in this trial"
-            )));
+            return Err(Error::Input(format!("{origin}: no accepted run in this trial")));
         }
         Ok(Self {
             origin,

@@ -46,18 +46,10 @@ pub fn conduct(
         new: None,
         new_foreseen: None,
     };
-    let mut commission = Commission {
-        vehicle,
-        order,
-        progress,
-        base_rad: None,
-    };
+    let mut commission = Commission { vehicle, order, progress, base_rad: None };
     found.ending = commission
         .run(&mut found)
-        .unwrap_or_else(|lost| Ending::Aborted {
-            reason: lost.reason,
-            why: lost.why,
-        });
+        .unwrap_or_else(|lost| Ending::Aborted { reason: lost.reason, why: lost.why });
     found.not_put_back = commission.vehicle.hand_back();
     found
 }
@@ -91,10 +83,8 @@ impl Commission<'_> {
         found.new_foreseen = Some(foreseen(&proposal.test));
         (self.progress)("writing the new gains");
         self.vehicle.write(&proposal.settings)?;
-        let small_test = StepTest {
-            step_rad: SMALL_STEP_RAD.min(proposal.test.step_rad),
-            ..proposal.test
-        };
+        let small_test =
+            StepTest { step_rad: SMALL_STEP_RAD.min(proposal.test.step_rad), ..proposal.test };
         let mut repeats = MOST_REPEATS;
         for (stage, test) in [(Stage::Small, small_test), (Stage::Full, proposal.test)] {
             let judgement =
@@ -133,18 +123,10 @@ impl Commission<'_> {
             let mut record = self.steps(test, patience, name)?;
             repeated.push(std::mem::take(&mut record.legs));
             let stage_and_size = (stage, test.step_rad);
-            let judged = judge_repeats(
-                stage_and_size,
-                &repeated,
-                of_old,
-                foreseen,
-                proposal.smoothing_s,
-            );
-            let JudgedSteps {
-                new,
-                old,
-                judgement,
-            } = judged.ok_or_else(|| ended_for(AbortReason::StaleSamples))?;
+            let judged =
+                judge_repeats(stage_and_size, &repeated, of_old, foreseen, proposal.smoothing_s);
+            let JudgedSteps { new, old, judgement } =
+                judged.ok_or_else(|| ended_for(AbortReason::StaleSamples))?;
             self.tell(name, &record, &new);
             found.old = Some(old);
             match stage {
@@ -236,10 +218,7 @@ impl Commission<'_> {
 }
 
 fn ended_for(reason: AbortReason) -> ControlLoss {
-    ControlLoss {
-        reason: Some(reason),
-        why: reason.to_string(),
-    }
+    ControlLoss { reason: Some(reason), why: reason.to_string() }
 }
 
 /// The noise of the yaw rate as the record has it: white noise is in second differences with variance 6.
@@ -252,8 +231,5 @@ fn with_noise_of(evidence: &Evidence, legs: &[Vec<StepInstant>]) -> Evidence {
             count += 1.0;
         }
     }
-    Evidence {
-        rate_noise_rad_s: (sum / (6.0 * f64::max(count, 1.0))).sqrt(),
-        ..*evidence
-    }
+    Evidence { rate_noise_rad_s: (sum / (6.0 * f64::max(count, 1.0))).sqrt(), ..*evidence }
 }

@@ -124,10 +124,7 @@ impl CommissionResult {
     pub fn advice(&self) -> Option<&'static str> {
         match &self.ending {
             Ending::Kept { .. } => None,
-            Ending::PutBack {
-                at_small_step: true,
-                ..
-            } => Some(
+            Ending::PutBack { at_small_step: true, .. } => Some(
                 "The boat steers as before. Try again in calmer water and with nothing else at work on the computer; if it ends so again, run a new trial at this load and speed.",
             ),
             Ending::PutBack { .. } => Some(
@@ -149,23 +146,14 @@ impl CommissionResult {
                 "KEPT the new gains: {}",
                 self.new.as_ref().map_or("proven".into(), response_text)
             ),
-            Ending::PutBack {
-                at_small_step,
-                against,
-            } => {
+            Ending::PutBack { at_small_step, against } => {
                 let reasons: Vec<String> = against.iter().map(ToString::to_string).collect();
-                let at = if *at_small_step {
-                    " at the first small step"
-                } else {
-                    ""
-                };
+                let at = if *at_small_step { " at the first small step" } else { "" };
                 format!("PUT BACK the old gains{at}: {}", reasons.join("; "))
             }
             Ending::Refused => format!(
                 "REFUSED, nothing was written: {}",
-                self.model_check
-                    .as_ref()
-                    .map_or("the model does not fit".into(), check_text)
+                self.model_check.as_ref().map_or("the model does not fit".into(), check_text)
             ),
             Ending::Aborted { why, .. } => {
                 format!("ABORTED, the old gains are back: {why}")
@@ -180,9 +168,8 @@ impl CommissionResult {
 
 /// A response for people.
 pub fn response_text(response: &Response) -> String {
-    let settled = response
-        .settling_s
-        .map_or("does not settle".into(), |s| format!("settles in {s:.1} s"));
+    let settled =
+        response.settling_s.map_or("does not settle".into(), |s| format!("settles in {s:.1} s"));
     format!(
         "overshoot {:.0} %, {settled}, rudder {:.0} %/s",
         100.0 * response.overshoot,

@@ -73,11 +73,8 @@ pub fn propose_own(models: &Models, own: &OwnLoop) -> Result<Vec<OwnProposal>, E
         least_damped_schedule(ScheduleKey::Thrust, points).map_err(|error| refused(&error))?;
     let gains = GainSchedule::design(cautious, DAMPING_RATIO, timing);
     let gains = gains.map_err(|error| refused(&error))?;
-    let mut points: Vec<(f64, &ModelPoint)> = models
-        .points
-        .iter()
-        .filter_map(|point| Some((point.point.thrust?, point)))
-        .collect();
+    let mut points: Vec<(f64, &ModelPoint)> =
+        models.points.iter().filter_map(|point| Some((point.point.thrust?, point))).collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut constant = None;
     let mut proposals = Vec::new();
@@ -121,13 +118,8 @@ fn proposal(
         rate_noise_rad_s: None,
     };
     let off_centre = evidence(point, own.rudder_limit_rad, &control);
-    let trimmed = Evidence {
-        model: YawModel {
-            c0_rad_per_s2: 0.0,
-            ..off_centre.model
-        },
-        ..off_centre
-    };
+    let trimmed =
+        Evidence { model: YawModel { c0_rad_per_s2: 0.0, ..off_centre.model }, ..off_centre };
     trimmed.check()?;
     let new = settings(scheduled, own);
     // The loop follows within 2/-a22: zeta omega_n is -a22/2.
@@ -170,11 +162,7 @@ impl OwnProposal {
             delta0_rad: -self.scheduled.feed_forward_rudder_rad,
             last: Sample::default(),
         };
-        let order = Order {
-            proposal: &self.proposal,
-            envelope,
-            stop,
-        };
+        let order = Order { proposal: &self.proposal, envelope, stop };
         OwnSpeed {
             thrust: self.thrust,
             surge_speed_m_s: self.proposal.model.surge_speed_m_s,
@@ -199,19 +187,12 @@ struct Helm<'a> {
 
 impl Helm<'_> {
     fn lost(&self, why: String) -> ControlLoss {
-        ControlLoss {
-            reason: self.vehicle.ended_for().or(Some(AbortReason::LinkLost)),
-            why,
-        }
+        ControlLoss { reason: self.vehicle.ended_for().or(Some(AbortReason::LinkLost)), why }
     }
 
     fn act(&mut self, steering: Steering<f64>, outcome: Option<Outcome>) {
         // A vehicle that is gone says so with its next sample.
-        let _ = self.vehicle.act(&Action {
-            steering,
-            thrust: Some(self.thrust),
-            outcome,
-        });
+        let _ = self.vehicle.act(&Action { steering, thrust: Some(self.thrust), outcome });
     }
 }
 
@@ -227,10 +208,7 @@ impl GainsLease for Helm<'_> {
             Ok(Some(sample)) => {
                 self.last = sample;
                 let from_trim_rad = sample.rudder_rad + self.delta0_rad;
-                Ok(Sample {
-                    rudder_rad: from_trim_rad / self.own.rudder_limit_rad,
-                    ..sample
-                })
+                Ok(Sample { rudder_rad: from_trim_rad / self.own.rudder_limit_rad, ..sample })
             }
             Ok(None) => Err(self.lost("the vehicle sends no more samples".into())),
             Err(fault) => Err(self.lost(fault.to_string())),
@@ -239,10 +217,7 @@ impl GainsLease for Helm<'_> {
 
     fn steer_to(&mut self, heading_rad: f64, _: &SchedulePoint<f64>) {
         let error_rad = (heading_rad - self.last.heading_rad).wrapped();
-        let HeadingGain {
-            proportional_gain,
-            feed_forward_rudder_rad,
-        } = self.gain;
+        let HeadingGain { proportional_gain, feed_forward_rudder_rad } = self.gain;
         let rudder_rad = proportional_gain * error_rad + feed_forward_rudder_rad;
         if rudder_rad.is_finite() {
             let limited_rad = rudder_rad.limited_to(self.own.rudder_limit_rad);

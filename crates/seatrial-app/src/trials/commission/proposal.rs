@@ -122,9 +122,7 @@ pub(super) fn held_steps(
     control: &Control,
     smoothing_s: f64,
 ) -> (StepTest, Foreseen) {
-    let loops = (control.sample_interval_s / control.loop_interval_s)
-        .round()
-        .max(1.0);
+    let loops = (control.sample_interval_s / control.loop_interval_s).round().max(1.0);
     let longest = StepTest {
         step_rad,
         settle_s: SETTLE_S,
@@ -133,9 +131,7 @@ pub(super) fn held_steps(
         loop_interval_s: control.loop_interval_s,
     }
     .learnt(settings);
-    let settled_s = foresee(evidence, settings, &longest, smoothing_s)
-        .settling_s
-        .high;
+    let settled_s = foresee(evidence, settings, &longest, smoothing_s).settling_s.high;
     let test = StepTest {
         hold_s: (2.5 * settled_s + 2.0).clamp(SHORTEST_HOLD_S, LONGEST_HOLD_S),
         ..longest
@@ -188,19 +184,14 @@ pub(super) fn evidence(point: &ModelPoint, full_rad: f64, control: &Control) -> 
         None => ORDINARY_LAG_S,
     };
     Evidence {
-        model: YawModel {
-            b2_per_s2: model.b2_per_s2 * full_rad,
-            ..model
-        },
+        model: YawModel { b2_per_s2: model.b2_per_s2 * full_rad, ..model },
         covariance,
         lag_s,
         delay_s: control.loop_interval_s,
         rate_noise_rad_s: control
             .rate_noise_rad_s
             .map_or(RATE_NOISE_RAD_S, |noise| noise.max(LEAST_RATE_NOISE_RAD_S)),
-        heading_noise_rad: point
-            .noise
-            .map_or(HEADING_NOISE_RAD, |[heading, _]| heading),
+        heading_noise_rad: point.noise.map_or(HEADING_NOISE_RAD, |[heading, _]| heading),
         disturbance_rad_s2: point.noise.map_or(0.0, |[_, disturbance]| disturbance),
         loop_interval_s: control.loop_interval_s,
         steering_taken: control.steering_taken,

@@ -30,11 +30,7 @@ pub struct Patience {
 impl Patience {
     /// For a vehicle that has steered with its settings for a while.
     pub fn with_known(test: &StepTest, smoothing_s: f64) -> Self {
-        Self {
-            smoothing_s,
-            steady_s: LEAST_STEADY_S,
-            longest_s: LONGEST_WAIT_S.max(test.hold_s),
-        }
+        Self { smoothing_s, steady_s: LEAST_STEADY_S, longest_s: LONGEST_WAIT_S.max(test.hold_s) }
     }
 
     /// For settings that have just been written, with an empty integral: until it has learnt, and near for as long as they take
@@ -70,17 +66,9 @@ pub struct StepRecord {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
     /// Since when it is waited for, s, the mean heading error, rad, and since when the vehicle is near, s.
-    Settling {
-        since_s: f64,
-        error_rad: f64,
-        near_s: Option<f64>,
-    },
+    Settling { since_s: f64, error_rad: f64, near_s: Option<f64> },
     /// The leg, 0 or 1, and when and at which heading it began.
-    Leg {
-        leg: usize,
-        since_s: f64,
-        from_rad: f64,
-    },
+    Leg { leg: usize, since_s: f64, from_rad: f64 },
 }
 
 /// The vehicle holds its heading until it has settled, is asked to turn by a step and back again, inside an envelope.
@@ -132,8 +120,7 @@ impl StepRun {
         if is_sound {
             self.last_s = sample.time_s;
             self.watch.look(sample, sample.time_s);
-            self.watch
-                .heading((sample.heading_rad - self.base_rad).wrapped());
+            self.watch.heading((sample.heading_rad - self.base_rad).wrapped());
         }
         if let Some(reason) = self.watch.usage().exceeded() {
             return self.wanted(Some(Err(reason)));
@@ -150,19 +137,13 @@ impl StepRun {
                 });
                 false
             }
-            Some(Phase::Settling {
-                since_s,
-                error_rad,
-                near_s,
-            }) => {
+            Some(Phase::Settling { since_s, error_rad, near_s }) => {
                 self.settle(sample, silence_s, since_s, error_rad, near_s);
                 false
             }
-            Some(Phase::Leg {
-                leg,
-                since_s,
-                from_rad,
-            }) => self.turn(sample, leg, since_s, from_rad),
+            Some(Phase::Leg { leg, since_s, from_rad }) => {
+                self.turn(sample, leg, since_s, from_rad)
+            }
         };
         let ended = is_over.then(|| {
             let (sum, count) = self.speeds;
@@ -177,10 +158,7 @@ impl StepRun {
             Some(Phase::Leg { leg: 0, .. }) => self.test.step_rad,
             _ => 0.0,
         };
-        StepDemand {
-            heading_rad: (self.base_rad + away_rad).wrapped(),
-            ended,
-        }
+        StepDemand { heading_rad: (self.base_rad + away_rad).wrapped(), ended }
     }
 
     fn settle(
@@ -199,24 +177,14 @@ impl StepRun {
             .speed_m_s
             .zip(sample.surge_speed_m_s)
             .is_none_or(|(wanted, found)| (found / wanted - 1.0).abs() < NEAR_SPEED);
-        let near_s = near_s
-            .or(Some(sample.time_s))
-            .filter(|_| is_near && is_fast);
+        let near_s = near_s.or(Some(sample.time_s)).filter(|_| is_near && is_fast);
         let is_settled = near_s.is_some_and(|at_s| sample.time_s - at_s >= self.patience.steady_s);
         let elapsed_s = sample.time_s - since_s;
         let is_over =
             is_settled && elapsed_s >= LEAST_WAIT_S || elapsed_s > self.patience.longest_s;
         self.phase = Some(match is_over {
-            true => Phase::Leg {
-                leg: 0,
-                since_s: sample.time_s,
-                from_rad: 0.0,
-            },
-            false => Phase::Settling {
-                since_s,
-                error_rad,
-                near_s,
-            },
+            true => Phase::Leg { leg: 0, since_s: sample.time_s, from_rad: 0.0 },
+            false => Phase::Settling { since_s, error_rad, near_s },
         });
     }
 
@@ -238,11 +206,8 @@ impl StepRun {
             return false;
         }
         if leg == 0 {
-            self.phase = Some(Phase::Leg {
-                leg: 1,
-                since_s: sample.time_s,
-                from_rad: self.test.step_rad,
-            });
+            self.phase =
+                Some(Phase::Leg { leg: 1, since_s: sample.time_s, from_rad: self.test.step_rad });
         }
         leg == 1
     }

@@ -122,23 +122,14 @@ impl EstimatorStudy {
         // Refuses what a vehicle cannot be made of before the threads start.
         let made = config.vehicle(subject.seed);
         made.map_err(|error| subject.input(error))?;
-        let truth = Truth {
-            model: true_model.model,
-            noise,
-            rudder_limit_rad: plan.rudder_limit_rad,
-        };
+        let truth =
+            Truth { model: true_model.model, noise, rudder_limit_rad: plan.rudder_limit_rad };
         let has_bound = config.is_first_order() && noise.heading_rad > 0.0;
         let outcomes = subject.each(workers, |seed| {
             let mut vehicle = config.vehicle(seed).ok()?;
             let experiment = Experiment::of(&mut vehicle, plan)?;
             let estimators = &self.estimators;
-            Some(Outcome::of(
-                &experiment,
-                &truth,
-                estimators,
-                has_bound,
-                self.width,
-            ))
+            Some(Outcome::of(&experiment, &truth, estimators, has_bound, self.width))
         });
         Ok(Cell {
             compass_noise_deg: noise_deg,

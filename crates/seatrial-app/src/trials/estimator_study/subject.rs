@@ -25,12 +25,7 @@ pub struct Subject {
 impl Subject {
     /// Trials of the vehicle of this name.
     pub fn new(vehicle: &str, runs: u64, seed: u64) -> Result<Self, VehicleError> {
-        Ok(Self {
-            vehicle: vehicle.to_owned(),
-            config: simulator::config(vehicle)?,
-            runs,
-            seed,
-        })
+        Ok(Self { vehicle: vehicle.to_owned(), config: simulator::config(vehicle)?, runs, seed })
     }
 
     /// What each trial gives, by its seed; `None` leaves it out.

@@ -88,10 +88,7 @@ mod tests {
             stages: Vec::new(),
             record: Record::default(),
             identification: None,
-            verdict: Verdict {
-                accepted,
-                reasons: vec![Reason::new(code, "")],
-            },
+            verdict: Verdict { accepted, reasons: vec![Reason::new(code, "")] },
         }
     }
 
@@ -106,30 +103,15 @@ mod tests {
         let left = |runs: &[Run]| speeds_left(&plan, runs).to_vec();
         assert_eq!(left(&[]), [0.6, 0.7, 0.8]);
         assert_eq!(left(&[good()]), [0.7, 0.8]);
-        assert_eq!(
-            left(&[good(), run(1, false, ReasonCode::Interrupted)]),
-            [0.7, 0.8]
-        );
-        assert_eq!(
-            left(&[good(), run(1, false, ReasonCode::LowR2)]),
-            [0.7, 0.8]
-        );
-        let twice = [
-            good(),
-            run(1, false, ReasonCode::LowR2),
-            run(2, false, ReasonCode::LowR2),
-        ];
+        assert_eq!(left(&[good(), run(1, false, ReasonCode::Interrupted)]), [0.7, 0.8]);
+        assert_eq!(left(&[good(), run(1, false, ReasonCode::LowR2)]), [0.7, 0.8]);
+        let twice = [good(), run(1, false, ReasonCode::LowR2), run(2, false, ReasonCode::LowR2)];
         assert_eq!(left(&twice), [0.8]);
-        let aborted = [
-            good(),
-            run(1, false, ReasonCode::LowR2),
-            run(2, false, ReasonCode::Aborted),
-        ];
+        let aborted =
+            [good(), run(1, false, ReasonCode::LowR2), run(2, false, ReasonCode::Aborted)];
         assert_eq!(left(&aborted), [0.7, 0.8]);
-        let unjudged = [
-            run(1, false, ReasonCode::Interrupted),
-            run(1, false, ReasonCode::Interrupted),
-        ];
+        let unjudged =
+            [run(1, false, ReasonCode::Interrupted), run(1, false, ReasonCode::Interrupted)];
         assert_eq!(left(&unjudged), [0.6, 0.7, 0.8]);
         assert!(left(&[good(), good(), good()]).is_empty());
     }

@@ -154,11 +154,7 @@ pub fn begin(
     let knows_no_lag = !order.plan_is_given && order.plan.rudder_lag_s == 0.0;
     if knows_no_lag && order.plan.axis.is_yaw() {
         let rudder_lag_s = vehicle.rudder_lag_s();
-        order.plan = TrialPlan {
-            rudder_lag_s,
-            ..*order.plan
-        }
-        .checked()?;
+        order.plan = TrialPlan { rudder_lag_s, ..*order.plan }.checked()?;
     }
     vehicle::check_axis(vehicle, order.plan.axis)?;
     let plan_text = toml::to_string_pretty(&*order.plan)?;
@@ -198,23 +194,14 @@ pub fn begin(
         realtime_factor: order.realtime_factor,
         time: SystemTime::now(),
     };
-    let Sinks {
-        recording,
-        mut rows,
-        mut views,
-        ..
-    } = sinks;
+    let Sinks { recording, mut rows, mut views, .. } = sinks;
     rows.extend(taken.rows());
     views.iter_mut().for_each(|view| view.begun(&begun));
     let pace = order.realtime_factor.map(Pace::new);
     let watched = SinkWatch::new(recorder, taken.is_live(), recording, rows, views)
         .paced(pace)
         .stopped_by(order.stop);
-    Ok(TrialUnderWay {
-        vehicle: taken,
-        begun,
-        watched,
-    })
+    Ok(TrialUnderWay { vehicle: taken, begun, watched })
 }
 
 /// Enters a campaign, and who conducts it where.
@@ -238,11 +225,7 @@ impl TrialUnderWay {
 
     /// Conducts the trial to its end, whatever that is, and hands the vehicle back.
     pub fn conduct(self) -> OrderResult {
-        let Self {
-            vehicle,
-            begun,
-            mut watched,
-        } = self;
+        let Self { vehicle, begun, mut watched } = self;
         let mut vehicle = VehicleLoan::new(vehicle);
         let about = begun.about.clone();
         let conducted = catch_unwind(AssertUnwindSafe(|| {
@@ -269,10 +252,7 @@ pub fn rehearse<V: Vehicle<f64>>(
     seed: u64,
     plan: Plan<f64>,
 ) -> Result<TrialResult<V::Error>, InvalidSetting> {
-    let about = Campaign {
-        seed: Some(seed),
-        ..Campaign::of(name, &plan)
-    };
+    let about = Campaign { seed: Some(seed), ..Campaign::of(name, &plan) };
     conduct(vehicle, plan, about, &mut NoWatch)
 }
 

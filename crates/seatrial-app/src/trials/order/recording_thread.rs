@@ -61,17 +61,12 @@ impl RecordingThread {
     /// Waits until all is written; a disk that is held up is given up soon after `is_asked_to_end` says so. Returns what could
     /// not be written.
     pub(super) fn finish(self, is_asked_to_end: impl Fn() -> bool) -> Vec<String> {
-        let Self {
-            entries, thread, ..
-        } = self;
+        let Self { entries, thread, .. } = self;
         drop(entries);
         let left_out =
             "the recording's disk was held up for too long; part of the trial is missing in it";
-        let mut unsaved: Vec<String> = self
-            .is_left_out
-            .then(|| left_out.into())
-            .into_iter()
-            .collect();
+        let mut unsaved: Vec<String> =
+            self.is_left_out.then(|| left_out.into()).into_iter().collect();
         let begun = Instant::now();
         while !thread.is_finished() {
             if is_asked_to_end() && begun.elapsed() > ASKED_TO_END {

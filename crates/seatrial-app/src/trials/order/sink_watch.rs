@@ -91,13 +91,7 @@ impl SinkWatch {
         for view in &mut self.views {
             view.ended(&campaign, &warnings);
         }
-        OrderResult {
-            number,
-            campaign,
-            fault,
-            is_kept,
-            unsaved,
-        }
+        OrderResult { number, campaign, fault, is_kept, unsaved }
     }
 }
 
@@ -111,9 +105,7 @@ impl Watch for SinkWatch {
 
     fn step(&mut self, step: &Step, trial: &Trial<f64>) {
         self.keeper.step(step, trial);
-        self.views
-            .iter_mut()
-            .for_each(|view| view.step(step, trial));
+        self.views.iter_mut().for_each(|view| view.step(step, trial));
         if step.stage == Some(Stage::Settle) {
             self.half_widths = None;
         }
@@ -145,15 +137,9 @@ impl Watch for SinkWatch {
     }
 
     fn interval(&mut self, refined: &Refined) {
-        self.views
-            .iter_mut()
-            .for_each(|view| view.interval(refined));
+        self.views.iter_mut().for_each(|view| view.interval(refined));
         let interval = refined.interval_95;
-        let intervals = [
-            interval.a22_per_s,
-            interval.b2_per_s2,
-            interval.c0_rad_per_s2,
-        ];
+        let intervals = [interval.a22_per_s, interval.b2_per_s2, interval.c0_rad_per_s2];
         self.half_widths = Some(intervals.map(|[low, high]| 0.5 * (high - low)));
     }
 

@@ -151,12 +151,7 @@ where
     V: Vehicle<f64> + 'static,
     V::Error: Display,
 {
-    Box::new(Lease {
-        vehicle,
-        hand_back,
-        rows,
-        firmware,
-    })
+    Box::new(Lease { vehicle, hand_back, rows, firmware })
 }
 
 struct Lease<V, H> {
@@ -235,9 +230,7 @@ pub fn previewed(
     budget: &Budget,
 ) -> Result<Preview, VehicleError> {
     if plan.axis == Axis::Pitch {
-        return Err(VehicleError::setting(
-            "a plan for pitch: nothing is foreseen of it",
-        ));
+        return Err(VehicleError::setting("a plan for pitch: nothing is foreseen of it"));
     }
     let prior = vehicle.prior(plan, budget)?;
     preview_within(plan, &prior, budget).map_err(VehicleError::setting)

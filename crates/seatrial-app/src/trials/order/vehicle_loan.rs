@@ -15,10 +15,7 @@ pub(super) struct VehicleLoan {
 
 impl VehicleLoan {
     pub(super) fn new(vehicle: Box<dyn VehicleLease>) -> Self {
-        Self {
-            vehicle,
-            returned: None,
-        }
+        Self { vehicle, returned: None }
     }
 
     /// Hands the vehicle back unless it was; what could not be put back.

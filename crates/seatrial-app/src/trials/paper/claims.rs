@@ -22,11 +22,7 @@ pub fn claims() -> Vec<Claim> {
     claims.extend(table_iv());
     claims.extend(offsets("Table V", &TABLE_V).into_iter().map(|claim| {
         let swapped = claim.quantity.contains("60 %") || claim.quantity.contains("70 %");
-        if swapped {
-            claim.noting("the values of 60 and 70 % are swapped in print")
-        } else {
-            claim
-        }
+        if swapped { claim.noting("the values of 60 and 70 % are swapped in print") } else { claim }
     }));
     claims.extend(table_v());
     claims.extend(figure_18());
@@ -58,19 +54,9 @@ fn protocol() -> Vec<Claim> {
 fn offsets(place: &'static str, rows: &[Row]) -> Vec<Claim> {
     let mut claims: Vec<Claim> = Vec::new();
     for row in rows {
-        let quantity = named(
-            &claims,
-            format!("delta0 = C0/b2 at {} %", row.thrust_percent),
-        );
+        let quantity = named(&claims, format!("delta0 = C0/b2 at {} %", row.thrust_percent));
         let inputs = [row.c0(), row.b2()];
-        claims.push(Claim::new(
-            place,
-            quantity,
-            "rad",
-            row.delta0(),
-            &inputs,
-            |x| x[0] / x[1],
-        ));
+        claims.push(Claim::new(place, quantity, "rad", row.delta0(), &inputs, |x| x[0] / x[1]));
     }
     claims
 }
@@ -112,39 +98,20 @@ fn table_ii() -> Vec<Claim> {
             &TABLE_II.map(|row| row.a22()),
             |x| -mean(x),
         ),
-        Claim::new(
-            "Section IV-C",
-            "least R^2",
-            "%",
-            printed(78.0, 0),
-            &r2,
-            |x| 100.0 * x.iter().copied().fold(f64::INFINITY, f64::min),
-        ),
-        Claim::new(
-            "Section IV-C",
-            "greatest R^2",
-            "%",
-            printed(92.0, 0),
-            &r2,
-            |x| 100.0 * x.iter().copied().fold(0.0, f64::max),
-        ),
-        Claim::new(
-            "Section V",
-            "mean R^2 online",
-            "",
-            printed(0.868, 3),
-            &r2,
-            mean,
-        ),
+        Claim::new("Section IV-C", "least R^2", "%", printed(78.0, 0), &r2, |x| {
+            100.0 * x.iter().copied().fold(f64::INFINITY, f64::min)
+        }),
+        Claim::new("Section IV-C", "greatest R^2", "%", printed(92.0, 0), &r2, |x| {
+            100.0 * x.iter().copied().fold(0.0, f64::max)
+        }),
+        Claim::new("Section V", "mean R^2 online", "", printed(0.868, 3), &r2, mean),
     ]
 }
 
 /// (51), fitted to Table II.
 fn equation_51() -> Vec<Claim> {
-    let speeds_and_b2: Vec<PrintedNumber> = TABLE_II
-        .iter()
-        .flat_map(|row| [row.speed(), row.b2()])
-        .collect();
+    let speeds_and_b2: Vec<PrintedNumber> =
+        TABLE_II.iter().flat_map(|row| [row.speed(), row.b2()]).collect();
     let fit = |x: &[f64]| authority(x, AuthorityForm::WithConstant);
     let through_zero =
         "the paper fits a constant too; a fin's force gives none: k = 0.387 through zero";
@@ -271,10 +238,9 @@ fn table_iv() -> Vec<Claim> {
         )
         .noting("one hand; by (6) the other has delta_max + delta0 = 0.30 rad"),
     ];
-    for (delta0, with, note) in [
-        (printed(0.04, 2), "", Some(needs)),
-        (exact(0.036), " with delta0 = 0.036", None),
-    ] {
+    for (delta0, with, note) in
+        [(printed(0.04, 2), "", Some(needs)), (exact(0.036), " with delta0 = 0.036", None)]
+    {
         let parameters = [printed(-1.62, 2), printed(1.25, 2), delta0];
         let with_speed = [parameters[0], parameters[1], delta0, printed(1.4, 1)];
         let rows = [
@@ -370,19 +336,11 @@ fn figure_18() -> Vec<Claim> {
     let mut claims: Vec<Claim> = Vec::new();
     for (row, gain) in TABLE_V.iter().zip(TABLE_V_GAINS).skip(1).take(4) {
         let fraction = f64::from(row.thrust_percent - 60) / 40.0;
-        let quantity = format!(
-            "K_p at {} % on the line from 60 to 100 %",
-            row.thrust_percent
-        );
+        let quantity = format!("K_p at {} % on the line from 60 to 100 %", row.thrust_percent);
         let quantity = named(&claims, quantity);
-        let claim = Claim::new(
-            "Fig. 18",
-            quantity,
-            "rad/rad",
-            printed(gain, 2),
-            &ends,
-            |x| x[0] + fraction * (x[1] - x[0]),
-        );
+        let claim = Claim::new("Fig. 18", quantity, "rad/rad", printed(gain, 2), &ends, |x| {
+            x[0] + fraction * (x[1] - x[0])
+        });
         claims.push(claim.noting("said to match; printed is the gain identified at this thrust"));
     }
     claims
@@ -421,9 +379,8 @@ mod tests {
     fn val_paper_recomputed_values() {
         let claims = claims();
         let recomputed = |place: &str, quantity: &str| {
-            let found = claims
-                .iter()
-                .find(|c| c.place == place && c.quantity.starts_with(quantity));
+            let found =
+                claims.iter().find(|c| c.place == place && c.quantity.starts_with(quantity));
             found.expect(quantity).recomputed
         };
         for (place, quantity, expected, half_unit) in [
@@ -435,12 +392,7 @@ mod tests {
             ("Fig. 14", "least turning radius", 7.63, 0.005),
             ("Fig. 14", "speed of the least", 2.99, 0.005),
             ("Section VI-B", "turning radius (50) at 80 %", 9.20, 0.005),
-            (
-                "Section VI-B",
-                "turning radius (50) at 80 %, second",
-                9.25,
-                0.005,
-            ),
+            ("Section VI-B", "turning radius (50) at 80 %, second", 9.25, 0.005),
             ("(51)", "k of", 0.311, 0.0005),
             ("(51)", "c of", 0.259, 0.0005),
             ("Section V", "mean R^2 online", 0.868, 0.0005),
@@ -457,10 +409,7 @@ mod tests {
     #[test]
     fn exact_agreement_by_rounding() {
         let claim = |printed_value, input: PrintedNumber| {
-            Claim::new("", "", "", printed(printed_value, 1), &[input], |x| {
-                2.0 * x[0]
-            })
-            .agreement
+            Claim::new("", "", "", printed(printed_value, 1), &[input], |x| 2.0 * x[0]).agreement
         };
         assert_eq!(claim(2.0, exact(1.02)), Agreement::Agrees);
         assert_eq!(claim(2.1, printed(1.0, 1)), Agreement::WithinInputRounding);

@@ -77,12 +77,7 @@ mod tests {
     #[test]
     fn io_the_page_of_the_paper_has_every_erratum() {
         let page = include_str!("../../../../../docs/explanation/paper.md");
-        for Erratum {
-            place,
-            printed,
-            instead,
-        } in ERRATA
-        {
+        for Erratum { place, printed, instead } in ERRATA {
             let row = format!("| {place} | {printed} | {instead} |");
             assert!(page.contains(&row), "{row}");
         }

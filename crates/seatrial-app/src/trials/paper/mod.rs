@@ -123,9 +123,6 @@ impl Claim {
     }
 
     fn noting(self, note: &'static str) -> Self {
-        Self {
-            note: Some(note),
-            ..self
-        }
+        Self { note: Some(note), ..self }
     }
 }

@@ -70,10 +70,8 @@ pub enum RecreationError {
 /// Runs the trials.
 pub fn tables() -> Result<Vec<RecreatedTable>, RecreationError> {
     let first = trial(&TABLE_II, SEEDS[0])?;
-    let (repeat, others): (Vec<_>, Vec<_>) = TABLE_V
-        .iter()
-        .enumerate()
-        .partition(|(i, _)| *i == REPEATED);
+    let (repeat, others): (Vec<_>, Vec<_>) =
+        TABLE_V.iter().enumerate().partition(|(i, _)| *i == REPEATED);
     let rows = |rows: Vec<(usize, &Row)>| rows.into_iter().map(|(_, row)| *row).collect::<Vec<_>>();
     let (repeat, others) = (rows(repeat), rows(others));
     let mut fifth = refined_rows(&trial(&others, SEEDS[1])?, &others);
@@ -113,11 +111,7 @@ fn trial(truth: &[Row], seed: u64) -> Result<Campaign, RecreationError> {
     let mut plan = Plan::paper();
     let thrusts: Vec<f64> = speeds.iter().map(|speed| speed.thrust).collect();
     plan.thrusts = seatrial_core::List::from_slice(&thrusts).unwrap_or_default();
-    let config = VehicleConfig {
-        initial_thrust: thrusts[0],
-        speeds,
-        ..VehicleConfig::starfish()
-    };
+    let config = VehicleConfig { initial_thrust: thrusts[0], speeds, ..VehicleConfig::starfish() };
     let mut vehicle = FirstOrderVehicle::new(config, seed)?;
     Ok(rehearse(&mut vehicle, "sim", seed, plan)?.campaign)
 }
@@ -129,11 +123,7 @@ fn refined_rows(campaign: &Campaign, truth: &[Row]) -> Vec<RecreatedRow> {
         let truth = truth.iter().find(|row| is_at(row, run))?;
         let interval = &refined.interval_95;
         Some(RecreatedRow {
-            interval_95: Some([
-                interval.a22_per_s,
-                interval.b2_per_s2,
-                interval.c0_rad_per_s2,
-            ]),
+            interval_95: Some([interval.a22_per_s, interval.b2_per_s2, interval.c0_rad_per_s2]),
             r2: identification.validation.and_then(|v| v.r2_heading),
             ..row(run, truth, refined.model)
         })
@@ -187,11 +177,7 @@ pub fn covered(tables: &[RecreatedTable]) -> (usize, usize) {
             .map(|([low, high], truth)| (*low..=*high).contains(&truth))
             .collect()
     };
-    let all: Vec<bool> = tables
-        .iter()
-        .flat_map(|t| &t.rows)
-        .flat_map(inside)
-        .collect();
+    let all: Vec<bool> = tables.iter().flat_map(|t| &t.rows).flat_map(inside).collect();
     (all.iter().filter(|covered| **covered).count(), all.len())
 }
 
@@ -251,10 +237,7 @@ pub fn csv(tables: &[RecreatedTable]) -> String {
     );
     for table in tables {
         for row in &table.rows {
-            for (i, name) in ["a22_per_s", "b2_per_s2", "c0_rad_per_s2"]
-                .iter()
-                .enumerate()
-            {
+            for (i, name) in ["a22_per_s", "b2_per_s2", "c0_rad_per_s2"].iter().enumerate() {
                 let bound = |side: usize| {
                     row.interval_95
                         .map_or_else(String::new, |intervals| intervals[i][side].to_string())

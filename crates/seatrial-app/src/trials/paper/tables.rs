@@ -30,15 +30,7 @@ const fn row(
     delta0_rad: f64,
     r2: f64,
 ) -> Row {
-    Row {
-        thrust_percent,
-        surge_speed_m_s,
-        a22_per_s,
-        b2_per_s2,
-        c0_rad_per_s2,
-        delta0_rad,
-        r2,
-    }
+    Row { thrust_percent, surge_speed_m_s, a22_per_s, b2_per_s2, c0_rad_per_s2, delta0_rad, r2 }
 }
 
 /// Online estimates with DVL and sidescan payload.
@@ -115,8 +107,5 @@ pub(super) const fn printed(value: f64, decimals: i32) -> PrintedNumber {
 
 /// A number that is exact: a setting, or a coefficient of a printed equation.
 pub(super) const fn exact(value: f64) -> PrintedNumber {
-    PrintedNumber {
-        value,
-        decimals: i32::MAX,
-    }
+    PrintedNumber { value, decimals: i32::MAX }
 }

@@ -114,10 +114,7 @@ impl Simulation {
         let socket = UdpSocket::bind(place).map_err(not_there)?;
         socket.set_read_timeout(Some(WAIT)).map_err(not_there)?;
         let address = socket.local_addr().map_err(not_there)?;
-        tell(&format_args!(
-            "{} listens on {address}",
-            self.options.vehicle
-        ));
+        tell(&format_args!("{} listens on {address}", self.options.vehicle));
         let mut packet = [0; PACKET_BYTES];
         let mut reported = Instant::now();
         let frames = self.options.frames.unwrap_or(u64::MAX);
@@ -203,13 +200,7 @@ impl fmt::Display for Simulation {
         let motion = self.vehicle.kinematics();
         let [north, east, depth] = motion.position_m;
         let [x, y, z] = motion.velocity_m_s;
-        let Traffic {
-            frames,
-            repeated,
-            lost,
-            resets,
-            bad_packets,
-        } = self.traffic;
+        let Traffic { frames, repeated, lost, resets, bad_packets } = self.traffic;
         write!(
             f,
             "{:.1} s: heading {:.0} deg, {:.2} m/s, depth {depth:.1} m, {north:.0} m north, {east:.0} m east; rudder {:.1} deg, \

@@ -176,18 +176,11 @@ impl MavlinkGainsLease {
     }
 
     fn lost(&self, why: String) -> ControlLoss {
-        ControlLoss {
-            reason: self.autopilot.ended_for(),
-            why,
-        }
+        ControlLoss { reason: self.autopilot.ended_for(), why }
     }
 
     fn stopped(&self) -> Option<ControlLoss> {
-        let stopped = self
-            .autopilot
-            .autopilot()
-            .stopped()
-            .map(ToString::to_string);
+        let stopped = self.autopilot.autopilot().stopped().map(ToString::to_string);
         stopped.map(|why| self.lost(why))
     }
 }
@@ -196,10 +189,9 @@ impl GainsLease for MavlinkGainsLease {
     fn next_sample(&mut self) -> Result<Sample<f64>, ControlLoss> {
         let next = self.autopilot.next_sample();
         match next {
-            Ok(Some(sample)) => Ok(Sample {
-                rudder_rad: sample.rudder_rad / self.full_rudder_rad,
-                ..sample
-            }),
+            Ok(Some(sample)) => {
+                Ok(Sample { rudder_rad: sample.rudder_rad / self.full_rudder_rad, ..sample })
+            }
             Ok(None) => Err(self.lost("the vehicle is not ours".into())),
             Err(stop) => Err(self.lost(stop.to_string())),
         }

@@ -56,9 +56,7 @@ pub fn signing(path: Option<&Path>, link_id: u8) -> Result<Option<Signing>, Vehi
 }
 
 fn parsed(address: &str) -> Result<Address, VehicleError> {
-    address
-        .parse()
-        .map_err(|error| VehicleError::setting(format!("--vehicle mavlink:{error}")))
+    address.parse().map_err(|error| VehicleError::setting(format!("--vehicle mavlink:{error}")))
 }
 
 impl MavlinkOptions {
@@ -167,12 +165,8 @@ impl OnMavlink {
                 self.name
             )));
         }
-        let opened = self.options.open(
-            &self.address,
-            Some(terms.plan),
-            terms.plan_is_given,
-            terms.stop,
-        );
+        let opened =
+            self.options.open(&self.address, Some(terms.plan), terms.plan_is_given, terms.stop);
         // The link stays alive while we think, ask and judge.
         let mut autopilot = AutopilotThread::new(opened?);
         let preflight = autopilot.autopilot().inspect();
@@ -220,9 +214,7 @@ impl TrialVehicle for OnMavlink {
     }
 
     fn inspect(&self, plan: &Plan<f64>) -> Result<Preflight, VehicleError> {
-        let opened = self
-            .options
-            .open(&self.address, Some(plan), true, &Arc::default());
+        let opened = self.options.open(&self.address, Some(plan), true, &Arc::default());
         Ok(opened?.inspect())
     }
 

@@ -18,18 +18,12 @@ pub use ros2::{OnRos2, inspect as inspect_ros2};
 
 /// Refuses where a check has not passed.
 fn refuse(checks: &[Check]) -> Result<(), VehicleError> {
-    let refused: Vec<&str> = checks
-        .iter()
-        .filter(|check| !check.passed)
-        .map(|check| check.name.as_str())
-        .collect();
+    let refused: Vec<&str> =
+        checks.iter().filter(|check| !check.passed).map(|check| check.name.as_str()).collect();
     if refused.is_empty() {
         return Ok(());
     }
-    Err(VehicleError::refused(format!(
-        "the trial is refused for: {}",
-        refused.join(", ")
-    )))
+    Err(VehicleError::refused(format!("the trial is refused for: {}", refused.join(", "))))
 }
 
 /// A vehicle whose model nobody knows yet.

@@ -100,11 +100,7 @@ impl OnMavlink {
         let backup = read_backup(&file).map_err(VehicleError::refused)?;
         let parameters = compared(&mut self.reached(stop)?, &backup, &self.name)
             .map_err(VehicleError::refused)?;
-        Ok(RestoreFile {
-            file,
-            parameters,
-            mode: backup.mode,
-        })
+        Ok(RestoreFile { file, parameters, mode: backup.mode })
     }
 
     /// Puts back what a file holds.

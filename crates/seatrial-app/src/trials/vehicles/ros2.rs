@@ -56,9 +56,7 @@ fn described(path: &Path) -> Result<Description, VehicleError> {
     let read = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
     let description: Description =
         toml::from_str(&read).map_err(|error| wrong(format!("not a vehicle on ROS 2: {error}")))?;
-    description
-        .check()
-        .map_err(|error| wrong(error.to_string()))?;
+    description.check().map_err(|error| wrong(error.to_string()))?;
     Ok(description)
 }
 
@@ -116,11 +114,7 @@ pub struct OnRos2 {
 impl OnRos2 {
     /// The vehicle of a file.
     pub fn new(name: &str, file: &str, attendant: Arc<dyn Attendant>) -> Self {
-        Self {
-            name: name.into(),
-            file: file.into(),
-            attendant,
-        }
+        Self { name: name.into(), file: file.into(), attendant }
     }
 
     /// Looks at the vehicle, has somebody agree, and takes it. Whatever fails, it is handed back.
@@ -166,10 +160,7 @@ impl TrialVehicle for OnRos2 {
 
     fn full_rudder(&self) -> Option<FullRudder> {
         let description = described(&self.file).ok()?;
-        Some(FullRudder {
-            angle_rad: description.rudder.limit_rad,
-            is_assumed: false,
-        })
+        Some(FullRudder { angle_rad: description.rudder.limit_rad, is_assumed: false })
     }
 
     fn prior(&self, _: &Plan<f64>, _: &Budget) -> Result<Prior, VehicleError> {

@@ -17,15 +17,9 @@ pub(super) enum NoBinary {
     #[error("no binary is made on {OS} {ARCH}")]
     Platform,
     #[error("{folder}: {source}")]
-    Folder {
-        folder: String,
-        source: std::io::Error,
-    },
+    Folder { folder: String, source: std::io::Error },
     #[error("no C compiler, {compiler}: {source}")]
-    NoCompiler {
-        compiler: String,
-        source: std::io::Error,
-    },
+    NoCompiler { compiler: String, source: std::io::Error },
     #[error("{compiler}: {said}")]
     Compiler { compiler: String, said: String },
 }
@@ -41,17 +35,11 @@ pub(super) fn compiled(source: &str, model: &str) -> Result<Binary, NoBinary> {
     let bytes = library(source, &folder);
     // A folder that stays behind does no harm.
     let _ = std::fs::remove_dir_all(&folder);
-    Ok(Binary {
-        path: format!("binaries/{platform}/{model}.{suffix}"),
-        bytes: bytes?,
-    })
+    Ok(Binary { path: format!("binaries/{platform}/{model}.{suffix}"), bytes: bytes? })
 }
 
 fn library(source: &str, folder: &Path) -> Result<Vec<u8>, NoBinary> {
-    let failed = |source| NoBinary::Folder {
-        folder: folder.display().to_string(),
-        source,
-    };
+    let failed = |source| NoBinary::Folder { folder: folder.display().to_string(), source };
     std::fs::create_dir_all(folder).map_err(failed)?;
     std::fs::write(folder.join("vehicle.c"), source).map_err(failed)?;
     let compiler = std::env::var_os("CC").unwrap_or_else(|| OsString::from("cc"));
@@ -60,10 +48,7 @@ fn library(source: &str, folder: &Path) -> Result<Vec<u8>, NoBinary> {
         .args("-std=c99 -O2 -shared -fPIC -fvisibility=hidden -o library vehicle.c -lm".split(' '))
         .current_dir(folder)
         .output()
-        .map_err(|source| NoBinary::NoCompiler {
-            compiler: name.clone(),
-            source,
-        })?;
+        .map_err(|source| NoBinary::NoCompiler { compiler: name.clone(), source })?;
     if !output.status.success() {
         let said = String::from_utf8_lossy(&output.stderr);
         return Err(NoBinary::Compiler {

@@ -10,21 +10,13 @@ use super::super::{attribute, head};
 type Variable = (&'static str, &'static str, &'static str);
 
 const INPUTS: [Variable; 2] = [
-    (
-        "rad",
-        "rudder_command_rad",
-        "rudder angle commanded, starboard positive",
-    ),
+    ("rad", "rudder_command_rad", "rudder angle commanded, starboard positive"),
     ("1", "thrust", "thrust, fraction of full"),
 ];
 const OUTPUTS: [Variable; 6] = [
     ("m", "north_m", "north of the start"),
     ("m", "east_m", "east of the start"),
-    (
-        "rad",
-        "heading_rad",
-        "heading, clockwise positive, not wrapped",
-    ),
+    ("rad", "heading_rad", "heading, clockwise positive, not wrapped"),
     ("m/s", "speed_m_s", "forward speed"),
     ("rad/s", "yaw_rate_rad_s", "yaw rate, clockwise positive"),
     ("rad", "rudder_rad", "rudder angle"),
@@ -34,21 +26,9 @@ const PARAMETERS: [Variable; 8] = [
     ("rad", "rudder_limit_rad", "largest rudder angle"),
     ("s", "rudder_lag_s", "time constant of the rudder's lag"),
     ("s", "rudder_delay_s", "dead time of the rudder"),
-    (
-        "rad/s",
-        "rudder_rate_limit_rad_s",
-        "fastest motion of the rudder; 0: no limit",
-    ),
-    (
-        "s",
-        "surge_time_constant_s",
-        "T of the speed, where drag_length_m is 0",
-    ),
-    (
-        "m",
-        "drag_length_m",
-        "mass over drag per speed squared; 0: the speed follows with T",
-    ),
+    ("rad/s", "rudder_rate_limit_rad_s", "fastest motion of the rudder; 0: no limit"),
+    ("s", "surge_time_constant_s", "T of the speed, where drag_length_m is 0"),
+    ("m", "drag_length_m", "mass over drag per speed squared; 0: the speed follows with T"),
     ("m", "turning_drag_m", "speed that a turn costs"),
 ];
 const TABLES: [Variable; 5] = [
@@ -56,11 +36,7 @@ const TABLES: [Variable; 5] = [
     ("m/s", "steady_speed_m_s", "steady speed at each, rising"),
     ("1/s", "a22_per_s", "yaw damping at each"),
     ("1/s2", "b2_per_s2", "rudder effectiveness at each, per rad"),
-    (
-        "rad/s2",
-        "c0_rad_per_s2",
-        "constant yaw acceleration at each",
-    ),
+    ("rad/s2", "c0_rad_per_s2", "constant yaw acceleration at each"),
 ];
 const UNITS: &str = "\
     <Unit name=\"1\"><BaseUnit/></Unit>
@@ -159,11 +135,7 @@ fn columns(vehicle: &IdentifiedVehicle) -> [String; 5] {
         |p| p.c0_rad_per_s2,
     ];
     of.map(|of| {
-        let numbers: Vec<String> = vehicle
-            .speeds
-            .iter()
-            .map(|p| format!("{:?}", of(p)))
-            .collect();
+        let numbers: Vec<String> = vehicle.speeds.iter().map(|p| format!("{:?}", of(p))).collect();
         numbers.join(" ")
     })
 }

@@ -41,9 +41,7 @@ impl Fmu {
             .last_modified_time(DateTime::default());
         let mut add = |path: &str, content: &[u8]| {
             archive.start_file(path, stored).map_err(refused)?;
-            archive
-                .write_all(content)
-                .map_err(|error| refused(error.into()))
+            archive.write_all(content).map_err(|error| refused(error.into()))
         };
         let model_description = description::model(vehicle, &model, &token);
         add("modelDescription.xml", model_description.as_bytes())?;
@@ -59,9 +57,6 @@ impl Fmu {
             Err(reason) => Some(reason.to_string()),
         };
         let bytes = archive.finish().map_err(refused)?.into_inner();
-        Ok(Self {
-            bytes,
-            without_binary,
-        })
+        Ok(Self { bytes, without_binary })
     }
 }

@@ -54,10 +54,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
         let (Some((_, heading_rad, share)), Ok(settings)) = (recent, settings) else {
             // Sub keeps a target in other modes, too.
             let target = self.guided.target.filter(|_| self.profile == Profile::Sub);
-            self.guided = Guided {
-                target,
-                ..Guided::default()
-            };
+            self.guided = Guided { target, ..Guided::default() };
             return;
         };
         let speed_m_s = sample.surge_speed_m_s.unwrap_or(0.0);
@@ -66,14 +63,8 @@ impl<V: Vehicle<f64>> Speaker<V> {
             true => base_m_s / speed_m_s,
             false => 1.0,
         };
-        let settings = CascadeSettings {
-            steering_limit: 1.0 / scale,
-            ..settings
-        };
-        let helm = self
-            .guided
-            .cascade
-            .get_or_insert_with(|| RateCascade::new(settings));
+        let settings = CascadeSettings { steering_limit: 1.0 / scale, ..settings };
+        let helm = self.guided.cascade.get_or_insert_with(|| RateCascade::new(settings));
         helm.set(settings);
         let rate_rad_s = sample.yaw_rate_rad_s.unwrap_or(0.0);
         let steering = helm.step(heading_rad, sample.heading_rad, rate_rad_s, self.interval_s);

@@ -79,10 +79,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
             full_rudder_rad,
             interval_s,
             signing,
-            encoder: Encoder::new(Sender {
-                system: 1,
-                component: 1,
-            }),
+            encoder: Encoder::new(Sender { system: 1, component: 1 }),
             decoder: Decoder::default(),
             out: Vec::new(),
             parameters,
@@ -113,9 +110,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
 
     /// All of them.
     pub fn parameters(&self) -> impl Iterator<Item = (String, f32)> + '_ {
-        self.parameters
-            .iter()
-            .map(|(name, value)| (name.clone(), *value))
+        self.parameters.iter().map(|(name, value)| (name.clone(), *value))
     }
 
     /// As its owner sets it.
@@ -125,16 +120,12 @@ impl<V: Vehicle<f64>> Speaker<V> {
 
     /// Steering that it asks its rudder for, as a fraction of full.
     pub fn steering(&self) -> f64 {
-        self.guided
-            .asked
-            .map_or_else(|| self.fraction(0), |[steering, _]| steering)
+        self.guided.asked.map_or_else(|| self.fraction(0), |[steering, _]| steering)
     }
 
     /// Thrust that it asks its propeller for, as a fraction of full.
     pub fn thrust(&self) -> f64 {
-        self.guided
-            .asked
-            .map_or_else(|| self.fraction(2), |[_, thrust]| thrust)
+        self.guided.asked.map_or_else(|| self.fraction(2), |[_, thrust]| thrust)
     }
 
     /// Its heading, rad.
@@ -199,9 +190,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
     }
 
     fn send(&mut self, message: impl Into<Message>) {
-        let frame = self
-            .encoder
-            .encode(&message.into(), self.signing.as_mut(), self.clock_s);
+        let frame = self.encoder.encode(&message.into(), self.signing.as_mut(), self.clock_s);
         self.out.extend(frame);
     }
 
@@ -249,9 +238,8 @@ impl<V: Vehicle<f64>> Speaker<V> {
     }
 
     fn hear(&mut self, sender: Sender, message: &Message) {
-        let is_obeyed = self
-            .parameter("MAV_GCS_SYSID")
-            .is_none_or(|system| f32::from(sender.system) == system);
+        let is_obeyed =
+            self.parameter("MAV_GCS_SYSID").is_none_or(|system| f32::from(sender.system) == system);
         match *message {
             Message::Heartbeat(_) if is_obeyed => self.station_s = Some(self.clock_s),
             Message::RcChannelsOverride(RcChannelsOverride { pulses, .. }) if is_obeyed => {
@@ -285,10 +273,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
             Message::CommandLong(command) => self.take_command(&command),
             Message::Timesync(question) if question.there_ns == 0 => {
                 let there_ns = (self.clock_s * 1e9) as i64 + 1;
-                self.send(Timesync {
-                    there_ns,
-                    here_ns: question.here_ns,
-                });
+                self.send(Timesync { there_ns, here_ns: question.here_ns });
             }
             _ => {}
         }
@@ -321,18 +306,11 @@ impl<V: Vehicle<f64>> Speaker<V> {
             self.failsafe = false;
             self.beat();
         }
-        self.send(CommandAck {
-            command: command.command,
-            result: 0,
-        });
+        self.send(CommandAck { command: command.command, result: 0 });
     }
 
     fn tell(&mut self, name: &str) {
-        let index = self
-            .parameters
-            .keys()
-            .position(|key| key == name)
-            .unwrap_or(0);
+        let index = self.parameters.keys().position(|key| key == name).unwrap_or(0);
         self.send(ParamValue {
             value: self.parameters.get(name).copied().unwrap_or(0.0),
             count: self.parameters.len() as u16,
@@ -347,9 +325,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
         if self.number("FS_GCS_ENABLE") != 0.0 && self.clock_s >= self.looks_for_station_s {
             self.looks_for_station_s = self.clock_s + 0.1;
             let longest_s = self.number("FS_GCS_TIMEOUT") * self.speed;
-            let is_lost = self
-                .station_s
-                .is_some_and(|heard_s| self.clock_s - heard_s > longest_s);
+            let is_lost = self.station_s.is_some_and(|heard_s| self.clock_s - heard_s > longest_s);
             self.station_lost_s = is_lost.then(|| self.station_lost_s.unwrap_or(self.clock_s));
             self.failsafe &= is_lost;
         }
@@ -358,10 +334,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
             .is_some_and(|lost_s| self.clock_s - lost_s > self.number("FS_TIMEOUT"));
         if is_due && !self.failsafe {
             (self.failsafe, self.mode) = (true, resting_mode(self.profile));
-            self.send(Statustext {
-                severity: 2,
-                text: Text::from("GCS Failsafe"),
-            });
+            self.send(Statustext { severity: 2, text: Text::from("GCS Failsafe") });
             self.beat();
         }
     }

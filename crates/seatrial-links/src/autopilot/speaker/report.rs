@@ -88,11 +88,7 @@ impl<V: Vehicle<f64>> Speaker<V> {
         self.send(RcChannels {
             time_boot_ms,
             pulses: channels,
-            count: if self.has_remote_control {
-                STICKS as u8
-            } else {
-                0
-            },
+            count: if self.has_remote_control { STICKS as u8 } else { 0 },
             rssi: 255,
         });
     }

@@ -16,14 +16,8 @@ pub enum Station {
 impl Station {
     /// Sends datagrams to a place, HOST:PORT.
     pub fn udp(place: &str) -> io::Result<Self> {
-        let is_loopback = ["127.", "localhost:", "[::1]"]
-            .iter()
-            .any(|p| place.starts_with(p));
-        let any = if is_loopback {
-            "127.0.0.1:0"
-        } else {
-            "0.0.0.0:0"
-        };
+        let is_loopback = ["127.", "localhost:", "[::1]"].iter().any(|p| place.starts_with(p));
+        let any = if is_loopback { "127.0.0.1:0" } else { "0.0.0.0:0" };
         let socket = UdpSocket::bind(any)?;
         socket.connect(place)?;
         Ok(Self::Udp(socket))

@@ -53,11 +53,9 @@ impl Description {
                 return Err(no_name(&format!("{name}.topic"), topic));
             }
             if kind.index(field).is_none() {
-                return Err(format!(
-                    "{name}.field is {field:?}: its type has {}",
-                    kind.expected()
-                )
-                .into());
+                return Err(
+                    format!("{name}.field is {field:?}: its type has {}", kind.expected()).into()
+                );
             }
             for (before, other) in &all[..place] {
                 if other.topic == *topic && (other.kind != kind || other.field() == field) {
@@ -69,18 +67,8 @@ impl Description {
             }
             for (key, value, low, high) in [
                 ("units_per_rad", actuator.units_per_rad, -1e6, 1e6),
-                (
-                    "neutral_units or trim_units",
-                    actuator.neutral_units,
-                    -1e9,
-                    1e9,
-                ),
-                (
-                    "units_at_full",
-                    actuator.units_at_full.unwrap_or(0.0),
-                    -1e9,
-                    1e9,
-                ),
+                ("neutral_units or trim_units", actuator.neutral_units, -1e9, 1e9),
+                ("units_at_full", actuator.units_at_full.unwrap_or(0.0), -1e9, 1e9),
             ] {
                 in_range(&format!("{name}.{key}"), value, low, high)?;
             }
@@ -92,10 +80,7 @@ impl Description {
         if !all.iter().any(steers) {
             return Err("nothing steers: expected rudder.topic and rudder.units_per_rad, or [actuators.NAME] with units_per_rad, of 1e-6 or more either way".into());
         }
-        if !all
-            .iter()
-            .any(|(_, actuator)| actuator.units_at_full.is_some())
-        {
+        if !all.iter().any(|(_, actuator)| actuator.units_at_full.is_some()) {
             return Err(
                 "nothing drives: expected [thrust], or [actuators.NAME] with units_at_full".into(),
             );
@@ -108,9 +93,7 @@ impl Description {
         let parts = address.and_then(|address| address.rsplit_once(':'));
         let is_host = |host: &str| {
             !host.is_empty()
-                && host
-                    .chars()
-                    .all(|c| c.is_ascii_alphanumeric() || "[]:.-_".contains(c))
+                && host.chars().all(|c| c.is_ascii_alphanumeric() || "[]:.-_".contains(c))
         };
         if !parts.is_some_and(|(host, port)| is_host(host) && port.parse::<u16>().is_ok()) {
             return Err(format!(
@@ -130,24 +113,12 @@ impl Description {
 
     fn check_names(&self) -> Result<(), InvalidDescription> {
         let names = [
-            (
-                "odometry.topic",
-                self.odometry.as_ref().map(|odometry| &odometry.topic),
-            ),
+            ("odometry.topic", self.odometry.as_ref().map(|odometry| &odometry.topic)),
             ("imu.topic", self.imu.as_ref().map(|imu| &imu.topic)),
-            (
-                "feedback.topic",
-                self.feedback.as_ref().map(|feedback| &feedback.topic),
-            ),
-            (
-                "enable.service",
-                self.enable.as_ref().map(|enable| &enable.service),
-            ),
+            ("feedback.topic", self.feedback.as_ref().map(|feedback| &feedback.topic)),
+            ("enable.service", self.enable.as_ref().map(|enable| &enable.service)),
         ];
-        let namespace = (
-            "namespace",
-            Some(&self.namespace).filter(|name| !name.is_empty()),
-        );
+        let namespace = ("namespace", Some(&self.namespace).filter(|name| !name.is_empty()));
         for (key, name) in names.into_iter().chain([namespace]) {
             if let Some(name) = name.filter(|name| !is_absolute_name(name)) {
                 return Err(no_name(key, name));

@@ -165,14 +165,8 @@ pub enum CommandType {
 }
 
 impl CommandType {
-    const TWIST: [&'static str; 6] = [
-        "linear.x",
-        "linear.y",
-        "linear.z",
-        "angular.x",
-        "angular.y",
-        "angular.z",
-    ];
+    const TWIST: [&'static str; 6] =
+        ["linear.x", "linear.y", "linear.z", "angular.x", "angular.y", "angular.z"];
     /// The longest array that is published.
     const MOST_NUMBERS: usize = 16;
 
@@ -415,10 +409,7 @@ impl Description {
     /// The topics of commands, each once, and their types.
     pub fn command_topics(&self) -> Vec<(String, CommandType)> {
         let commands = self.commands(Demand::default());
-        commands
-            .into_iter()
-            .map(|command| (command.topic, command.kind))
-            .collect()
+        commands.into_iter().map(|command| (command.topic, command.kind)).collect()
     }
 
     /// A name of ours in the namespace.
@@ -434,8 +425,5 @@ fn is_absolute_name(name: &str) -> bool {
             && token.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
             && !token.contains("__")
     };
-    name.len() < 256
-        && name
-            .strip_prefix('/')
-            .is_some_and(|rest| rest.split('/').all(is_token))
+    name.len() < 256 && name.strip_prefix('/').is_some_and(|rest| rest.split('/').all(is_token))
 }

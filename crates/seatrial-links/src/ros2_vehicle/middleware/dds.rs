@@ -99,9 +99,7 @@ impl Maker {
         let [package, kind] = wire::SET_BOOL;
         let kind = ServiceTypeName::new(package, kind);
         let (to, from) = (qos(true), qos(true));
-        let client = self
-            .node
-            .create_client(self.mapping, &name, &kind, to, from);
+        let client = self.node.create_client(self.mapping, &name, &kind, to, from);
         client.map_err(failed(service))
     }
 
@@ -135,9 +133,7 @@ impl Maker {
     ) -> Result<Server<R, Answer>, MiddlewareError> {
         let parsed = Name::parse(name).map_err(failed(name))?;
         let kind = ServiceTypeName::new(package, kind);
-        let server = self
-            .node
-            .create_server(self.mapping, &parsed, &kind, qos(true), qos(true));
+        let server = self.node.create_server(self.mapping, &parsed, &kind, qos(true), qos(true));
         server.map_err(failed(name))
     }
 }
@@ -151,10 +147,8 @@ impl Listener for Maker {
         let qos = qos(is_reliable);
         let topic = self.topic(name, kind, &qos)?;
         let subscription = self.node.create_subscription(&topic, Some(qos));
-        self.ears.push(Box::new(TopicEar {
-            subscription: subscription.map_err(failed(name))?,
-            heard,
-        }));
+        self.ears
+            .push(Box::new(TopicEar { subscription: subscription.map_err(failed(name))?, heard }));
         Ok(())
     }
 }
@@ -186,9 +180,7 @@ impl Dds {
             namespace => namespace,
         };
         let name = NodeName::new(namespace, "seatrial").map_err(failed("node"))?;
-        let options = NodeOptions::new()
-            .enable_rosout(false)
-            .start_parameter_services(false);
+        let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
         let node = context.new_node(name, options).map_err(failed("node"))?;
         let mut maker = Maker {
             node,
@@ -244,9 +236,7 @@ impl Dds {
         )?;
         Ok(EstimateTopic::new(move |estimate| {
             let numbers = Float64MultiArray::from(estimate);
-            topic
-                .publish(numbers)
-                .map_err(|error| MiddlewareError::from(error.to_string()))
+            topic.publish(numbers).map_err(|error| MiddlewareError::from(error.to_string()))
         }))
     }
 
@@ -305,10 +295,7 @@ impl Graph for Dds {
 
     fn command(&mut self, demand: Demand) {
         for command in self.description.commands(demand) {
-            let publisher = self
-                .publishers
-                .iter()
-                .find(|(topic, _)| *topic == command.topic);
+            let publisher = self.publishers.iter().find(|(topic, _)| *topic == command.topic);
             if let Some((_, publisher)) = publisher {
                 // What cannot be published now is sent again soon.
                 let _ = publisher.publish(command.into());
@@ -352,9 +339,7 @@ impl Graph for Dds {
         }
         matched.has_enable = self.description.enable.as_ref().is_some_and(|enable| {
             let name = format!("rq{}Request", enable.service);
-            readers
-                .iter()
-                .any(|reader| *reader.subscription_topic_data.topic_name() == name)
+            readers.iter().any(|reader| *reader.subscription_topic_data.topic_name() == name)
         });
         matched
     }

@@ -45,9 +45,7 @@ trait Listener {
         }
         if let Some(odometry) = &description.odometry {
             let source = (odometry.topic.as_str(), wire::ODOMETRY, odometry.reliable);
-            self.hear(source, |odometry: wire::Odometry| {
-                Some(Heard::Odometry(odometry.motion()))
-            })?;
+            self.hear(source, |odometry: wire::Odometry| Some(Heard::Odometry(odometry.motion())))?;
         }
         let Some(feedback) = &description.feedback else {
             return Ok(());

@@ -49,10 +49,7 @@ impl Stamp {
     fn now() -> Self {
         let now = SystemTime::now().duration_since(UNIX_EPOCH);
         let now = now.unwrap_or_default();
-        Self {
-            sec: i32::try_from(now.as_secs()).unwrap_or(i32::MAX),
-            nanosec: now.subsec_nanos(),
-        }
+        Self { sec: i32::try_from(now.as_secs()).unwrap_or(i32::MAX), nanosec: now.subsec_nanos() }
     }
 
     fn time_s(self) -> f64 {
@@ -68,10 +65,7 @@ pub struct Header {
 
 impl Header {
     fn now() -> Self {
-        Self {
-            stamp: Stamp::now(),
-            frame_id: String::new(),
-        }
+        Self { stamp: Stamp::now(), frame_id: String::new() }
     }
 }
 
@@ -103,10 +97,7 @@ impl Twist {
             y: numbers.get(from + 1).copied().unwrap_or(0.0),
             z: numbers.get(from + 2).copied().unwrap_or(0.0),
         };
-        Self {
-            linear: vector(0),
-            angular: vector(3),
-        }
+        Self { linear: vector(0), angular: vector(3) }
     }
 }
 
@@ -198,10 +189,7 @@ pub struct Float64 {
 
 impl Float64 {
     pub fn rudder(self) -> Heard {
-        Heard::Rudder {
-            stamp_s: None,
-            units: self.data,
-        }
+        Heard::Rudder { stamp_s: None, units: self.data }
     }
 }
 
@@ -236,11 +224,7 @@ impl Float64MultiArray {
     pub fn of(label: &str, data: Vec<f64>) -> Self {
         let size = u32::try_from(data.len()).unwrap_or(u32::MAX);
         Self {
-            dim: vec![Dimension {
-                label: label.into(),
-                size,
-                stride: size,
-            }],
+            dim: vec![Dimension { label: label.into(), size, stride: size }],
             data_offset: 0,
             data,
         }
@@ -313,10 +297,10 @@ pub struct DiagnosticArray {
 
 impl From<&Diagnosis> for DiagnosticArray {
     fn from(diagnosis: &Diagnosis) -> Self {
-        let values = diagnosis.values.iter().map(|(key, value)| KeyValue {
-            key: (*key).into(),
-            value: value.clone(),
-        });
+        let values = diagnosis
+            .values
+            .iter()
+            .map(|(key, value)| KeyValue { key: (*key).into(), value: value.clone() });
         Self {
             header: Header::now(),
             status: vec![DiagnosticStatus {
@@ -371,9 +355,6 @@ impl Request for SetBoolRequest {
 
 impl Answer {
     fn done(text: &str) -> Self {
-        Self {
-            success: true,
-            message: text.into(),
-        }
+        Self { success: true, message: text.into() }
     }
 }

@@ -127,8 +127,7 @@ impl Decompressor for Lz4 {
                 if count == 0 {
                     break;
                 }
-                self.packed
-                    .extend_from_slice(&src[consumed..consumed + count]);
+                self.packed.extend_from_slice(&src[consumed..consumed + count]);
                 consumed += count;
             } else {
                 self.take()?;

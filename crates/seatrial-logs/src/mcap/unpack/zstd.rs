@@ -28,14 +28,9 @@ impl Decompressor for Zstd {
             self.is_begun = true;
         }
         let header = src.len() - rest.len();
-        let (consumed, wrote) = self
-            .frame
-            .decode_from_to(rest, dst)
-            .map_err(|error| failed(&error))?;
-        Ok(DecompressResult {
-            consumed: header + consumed,
-            wrote,
-        })
+        let (consumed, wrote) =
+            self.frame.decode_from_to(rest, dst).map_err(|error| failed(&error))?;
+        Ok(DecompressResult { consumed: header + consumed, wrote })
     }
 
     fn reset(&mut self) -> McapResult<()> {

@@ -85,10 +85,8 @@ fn in_order<'a, 'b>(results: &'b [SpeedResult<'a>]) -> (Vec<(f64, &'b SpeedResul
         true => result.thrust,
         false => result.surge_speed_m_s,
     };
-    let mut ordered: Vec<(f64, &SpeedResult)> = results
-        .iter()
-        .filter_map(|result| Some((order(result)?, result)))
-        .collect();
+    let mut ordered: Vec<(f64, &SpeedResult)> =
+        results.iter().filter_map(|result| Some((order(result)?, result))).collect();
     ordered.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     (ordered, knows_thrust)
 }
@@ -173,10 +171,7 @@ fn step_at(speeds: &[LogSpeed], k: usize) -> Option<[f64; 2]> {
     }
     for (at, one) in speeds.iter().enumerate() {
         let step = if at < k { 0.0 } else { 1.0 };
-        let rows = [
-            [1.0, one.speed, 0.0, 0.0, step],
-            [0.0, 0.0, 1.0, one.speed, step],
-        ];
+        let rows = [[1.0, one.speed, 0.0, 0.0, step], [0.0, 0.0, 1.0, one.speed, step]];
         for (m, left) in rows.iter().enumerate() {
             for (n, right) in rows.iter().enumerate() {
                 let weight = one.weights[m][n];
@@ -211,10 +206,7 @@ fn of_neighbours(
     let factors = [1.0, libm::pow(speed_ratio.max(1.0), STEEPEST_AUTHORITY)];
     let reason = |code, change: &str, against: &str, detail: &str| Reason {
         text: format!("Between {places} {change}{against}."),
-        ..Reason::new(
-            code,
-            format!("between {places} {change}{detail}, and repeat both speeds"),
-        )
+        ..Reason::new(code, format!("between {places} {change}{detail}, and repeat both speeds"))
     };
     let speed = (speed_ratio * LEAST_SPEED_RATIO < 1.0).then(|| {
         let percent = 100.0 * (1.0 - speed_ratio);
@@ -238,17 +230,15 @@ fn of_neighbours(
             ),
         ))
     };
-    let authority = parted(
-        ReasonCode::SpeedsDiffer.of(Subject::Rudder),
-        "the rudder's effect",
-        |refined| Magnitude::widened(refined.model.b2_per_s2, refined.interval_95.b2_per_s2),
-    );
-    let damping = parted(
-        ReasonCode::SpeedsDiffer.of(Subject::Damping),
-        "the yaw damping",
-        |refined| Magnitude::widened(refined.model.a22_per_s, refined.interval_95.a22_per_s),
-    )
-    .filter(|_| are_alike(slower.refined, faster.refined));
+    let authority =
+        parted(ReasonCode::SpeedsDiffer.of(Subject::Rudder), "the rudder's effect", |refined| {
+            Magnitude::widened(refined.model.b2_per_s2, refined.interval_95.b2_per_s2)
+        });
+    let damping =
+        parted(ReasonCode::SpeedsDiffer.of(Subject::Damping), "the yaw damping", |refined| {
+            Magnitude::widened(refined.model.a22_per_s, refined.interval_95.a22_per_s)
+        })
+        .filter(|_| are_alike(slower.refined, faster.refined));
     let found = [authority, damping, speed].into_iter().flatten().collect();
     fin_and_propeller(found, &places)
 }
@@ -284,14 +274,9 @@ fn fin_and_propeller(mut found: Vec<Reason>, places: &str) -> Vec<Reason> {
 /// By which factor a parameter changed. `None` where the interval at the faster speed meets that of the slower speed
 /// times some factor within `factors`: a change of speed explains it.
 fn factor_outside(slower: Magnitude, faster: Magnitude, factors: [f64; 2]) -> Option<f64> {
-    let expected = [
-        slower.interval[0] * factors[0],
-        slower.interval[1] * factors[1],
-    ];
+    let expected = [slower.interval[0] * factors[0], slower.interval[1] * factors[1]];
     let meets = faster.interval[0] <= expected[1] && expected[0] <= faster.interval[1];
-    (!meets)
-        .then(|| faster.value / slower.value)
-        .filter(|factor| factor.is_finite())
+    (!meets).then(|| faster.value / slower.value).filter(|factor| factor.is_finite())
 }
 
 /// The size of a parameter, whose sign depends on the sense of the rudder, and its 95 % interval.
@@ -308,10 +293,7 @@ impl Magnitude {
             false => interval,
         };
         let scatter = MODEL_SCATTER * value.abs();
-        Self {
-            value: value.abs(),
-            interval: [low - scatter, high + scatter],
-        }
+        Self { value: value.abs(), interval: [low - scatter, high + scatter] }
     }
 }
 
@@ -329,11 +311,7 @@ mod tests {
             |value: f64| [value - 0.03 * value.abs(), value + 0.03 * value.abs()];
         Refined {
             method: EstimateMethod::AveragedRestrictedLikelihood,
-            model: YawModel {
-                a22_per_s,
-                b2_per_s2,
-                c0_rad_per_s2: 0.0,
-            },
+            model: YawModel { a22_per_s, b2_per_s2, c0_rad_per_s2: 0.0 },
             delta0_rad: None,
             interval_95: Intervals {
                 a22_per_s: known_to_3_percent(a22_per_s),
@@ -360,10 +338,8 @@ mod tests {
 
     /// What a check says of these speeds.
     fn said<R>(speeds: &[Speed], check: impl Fn(&[SpeedResult]) -> R) -> R {
-        let models: Vec<Refined> = speeds
-            .iter()
-            .map(|(_, _, a22, b2)| refined(*a22, *b2))
-            .collect();
+        let models: Vec<Refined> =
+            speeds.iter().map(|(_, _, a22, b2)| refined(*a22, *b2)).collect();
         let results: Vec<SpeedResult> = speeds
             .iter()
             .zip(&models)
@@ -408,15 +384,9 @@ mod tests {
     #[test]
     fn exact_a_broken_fin_is_seen() {
         let broken = [(0.6, 1.07, -0.91, 0.58), (0.7, 1.2, -0.95, 0.21)];
-        assert_eq!(
-            codes(&broken),
-            [ReasonCode::SpeedsDiffer.of(Subject::Rudder)]
-        );
+        assert_eq!(codes(&broken), [ReasonCode::SpeedsDiffer.of(Subject::Rudder)]);
         let swapped = [(0.7, 1.2, 0.95, -0.21), (0.6, 1.07, 0.91, -0.58)];
-        assert_eq!(
-            codes(&swapped),
-            [ReasonCode::SpeedsDiffer.of(Subject::Rudder)]
-        );
+        assert_eq!(codes(&swapped), [ReasonCode::SpeedsDiffer.of(Subject::Rudder)]);
     }
 
     /// Only dampings of one kind of model are held against each other.
@@ -432,10 +402,7 @@ mod tests {
             let found = contradictions(&[result(0), result(1)]).into_iter();
             found.map(|reason| reason.kind()).collect::<Vec<_>>()
         };
-        assert_eq!(
-            codes(&models),
-            [ReasonCode::SpeedsDiffer.of(Subject::Damping)]
-        );
+        assert_eq!(codes(&models), [ReasonCode::SpeedsDiffer.of(Subject::Damping)]);
         models[1].method = EstimateMethod::WeighedHypotheses;
         assert_eq!(codes(&models), []);
     }
@@ -444,10 +411,7 @@ mod tests {
     #[test]
     fn exact_a_broken_fin_is_seen_without_thrust() {
         let broken = [(0.0, 1.2, -0.95, 0.21), (0.0, 1.07, -0.91, 0.58)];
-        assert_eq!(
-            codes(&broken),
-            [ReasonCode::SpeedsDiffer.of(Subject::Rudder)]
-        );
+        assert_eq!(codes(&broken), [ReasonCode::SpeedsDiffer.of(Subject::Rudder)]);
         let sound = [(0.0, 1.36, -0.99, 0.87), (0.0, 1.07, -0.91, 0.58)];
         assert_eq!(codes(&sound), []);
     }
@@ -471,9 +435,6 @@ mod tests {
     #[test]
     fn exact_a_speed_that_falls_is_seen() {
         let slower = [(0.6, 1.5, -0.9, 0.58), (0.7, 1.2, -0.9, 0.58)];
-        assert_eq!(
-            codes(&slower),
-            [ReasonCode::SpeedsDiffer.of(Subject::Speed)]
-        );
+        assert_eq!(codes(&slower), [ReasonCode::SpeedsDiffer.of(Subject::Speed)]);
     }
 }

@@ -99,10 +99,7 @@ impl ThrustDifference {
             a22_per_s: parameter(0),
             b2_per_s2: parameter(1),
             c0_rad_per_s2: parameter(2),
-            delta0_rad: a
-                .delta0()
-                .zip(b.delta0())
-                .map(|(a, b)| ParameterDifference::between(a, b)),
+            delta0_rad: a.delta0().zip(b.delta0()).map(|(a, b)| ParameterDifference::between(a, b)),
         }
     }
 
@@ -131,12 +128,7 @@ impl ParameterDifference {
                 (b - a) / libm::hypot(half_width(a_interval), half_width(b_interval))
             })
             .filter(|ratio| ratio.is_finite());
-        Self {
-            a,
-            b,
-            difference: b - a,
-            ratio,
-        }
+        Self { a, b, difference: b - a, ratio }
     }
 }
 
@@ -151,11 +143,7 @@ impl Model<'_> {
     fn intervals(&self) -> Option<[[f64; 2]; 3]> {
         let refined = self.identification.refined.as_ref()?;
         let intervals = refined.interval_95;
-        Some([
-            intervals.a22_per_s,
-            intervals.b2_per_s2,
-            intervals.c0_rad_per_s2,
-        ])
+        Some([intervals.a22_per_s, intervals.b2_per_s2, intervals.c0_rad_per_s2])
     }
 
     fn delta0(&self) -> Option<Estimate> {
@@ -171,12 +159,7 @@ fn models(campaign: &Campaign) -> Vec<Model<'_>> {
     campaign
         .accepted_runs()
         .into_iter()
-        .filter_map(|run| {
-            Some(Model {
-                run,
-                identification: run.identification.as_ref()?,
-            })
-        })
+        .filter_map(|run| Some(Model { run, identification: run.identification.as_ref()? }))
         .collect()
 }
 

@@ -101,11 +101,7 @@ impl SpeedEstimate {
     /// A refined model of this speed; its covariance is as wide as its intervals.
     fn of(speed: f64, refined: &Refined) -> Self {
         let intervals = &refined.interval_95;
-        let widths = [
-            intervals.a22_per_s,
-            intervals.b2_per_s2,
-            intervals.c0_rad_per_s2,
-        ];
+        let widths = [intervals.a22_per_s, intervals.b2_per_s2, intervals.c0_rad_per_s2];
         let scale = |i: usize| {
             let [low, high] = widths[i];
             0.5 * (high - low) / (NORMAL_95 * refined.covariance[i][i].sqrt())
@@ -146,10 +142,7 @@ pub fn share(models: &mut [(f64, &mut Identification)]) -> Option<SpeedLaw> {
 
 fn is_of_first_order(identification: &Identification) -> bool {
     let verdict = &identification.verdict;
-    let method = identification
-        .refined
-        .as_ref()
-        .map(|refined| &refined.method);
+    let method = identification.refined.as_ref().map(|refined| &refined.method);
     verdict.accepted
         && !verdict.has(&ReasonCode::Unstable)
         && matches!(
@@ -218,10 +211,7 @@ pub fn over_speed(estimates: &[SpeedEstimate]) -> Option<OverSpeed> {
     let law = straight.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
     let models = estimates.iter().enumerate();
     let models = models.map(|(i, own)| data.with_others(own, i, &mean, &covariance));
-    Some(OverSpeed {
-        law: data.law(law),
-        models: models.collect::<Option<_>>()?,
-    })
+    Some(OverSpeed { law: data.law(law), models: models.collect::<Option<_>>()? })
 }
 
 /// Dampings, then rudder effects, of all speeds, each positive, and their covariance.
@@ -265,15 +255,9 @@ impl Data {
     fn under(&self, exponent: f64, bend: f64, scatter: f64) -> Option<Under> {
         let n = self.speeds.len();
         let [damping, effect] = [0, 1].map(|part| self.values.rows(part * n, n).mean());
-        let deviations = [
-            WIDE[0] * damping,
-            WIDE[0] * damping,
-            WIDE[1] * effect,
-            bend * damping,
-        ];
-        let prior = DMatrix::from_diagonal(&DVector::from_fn(COEFFICIENTS, |i, _| {
-            deviations[i].powi(2)
-        }));
+        let deviations = [WIDE[0] * damping, WIDE[0] * damping, WIDE[1] * effect, bend * damping];
+        let prior =
+            DMatrix::from_diagonal(&DVector::from_fn(COEFFICIENTS, |i, _| deviations[i].powi(2)));
         let design = DMatrix::from_fn(2 * n, COEFFICIENTS, |k, i| {
             let ratio = self.speeds[k % n] / self.mean_speed;
             match (k / n, i) {
@@ -412,19 +396,13 @@ mod tests {
         for deviation in [0.02, 0.04] {
             let law = |i: usize| [-(0.3 + 0.5 * SPEEDS[i]), 0.45 * SPEEDS[i] * SPEEDS[i]];
             let [holding, ratio] = of_campaigns(deviation, law);
-            assert!(
-                (0.93..0.985).contains(&holding) && ratio < 1.2,
-                "{holding} {ratio}"
-            );
+            assert!((0.93..0.985).contains(&holding) && ratio < 1.2, "{holding} {ratio}");
             let paper = |i: usize| {
                 let a22 = [-0.91, -0.99, -1.07, -1.31, -1.51];
                 [a22[i], [0.58, 0.87, 1.08, 1.39, 1.71][i]]
             };
             let [holding, ratio] = of_campaigns(deviation, paper);
-            assert!(
-                (0.93..0.985).contains(&holding) && ratio < 2.0,
-                "{holding} {ratio}"
-            );
+            assert!((0.93..0.985).contains(&holding) && ratio < 2.0, "{holding} {ratio}");
         }
     }
 
@@ -435,12 +413,7 @@ mod tests {
             theta: [a22, 1.0, 0.1],
             covariance: [[1e-6, 0.0, 1e-9], [0.0, 1e-6, 0.0], [1e-9, 0.0, 1e-8]],
         };
-        let own = [
-            known(1.0, -0.5),
-            known(1.5, -1.5),
-            known(2.0, -0.4),
-            known(2.5, -1.7),
-        ];
+        let own = [known(1.0, -0.5), known(1.5, -1.5), known(2.0, -0.4), known(2.5, -1.7)];
         let found = over_speed(&own).unwrap();
         for (own, shared) in own.iter().zip(&found.models) {
             assert!((own.theta[0] - shared.theta[0]).abs() < 1e-4, "{shared:?}");

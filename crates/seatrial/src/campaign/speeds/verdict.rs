@@ -38,10 +38,7 @@ pub fn whole(accepted: &[Part], unit: &str, others: Vec<Reason>) -> Verdict {
         },
     );
     let limits = remarks(accepted, unit, Reason::limits);
-    Verdict {
-        accepted: true,
-        reasons: std::iter::once(ok).chain(others).chain(limits).collect(),
-    }
+    Verdict { accepted: true, reasons: std::iter::once(ok).chain(others).chain(limits).collect() }
 }
 
 /// A reason for those of all speeds that have no model, once for each cause, with what to do about it.
@@ -91,10 +88,7 @@ pub fn remarks(parts: &[Part], unit: &str, counts: fn(&Reason) -> bool) -> Vec<R
     let mut found: Vec<(Reason, Vec<&str>)> = Vec::new();
     for part in parts {
         for reason in part.verdict.reasons.iter().filter(|r| counts(r)) {
-            match found
-                .iter_mut()
-                .find(|(other, _)| other.kind() == reason.kind())
-            {
+            match found.iter_mut().find(|(other, _)| other.kind() == reason.kind()) {
                 Some((_, names)) => names.push(part.name),
                 None => found.push((reason.clone(), vec![part.name])),
             }
@@ -119,10 +113,7 @@ mod tests {
 
     fn verdict(accepted: bool, codes: &[ReasonCode]) -> Verdict {
         let reason = |code: &ReasonCode| Reason::new(code.clone(), "measured");
-        Verdict {
-            accepted,
-            reasons: codes.iter().map(reason).collect(),
-        }
+        Verdict { accepted, reasons: codes.iter().map(reason).collect() }
     }
 
     #[test]
@@ -137,21 +128,12 @@ mod tests {
         let found = whole(&one, "m/s", Vec::new());
         assert_eq!(found.outcome(), Outcome::UseWithCare);
         let text = &found.cause().unwrap().text;
-        assert!(
-            text.starts_with("At 2.0 m/s: The vehicle does more"),
-            "{text}"
-        );
+        assert!(text.starts_with("At 2.0 m/s: The vehicle does more"), "{text}");
         let lacking = missing(&[part("1.0", &good), part("3.0", &refused)], "m/s");
-        assert!(
-            lacking[0].text.starts_with("3.0 m/s has no model: "),
-            "{lacking:?}"
-        );
+        assert!(lacking[0].text.starts_with("3.0 m/s has no model: "), "{lacking:?}");
         let none = missing(&[part("2.0", &refused), part("3.0", &refused)], "m/s");
         assert_eq!(none.len(), 1);
-        assert!(
-            none[0].text.starts_with("None of 2 speeds has a model: "),
-            "{none:?}"
-        );
+        assert!(none[0].text.starts_with("None of 2 speeds has a model: "), "{none:?}");
         let found = whole(&both, "m/s", lacking);
         assert_eq!(found.outcome(), Outcome::UseWithCare);
         assert_eq!(found.cause().unwrap().code, ReasonCode::SpeedMissing);

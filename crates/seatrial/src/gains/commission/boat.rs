@@ -68,10 +68,7 @@ impl StepTest {
     /// This test with enough time before its first step for settings that have just been written to learn what holds a straight
     /// course.
     pub fn learnt(&self, settings: &CascadeSettings<f64>) -> Self {
-        Self {
-            settle_s: self.settle_s.max(learning_s(settings)),
-            ..*self
-        }
+        Self { settle_s: self.settle_s.max(learning_s(settings)), ..*self }
     }
 
     /// The two steps of a boat under these settings.
@@ -103,9 +100,7 @@ impl StepTest {
         seed: u64,
     ) -> [Vec<StepInstant>; 2] {
         let mut helm = Helm::new(boat, settings, self.loop_interval_s, seed);
-        let loops = (self.sample_interval_s / self.loop_interval_s)
-            .round()
-            .max(1.0) as u32;
+        let loops = (self.sample_interval_s / self.loop_interval_s).round().max(1.0) as u32;
         let count = |time_s: f64| (time_s / self.sample_interval_s).ceil().max(1.0) as u32;
         let mut leg = |wanted_rad: f64, from_rad: f64, way: f64, time_s: f64| {
             (0..count(time_s))
@@ -195,9 +190,7 @@ impl<'a> Helm<'a> {
         let mut sum = 0.0;
         for _ in 0..loops {
             let (heading_rad, rate_rad_s) = self.measured();
-            let steering = self
-                .cascade
-                .step(wanted_rad, heading_rad, rate_rad_s, self.interval_s);
+            let steering = self.cascade.step(wanted_rad, heading_rad, rate_rad_s, self.interval_s);
             let steering = match 1.0 - self.boat.steering_taken {
                 most if most < 1.0 => steering.clamp(-most, most),
                 _ => steering,
@@ -236,10 +229,7 @@ mod tests {
     /// Feed-forward alone on a boat of first order: e'' + alpha e' + alpha A e = 0, A = alpha/2, overshoots by e^-pi.
     #[test]
     fn exact_a_small_step_is_that_of_the_linear_loop() {
-        let boat = Boat {
-            model: YawModel::from_theta([-1.0, 2.0, 0.0]),
-            ..Boat::default()
-        };
+        let boat = Boat { model: YawModel::from_theta([-1.0, 2.0, 0.0]), ..Boat::default() };
         let settings = CascadeSettings {
             angle_gain_per_s: 0.5,
             feed_forward_s: 0.5,

@@ -88,9 +88,7 @@ impl Evidence {
         let mut added = DAMPING.map(|share| self.added(share, found)).to_vec();
         added.dedup();
         let pairs = added.iter().flat_map(|p| ANGLE.map(|k| (*p, k)));
-        pairs
-            .flat_map(|(p, k)| FILTER.map(|filter| self.candidate(p, k, filter, found)))
-            .collect()
+        pairs.flat_map(|(p, k)| FILTER.map(|filter| self.candidate(p, k, filter, found))).collect()
     }
 }
 
@@ -190,11 +188,7 @@ pub(super) mod tests {
     use seatrial_core::YawModel;
 
     fn found() -> CascadeSettings<f64> {
-        CascadeSettings {
-            integral_limit: 1.0,
-            error_filter_hz: 10.0,
-            ..CascadeSettings::default()
-        }
+        CascadeSettings { integral_limit: 1.0, error_filter_hz: 10.0, ..CascadeSettings::default() }
     }
 
     /// Of a boat whose damping and rudder are known to 5 %.
@@ -238,10 +232,7 @@ pub(super) mod tests {
     #[test]
     fn prop_noise_of_the_yaw_rate_takes_feedback_away() {
         let quiet = evidence(2.0, 0.05);
-        let noisy = Evidence {
-            rate_noise_rad_s: 0.05,
-            ..quiet
-        };
+        let noisy = Evidence { rate_noise_rad_s: 0.05, ..quiet };
         let gain = |evidence: &Evidence| propose(evidence, &found()).unwrap().rate_gain_s;
         assert!(gain(&noisy) < 0.8 * gain(&quiet));
     }
@@ -249,19 +240,10 @@ pub(super) mod tests {
     #[test]
     fn exact_what_cannot_be_steered_is_refused() {
         let good = evidence(1.0, 0.1);
-        let with = |theta| Evidence {
-            model: YawModel::from_theta(theta),
-            ..good
-        };
+        let with = |theta| Evidence { model: YawModel::from_theta(theta), ..good };
         let refused = |evidence: Evidence| propose(&evidence, &found()).unwrap_err();
         assert_eq!(refused(with([-0.05, 0.8, 0.0])), NoProposal::CourseUnstable);
-        assert_eq!(
-            refused(with([-1.0, -0.8, 0.0])),
-            NoProposal::NoAuthority(-0.8)
-        );
-        assert!(matches!(
-            refused(with([-1.0, 0.8, 0.5])),
-            NoProposal::OffCentre(_)
-        ));
+        assert_eq!(refused(with([-1.0, -0.8, 0.0])), NoProposal::NoAuthority(-0.8));
+        assert!(matches!(refused(with([-1.0, 0.8, 0.5])), NoProposal::OffCentre(_)));
     }
 }

@@ -109,11 +109,7 @@ impl Evidence {
             };
             let lag_s = self.lag_s + later_s;
             boats.push(Boat { model, ..late });
-            boats.push(Boat {
-                model,
-                lag_s,
-                ..late
-            });
+            boats.push(Boat { model, lag_s, ..late });
         }
         boats
     }
@@ -141,11 +137,7 @@ impl Evidence {
     /// ```
     pub fn check(&self) -> Result<(), NoProposal> {
         let [of_a22, of_b] = self.deviations().map(|deviation| DEVIATIONS * deviation);
-        let YawModel {
-            a22_per_s,
-            b2_per_s2,
-            c0_rad_per_s2,
-        } = self.model;
+        let YawModel { a22_per_s, b2_per_s2, c0_rad_per_s2 } = self.model;
         if a22_per_s + of_a22 >= 0.0 || !a22_per_s.is_finite() {
             return Err(NoProposal::CourseUnstable);
         }

@@ -47,16 +47,9 @@ impl Range {
         let at = |share: f64| {
             let place = (share * (values.len() + 1) as f64).round() as usize;
             let last = values.len().saturating_sub(1);
-            values
-                .get(place.saturating_sub(1).min(last))
-                .copied()
-                .unwrap_or(f64::NAN)
+            values.get(place.saturating_sub(1).min(last)).copied().unwrap_or(f64::NAN)
         };
-        Self {
-            middle: at(0.5),
-            low: at(0.025),
-            high: at(0.975),
-        }
+        Self { middle: at(0.5), low: at(0.025), high: at(0.975) }
     }
 }
 

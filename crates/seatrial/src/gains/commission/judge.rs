@@ -99,23 +99,16 @@ impl fmt::Display for Against {
                 percent(found),
                 percent(most)
             ),
-            Self::SettlesLate { found_s, most_s } => write!(
-                f,
-                "it settles after {found_s:.1} s, at most {most_s:.1} s would do"
-            ),
-            Self::SteadyError {
-                found_rad,
-                most_rad,
-            } => write!(
+            Self::SettlesLate { found_s, most_s } => {
+                write!(f, "it settles after {found_s:.1} s, at most {most_s:.1} s would do")
+            }
+            Self::SteadyError { found_rad, most_rad } => write!(
                 f,
                 "it stays {:.1} degrees beside the wanted heading, at most {:.1} would do",
                 found_rad.to_degrees(),
                 most_rad.to_degrees()
             ),
-            Self::Activity {
-                found_per_s,
-                most_per_s,
-            } => write!(
+            Self::Activity { found_per_s, most_per_s } => write!(
                 f,
                 "the rudder works by {:.0} % of full a second, at most {:.0} % would do",
                 percent(found_per_s),
@@ -175,11 +168,7 @@ pub fn judge_repeats(
     let new = Response::of_repeats(new, step_rad, smoothing_s, scatter_rad)?;
     let old = Response::measure(old, old_step_rad, smoothing_s, scatter_rad)?;
     let judgement = judge(stage, step_rad, &new, Some(&old), foreseen, scatter_rad);
-    Some(JudgedSteps {
-        new,
-        old,
-        judgement,
-    })
+    Some(JudgedSteps { new, old, judgement })
 }
 
 /// Judges the new gains by a step of this size. The old ones count where they did better; where they did not settle, the
@@ -204,10 +193,7 @@ fn judge(
     let Some(found_s) = new.settling_s else {
         against.push(Against::NotSettled);
         against.extend(excess(new, old, foreseen, spare));
-        return Judgement {
-            keep: false,
-            against,
-        };
+        return Judgement { keep: false, against };
     };
     let alike_s = old.and_then(|old| {
         let less = (old.overshoot - new.overshoot).max(0.0);
@@ -220,10 +206,7 @@ fn judge(
         against.push(Against::SettlesLate { found_s, most_s });
     }
     against.extend(excess(new, old, foreseen, spare));
-    Judgement {
-        keep: against.is_empty(),
-        against,
-    }
+    Judgement { keep: against.is_empty(), against }
 }
 
 /// What exceeds the limits of a boat that has settled or has not.
@@ -234,30 +217,23 @@ fn excess(
     [spare_overshoot, spare_oscillation]: [f64; 2],
 ) -> impl Iterator<Item = Against> {
     let foreseen_overshoot = foreseen.overshoot.high + BEYOND_OVERSHOOT;
-    let alike = old.map_or(f64::INFINITY, |old| {
-        (old.overshoot + OVERSHOOT_ALIKE).max(2.0 * OVERSHOOT_ALIKE)
-    });
+    let alike = old
+        .map_or(f64::INFINITY, |old| (old.overshoot + OVERSHOOT_ALIKE).max(2.0 * OVERSHOOT_ALIKE));
     let overshoot = MOST_OVERSHOOT.min(foreseen_overshoot).min(alike) + spare_overshoot;
     let oscillation = MOST_OSCILLATION + spare_oscillation;
     let foreseen_activity = BEYOND_ACTIVITY * foreseen.activity_per_s.high;
     let activity = MOST_ACTIVITY_PER_S.min(foreseen_activity.max(LITTLE_ACTIVITY_PER_S));
     let found = [
-        (new.overshoot > overshoot).then_some(Against::Overshoot {
-            found: new.overshoot,
-            most: overshoot,
-        }),
-        (new.oscillation > oscillation).then_some(Against::Oscillation {
-            found: new.oscillation,
-            most: oscillation,
-        }),
+        (new.overshoot > overshoot)
+            .then_some(Against::Overshoot { found: new.overshoot, most: overshoot }),
+        (new.oscillation > oscillation)
+            .then_some(Against::Oscillation { found: new.oscillation, most: oscillation }),
         (new.steady_error_rad > MOST_STEADY_ERROR_RAD).then_some(Against::SteadyError {
             found_rad: new.steady_error_rad,
             most_rad: MOST_STEADY_ERROR_RAD,
         }),
-        (new.activity_per_s > activity).then_some(Against::Activity {
-            found_per_s: new.activity_per_s,
-            most_per_s: activity,
-        }),
+        (new.activity_per_s > activity)
+            .then_some(Against::Activity { found_per_s: new.activity_per_s, most_per_s: activity }),
     ];
     found.into_iter().flatten()
 }
@@ -268,11 +244,7 @@ mod tests {
     use super::*;
 
     fn foreseen() -> Foreseen {
-        let range = |low, high| Range {
-            middle: 0.5 * (low + high),
-            low,
-            high,
-        };
+        let range = |low, high| Range { middle: 0.5 * (low + high), low, high };
         Foreseen {
             overshoot: range(0.0, 0.05),
             settling_s: range(3.0, 5.0),
@@ -302,41 +274,15 @@ mod tests {
         assert_eq!(against(good(), Some(good())), []);
         type Names = fn(&Against) -> bool;
         let faults: [(Response, Names); 5] = [
-            (
-                Response {
-                    overshoot: 0.2,
-                    ..good()
-                },
-                |a| matches!(a, Against::Overshoot { .. }),
-            ),
-            (
-                Response {
-                    settling_s: None,
-                    ..good()
-                },
-                |a| matches!(a, Against::NotSettled),
-            ),
-            (
-                Response {
-                    settling_s: Some(9.0),
-                    ..good()
-                },
-                |a| matches!(a, Against::SettlesLate { .. }),
-            ),
-            (
-                Response {
-                    steady_error_rad: 0.1,
-                    ..good()
-                },
-                |a| matches!(a, Against::SteadyError { .. }),
-            ),
-            (
-                Response {
-                    oscillation: 0.2,
-                    ..good()
-                },
-                |a| matches!(a, Against::Oscillation { .. }),
-            ),
+            (Response { overshoot: 0.2, ..good() }, |a| matches!(a, Against::Overshoot { .. })),
+            (Response { settling_s: None, ..good() }, |a| matches!(a, Against::NotSettled)),
+            (Response { settling_s: Some(9.0), ..good() }, |a| {
+                matches!(a, Against::SettlesLate { .. })
+            }),
+            (Response { steady_error_rad: 0.1, ..good() }, |a| {
+                matches!(a, Against::SteadyError { .. })
+            }),
+            (Response { oscillation: 0.2, ..good() }, |a| matches!(a, Against::Oscillation { .. })),
         ];
         for (new, is_named) in faults {
             let found = against(new, Some(good()));
@@ -347,15 +293,8 @@ mod tests {
     /// Old gains that never settled are no excuse: the rudder's work is judged all the same.
     #[test]
     fn regress_the_rudder_is_judged_where_the_old_gains_did_not_settle() {
-        let unsettled = Response {
-            settling_s: None,
-            activity_per_s: 3.0,
-            ..good()
-        };
-        let busy = Response {
-            activity_per_s: 1.5,
-            ..good()
-        };
+        let unsettled = Response { settling_s: None, activity_per_s: 3.0, ..good() };
+        let busy = Response { activity_per_s: 1.5, ..good() };
         for old in [Some(unsettled), None] {
             let found = against(busy, old);
             assert!(matches!(found[..], [Against::Activity { .. }]), "{found:?}");
@@ -365,30 +304,17 @@ mod tests {
     /// 31 % and 5.9 s with the old gains, none and 6.3 s with the new ones.
     #[test]
     fn regress_half_a_second_is_no_reason_for_a_large_overshoot() {
-        let old = Response {
-            overshoot: 0.31,
-            settling_s: Some(5.9),
-            ..good()
-        };
-        let new = Response {
-            overshoot: 0.0,
-            settling_s: Some(6.3),
-            ..good()
-        };
+        let old = Response { overshoot: 0.31, settling_s: Some(5.9), ..good() };
+        let new = Response { overshoot: 0.0, settling_s: Some(6.3), ..good() };
         assert_eq!(against(new, Some(old)), []);
     }
 
     /// A time that the scatter moves by a second is no later by half a second.
     #[test]
     fn regress_times_are_compared_to_within_their_errors() {
-        let within = |settling_error_s| Response {
-            settling_error_s,
-            ..good()
-        };
-        let later = |settling_error_s| Response {
-            settling_s: Some(4.5),
-            ..within(settling_error_s)
-        };
+        let within = |settling_error_s| Response { settling_error_s, ..good() };
+        let later =
+            |settling_error_s| Response { settling_s: Some(4.5), ..within(settling_error_s) };
         assert_eq!(against(later(0.5), Some(within(0.5))), []);
         assert!(!against(later(0.1), Some(within(0.1))).is_empty());
     }
@@ -396,15 +322,9 @@ mod tests {
     /// Old gains that settle sooner are the measure.
     #[test]
     fn exact_new_gains_that_are_slower_than_the_old_ones_go() {
-        let quick = Response {
-            settling_s: Some(2.0),
-            ..good()
-        };
+        let quick = Response { settling_s: Some(2.0), ..good() };
         let found = against(good(), Some(quick));
-        assert!(
-            matches!(found[..], [Against::SettlesLate { .. }]),
-            "{found:?}"
-        );
+        assert!(matches!(found[..], [Against::SettlesLate { .. }]), "{found:?}");
         let small = judge(Stage::Small, 0.14, &good(), Some(&quick), &foreseen(), 0.0);
         assert!(small.keep, "{small:?}");
     }

@@ -43,9 +43,7 @@ impl Evidence {
         let authority = self.model.b2_per_s2;
         let trim = self.model.c0_rad_per_s2.abs();
         let spare = LED_SHARE * (authority * (1.0 - self.steering_taken) - trim).max(0.0);
-        let body_limit = found
-            .shaping
-            .map_or(0.0, |shaping| shaping.rate_limit_rad_s);
+        let body_limit = found.shaping.map_or(0.0, |shaping| shaping.rate_limit_rad_s);
         let rate = rho * spare / alpha;
         let rate_limit_rad_s = match body_limit > 0.0 {
             true => rate.min(body_limit),
@@ -106,10 +104,7 @@ mod tests {
             derivative_filter_hz: 5.0,
             rate_limit_rad_s: 60_f64.to_radians(),
             acceleration_limit_rad_s2: 1100_f64.to_radians(),
-            shaping: Some(TargetShaping {
-                time_constant_s: 0.15,
-                rate_limit_rad_s: 0.0,
-            }),
+            shaping: Some(TargetShaping { time_constant_s: 0.15, rate_limit_rad_s: 0.0 }),
             ..CascadeSettings::default()
         }
     }
@@ -133,10 +128,7 @@ mod tests {
     /// A gyro that is shaken allows none, and says so.
     #[test]
     fn exact_a_shaken_gyro_is_told() {
-        let shaken = Evidence {
-            rate_noise_rad_s: 0.2,
-            ..under_water(1.0, 0.1)
-        };
+        let shaken = Evidence { rate_noise_rad_s: 0.2, ..under_water(1.0, 0.1) };
         let refused = propose(&shaken, &submarine()).unwrap_err();
         assert!(matches!(refused, NoProposal::TooNoisy(_)), "{refused}");
     }

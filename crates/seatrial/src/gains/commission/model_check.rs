@@ -97,10 +97,8 @@ fn headings(boat: &Boat, leg: &[StepInstant], way: f64) -> Vec<f64> {
         heading_rad: 0.0,
         yaw_rate_rad_s: leg.first().map_or(0.0, |first| first.yaw_rate_rad_s),
     };
-    let model = seatrial_core::YawModel {
-        c0_rad_per_s2: way * boat.model.c0_rad_per_s2,
-        ..boat.model
-    };
+    let model =
+        seatrial_core::YawModel { c0_rad_per_s2: way * boat.model.c0_rad_per_s2, ..boat.model };
     let mut rudder = leg.first().map_or(0.0, |first| first.steering);
     let mut headings = Vec::with_capacity(leg.len());
     for (k, instant) in leg.iter().enumerate() {
@@ -115,11 +113,7 @@ fn headings(boat: &Boat, leg: &[StepInstant], way: f64) -> Vec<f64> {
             false => 0.0,
         };
         let after = asked + (rudder - asked) * left;
-        let held = if left > 0.0 {
-            0.5 * (rudder + after)
-        } else {
-            asked
-        };
+        let held = if left > 0.0 { 0.5 * (rudder + after) } else { asked };
         state = model.advance(state, held, interval_s);
         rudder = after;
     }
@@ -188,18 +182,9 @@ mod tests {
         let own = [-1.0, 1.0, 0.02];
         let legs = steps(&boat(own));
         let check = |theta| check_model(&boat(theta), &legs);
-        assert!(
-            matches!(check(own), ModelCheck::Holds { .. }),
-            "{:?}",
-            check(own)
-        );
+        assert!(matches!(check(own), ModelCheck::Holds { .. }), "{:?}", check(own));
         // Twice and half as willing to turn, reversed, and a boat of another size.
-        for other in [
-            [-1.0, 2.0, 0.02],
-            [-1.0, 0.5, 0.01],
-            [-1.0, -1.0, 0.0],
-            [-0.2, 0.1, 0.0],
-        ] {
+        for other in [[-1.0, 2.0, 0.02], [-1.0, 0.5, 0.01], [-1.0, -1.0, 0.0], [-0.2, 0.1, 0.0]] {
             assert!(
                 matches!(check(other), ModelCheck::Fails { .. }),
                 "{other:?}: {:?}",
@@ -211,13 +196,7 @@ mod tests {
     #[test]
     fn exact_a_boat_that_was_not_steered_tells_nothing() {
         let legs = vec![vec![StepInstant::default(); 100]];
-        assert_eq!(
-            check_model(&boat([-1.0, 1.0, 0.0]), &legs),
-            ModelCheck::Undecided
-        );
-        assert_eq!(
-            check_model(&boat([-1.0, 1.0, 0.0]), &[]),
-            ModelCheck::Undecided
-        );
+        assert_eq!(check_model(&boat([-1.0, 1.0, 0.0]), &legs), ModelCheck::Undecided);
+        assert_eq!(check_model(&boat([-1.0, 1.0, 0.0]), &[]), ModelCheck::Undecided);
     }
 }

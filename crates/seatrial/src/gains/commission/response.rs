@@ -121,10 +121,8 @@ impl Response {
         let sooner = settled_within(near_rad + scatter_rad);
         let half = leg.len() / 2;
         let quarter = &past_rad[3 * leg.len() / 4..];
-        let travel: f64 = leg[half..]
-            .windows(2)
-            .map(|pair| (pair[1].steering - pair[0].steering).abs())
-            .sum();
+        let travel: f64 =
+            leg[half..].windows(2).map(|pair| (pair[1].steering - pair[0].steering).abs()).sum();
         let half_s = (leg.len() - half - 1) as f64 * interval_s;
         let highest = past_rad.iter().copied().fold(0.0, f64::max);
         Some(Self {
@@ -189,9 +187,8 @@ fn smoothed(leg: &[StepInstant], samples: usize) -> Vec<f64> {
 
 /// Half the range of a series less its straight line.
 fn swing(series: &[f64]) -> f64 {
-    let (low, high) = (off_the_line(series).into_iter()).fold((0.0, 0.0), |(low, high), value| {
-        (f64::min(low, value), f64::max(high, value))
-    });
+    let (low, high) = (off_the_line(series).into_iter())
+        .fold((0.0, 0.0), |(low, high), value| (f64::min(low, value), f64::max(high, value)));
     0.5 * (high - low)
 }
 
@@ -208,9 +205,7 @@ fn off_the_line(series: &[f64]) -> Vec<f64> {
     }
     let slope = if square > 0.0 { product / square } else { 0.0 };
     let line = |k: usize| mean + slope * (k as f64 - middle);
-    (series.iter().enumerate())
-        .map(|(k, value)| value - line(k))
-        .collect()
+    (series.iter().enumerate()).map(|(k, value)| value - line(k)).collect()
 }
 
 #[cfg(test)]

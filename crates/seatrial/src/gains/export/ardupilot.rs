@@ -83,9 +83,8 @@ pub fn param_file(point: &OperatingPoint, vehicle: VehicleType) -> String {
 fn rover(point: &OperatingPoint) -> Vec<Parameter> {
     let speed = point.at.surge_speed_m_s;
     let scaling = speed.map_or(1.0, |speed| (SCALING_SPEED_M_S / speed).min(1.0));
-    let cascade = point
-        .cascade(point.full_rudder_rad * scaling, Cascade::with_feed_forward)
-        .flatten();
+    let cascade =
+        point.cascade(point.full_rudder_rad * scaling, Cascade::with_feed_forward).flatten();
     let base = speed.map_or(0.0, |_| SCALING_SPEED_M_S);
     let mut parameters = determined! {
         "MOT_SPD_SCA_BASE", cascade.map(|_| base), "m/s", "steering is divided by the speed above this one (0: never); B = |b2| full rudder min(1, base/V)";

@@ -43,10 +43,8 @@ impl Schedule {
         text +=
             "};\n\nstatic const struct seatrial_gains seatrial_gains[SEATRIAL_GAINS_COUNT] = {\n";
         for row in 0..self.points.len() {
-            let values: Vec<String> = columns
-                .iter()
-                .map(|(.., values)| decimal(values[row]))
-                .collect();
+            let values: Vec<String> =
+                columns.iter().map(|(.., values)| decimal(values[row])).collect();
             let _ = writeln!(text, "    {{{}}},", values.join(", "));
         }
         text + "};\n\n#endif\n"

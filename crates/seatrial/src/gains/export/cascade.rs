@@ -66,10 +66,7 @@ impl Cascade {
     /// # Ok::<(), &str>(())
     /// ```
     pub fn with_feed_forward(steering: Steering, damping_ratio: f64) -> Option<Self> {
-        let Steering {
-            damping_per_s: alpha,
-            authority_rad_s2: authority,
-        } = steering;
+        let Steering { damping_per_s: alpha, authority_rad_s2: authority } = steering;
         let frequency_squared = alpha * alpha / (4.0 * damping_ratio * damping_ratio);
         let slow = frequency_squared / alpha;
         let integral_pole = INTEGRAL_RATIO * slow;
@@ -103,10 +100,7 @@ impl Cascade {
     /// assert_eq!(cascade.rate_integral_gain / cascade.rate_gain_s, 1.0);
     /// ```
     pub fn without_feed_forward(steering: Steering, damping_ratio: f64) -> Self {
-        let Steering {
-            damping_per_s: alpha,
-            authority_rad_s2: authority,
-        } = steering;
+        let Steering { damping_per_s: alpha, authority_rad_s2: authority } = steering;
         Self {
             angle_gain_per_s: alpha / (4.0 * damping_ratio * damping_ratio),
             feed_forward_s: 0.0,
@@ -120,17 +114,11 @@ impl Cascade {
 mod tests {
     use super::*;
 
-    const STEERING: Steering = Steering {
-        damping_per_s: 1.70,
-        authority_rad_s2: 1.41 * 0.26,
-    };
+    const STEERING: Steering = Steering { damping_per_s: 1.70, authority_rad_s2: 1.41 * 0.26 };
 
     /// s^3 + c2 s^2 + c1 s + c0 of the closed loop.
     fn characteristic(cascade: Cascade) -> [f64; 3] {
-        let Steering {
-            damping_per_s: alpha,
-            authority_rad_s2: authority,
-        } = STEERING;
+        let Steering { damping_per_s: alpha, authority_rad_s2: authority } = STEERING;
         let of_rate = authority * (cascade.feed_forward_s + cascade.rate_gain_s);
         let of_integral = authority * cascade.rate_integral_gain;
         let angle = cascade.angle_gain_per_s;
@@ -157,13 +145,7 @@ mod tests {
         for zeta in [0.3, core::f64::consts::FRAC_1_SQRT_2, 1.0, 2.0] {
             let frequency_squared = alpha * alpha / (4.0 * zeta * zeta);
             // (s + p)(s^2 + alpha s + w^2)
-            let with = |p: f64| {
-                [
-                    alpha + p,
-                    frequency_squared + p * alpha,
-                    p * frequency_squared,
-                ]
-            };
+            let with = |p: f64| [alpha + p, frequency_squared + p * alpha, p * frequency_squared];
             let light = Cascade::with_feed_forward(STEERING, zeta).unwrap();
             assert_close(characteristic(light), with(frequency_squared / alpha / 5.0));
             let full = Cascade::without_feed_forward(STEERING, zeta);
@@ -175,10 +157,7 @@ mod tests {
     /// alpha = 1, B = 1, zeta = 1/sqrt 2: w^2 = 1/2, p = 1/10, x^2 - 0.6 x + 0.055 = 0.
     #[test]
     fn exact_gains_by_hand() {
-        let unit = Steering {
-            damping_per_s: 1.0,
-            authority_rad_s2: 1.0,
-        };
+        let unit = Steering { damping_per_s: 1.0, authority_rad_s2: 1.0 };
         let found = Cascade::with_feed_forward(unit, core::f64::consts::FRAC_1_SQRT_2).unwrap();
         let root = 0.3 - 0.035_f64.sqrt();
         for (found, expected) in [

@@ -117,14 +117,7 @@ impl Schedule {
         };
         let mut points: Vec<Point> = models.iter().map(point).collect::<Result<_, _>>()?;
         let by_speed = points.iter().all(|p| p.surge_speed_m_s.is_some());
-        let key = |p: &Point| {
-            if by_speed {
-                p.surge_speed_m_s
-            } else {
-                p.thrust
-            }
-            .unwrap_or(0.0)
-        };
+        let key = |p: &Point| if by_speed { p.surge_speed_m_s } else { p.thrust }.unwrap_or(0.0);
         points.sort_by(|a, b| key(a).total_cmp(&key(b)));
         Ok(Self {
             schema: "seatrial.gain_schedule.v1",
@@ -141,10 +134,7 @@ impl Schedule {
 
     /// Says what the vehicle's rudder is at full steering, rad.
     pub fn with_full_rudder(self, full_rudder_rad: Option<f64>) -> Self {
-        Self {
-            full_rudder_rad,
-            ..self
-        }
+        Self { full_rudder_rad, ..self }
     }
 
     /// Says what a user has to know of the source.
@@ -163,9 +153,7 @@ impl Schedule {
     /// What has to be known, a comment a line.
     fn note_lines(&self, begin: &str) -> String {
         let lines = self.notes.iter();
-        lines
-            .map(|note| format!("{begin}{}\n", comment(note)))
-            .collect()
+        lines.map(|note| format!("{begin}{}\n", comment(note))).collect()
     }
 
     /// The columns that every point has: name, unit and values.
@@ -177,20 +165,12 @@ impl Schedule {
         [
             column("surge_speed_m_s", "m/s", |p| p.surge_speed_m_s),
             column("thrust", "fraction of full", |p| p.thrust),
-            column("proportional_gain", "rad/rad", |p| {
-                Some(p.proportional_gain)
+            column("proportional_gain", "rad/rad", |p| Some(p.proportional_gain)),
+            column("feed_forward_rudder_rad", "rad", |p| Some(p.feed_forward_rudder_rad)),
+            column("yaw_rate_limit_rad_s", "rad/s, steady under full rudder, weaker side", |p| {
+                p.yaw_rate_limit_rad_s
             }),
-            column("feed_forward_rudder_rad", "rad", |p| {
-                Some(p.feed_forward_rudder_rad)
-            }),
-            column(
-                "yaw_rate_limit_rad_s",
-                "rad/s, steady under full rudder, weaker side",
-                |p| p.yaw_rate_limit_rad_s,
-            ),
-            column("turning_radius_m", "m, circle of that turn", |p| {
-                p.turning_radius_m
-            }),
+            column("turning_radius_m", "m, circle of that turn", |p| p.turning_radius_m),
         ]
         .into_iter()
         .flatten()
@@ -201,11 +181,7 @@ impl Schedule {
 /// A number with a decimal point and without an exponent, which every reader takes for floating point.
 fn decimal(value: f64) -> String {
     let text = value.to_string();
-    if text.contains('.') {
-        text
-    } else {
-        text + ".0"
-    }
+    if text.contains('.') { text } else { text + ".0" }
 }
 
 /// What a loop waits for, in words.
@@ -246,12 +222,9 @@ mod tests {
 
     #[test]
     fn exact_numbers_are_floating_point_in_every_format() {
-        for (value, text) in [
-            (1.0, "1.0"),
-            (-0.25, "-0.25"),
-            (1e-7, "0.0000001"),
-            (1e16, "10000000000000000.0"),
-        ] {
+        for (value, text) in
+            [(1.0, "1.0"), (-0.25, "-0.25"), (1e-7, "0.0000001"), (1e16, "10000000000000000.0")]
+        {
             assert_eq!(decimal(value), text);
         }
     }

@@ -80,9 +80,9 @@ impl Parameter {
 
     /// The comment above it in a file.
     pub(super) fn comment(&self) -> String {
-        let interval = self.interval_95.map_or(String::new(), |[low, high]| {
-            format!("; 95 %: {low:.4} to {high:.4}")
-        });
+        let interval = self
+            .interval_95
+            .map_or(String::new(), |[low, high]| format!("; 95 %: {low:.4} to {high:.4}"));
         let seen = self.seen.map_or(String::new(), |seen| {
             format!("; EXTRAPOLATED, {seen:.4} at the rudder of the record")
         });
@@ -92,13 +92,7 @@ impl Parameter {
 
 /// The steady yaw rate under full rudder to the weaker side, rad/s. `None` where it does not turn there.
 pub(super) fn yaw_rate_limit_rad_s(model: &YawModel<f64>, rudder_limit_rad: f64) -> Option<f64> {
-    let rate = |side| {
-        Some(
-            Turn::new(model, rudder_limit_rad, side)
-                .ok()?
-                .yaw_rate_rad_s,
-        )
-    };
+    let rate = |side| Some(Turn::new(model, rudder_limit_rad, side).ok()?.yaw_rate_rad_s);
     Some(rate(Side::Starboard)?.min(rate(Side::Port)?))
 }
 
@@ -112,10 +106,7 @@ impl OperatingPoint {
         };
         for parameter in &mut parameters {
             let of_model = |model: &YawModel<f64>| {
-                let at = SchedulePoint {
-                    model: *model,
-                    ..self.at
-                };
+                let at = SchedulePoint { model: *model, ..self.at };
                 let designed = design(&Self { at, ..self.clone() });
                 let same = designed.into_iter().find(|p| p.name == parameter.name)?;
                 Some(same.value)
@@ -131,10 +122,7 @@ impl OperatingPoint {
         let Some(seen_rudder_rad) = self.extrapolated_from() else {
             return;
         };
-        let at_seen = design(&Self {
-            full_rudder_rad: seen_rudder_rad,
-            ..self.clone()
-        });
+        let at_seen = design(&Self { full_rudder_rad: seen_rudder_rad, ..self.clone() });
         for limit in parameters.iter_mut().filter(|p| p.is_limit) {
             let same = at_seen.iter().find(|p| p.name == limit.name);
             limit.seen = same.map(|same| same.value);
@@ -143,8 +131,7 @@ impl OperatingPoint {
 
     /// The largest rudder of the record, where it is well below full rudder.
     fn extrapolated_from(&self) -> Option<f64> {
-        self.seen_rudder_rad
-            .filter(|seen| *seen > 0.0 && *seen < NEARLY * self.full_rudder_rad)
+        self.seen_rudder_rad.filter(|seen| *seen > 0.0 && *seen < NEARLY * self.full_rudder_rad)
     }
 
     /// That the limits go beyond the record, or may, for people.

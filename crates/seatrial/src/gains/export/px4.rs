@@ -62,9 +62,7 @@ pub fn params_file(point: &OperatingPoint, vehicle: VehicleType) -> String {
 fn rover(point: &OperatingPoint) -> Vec<Parameter> {
     let speed = point.at.surge_speed_m_s;
     // Steering is an angle here, so B is the acceleration of 1 rad.
-    let cascade = speed
-        .and_then(|_| point.cascade(1.0, Cascade::with_feed_forward))
-        .flatten();
+    let cascade = speed.and_then(|_| point.cascade(1.0, Cascade::with_feed_forward)).flatten();
     let mut parameters = determined! {
         "RA_MAX_STR_ANG", Some(point.full_rudder_rad), "rad", "the rudder at full steering; other angles here scale with it";
         "RA_WHEEL_BASE", speed.zip(cascade).map(|(speed, c)| speed * c.feed_forward_s), "m", "V alpha/|b2|: the car that turns as fast under a small angle";

@@ -189,20 +189,13 @@ impl<'a, const STATES: usize> Run<'a, STATES> {
             return;
         };
         let h = next_s - self.leg.time_s[i];
-        let Vehicle {
-            damping_per_s,
-            quadratic_per_rad,
-            ..
-        } = self.point.vehicle;
+        let Vehicle { damping_per_s, quadratic_per_rad, .. } = self.point.vehicle;
         let usual = damping_per_s + quadratic_per_rad * self.point.turning_rad_s;
         self.filter.advance(usual, h);
         let act = self.gear.advance(self.commands[i], h);
         let [damping, effect] = self.factors(i);
         let turning_rad_s = self.leg.turning_rad_s.get(i).copied().unwrap_or(0.0);
-        self.motion.set(
-            damping * damping_per_s + quadratic_per_rad * turning_rad_s,
-            h,
-        );
+        self.motion.set(damping * damping_per_s + quadratic_per_rad * turning_rad_s, h);
         let pushes = [0.0, effect * act, effect, 0.0];
         for (x, push) in self.x.iter_mut().zip(pushes) {
             self.motion.advance(x, push);

@@ -24,11 +24,8 @@ pub struct Hypothesis {
 
 impl Hypothesis {
     /// First order whose record of the rudder may be early or late, in a sea.
-    const SIMPLE: Self = Self {
-        law: SpeedLaw::Constant,
-        structure: Structure::SHIFT,
-        waves: false,
-    };
+    const SIMPLE: Self =
+        Self { law: SpeedLaw::Constant, structure: Structure::SHIFT, waves: false };
 
     /// Parameters of the vehicle that the innovations do not depend on linearly.
     fn of_vehicle(&self) -> Vec<Parameter> {
@@ -72,12 +69,7 @@ impl Fit {
 
     /// The vehicle behind its delay.
     pub fn vehicle(&self) -> Vehicle {
-        Vehicle {
-            authority_per_s2: self.linear[0],
-            shift_s: 0.0,
-            lag_s: 0.0,
-            ..self.point.vehicle
-        }
+        Vehicle { authority_per_s2: self.linear[0], shift_s: 0.0, lag_s: 0.0, ..self.point.vehicle }
     }
 }
 
@@ -108,10 +100,7 @@ impl<'a> Problem<'a> {
         let yaw_rate_rad_s = legs.yaw_rate_deviation_rad_s();
         let rudder_rad = legs.rudder_amplitude_rad();
         let slew_rad_s = legs.rudder_rate_rad_s() / 3.0;
-        let (slowest, fastest) = (
-            libm::log(10.0 / longest_s),
-            libm::log(0.7 / legs.interval_s),
-        );
+        let (slowest, fastest) = (libm::log(10.0 / longest_s), libm::log(0.7 / legs.interval_s));
         let mut best: Option<(Self, Fit)> = None;
         for k in 0..LOOKS {
             let rate =
@@ -186,10 +175,7 @@ impl<'a> Problem<'a> {
             turning_rad_s: self.turning_rad_s,
             gyro_noise: exp(Parameter::GyroNoise),
             noise: Noise {
-                sea: [
-                    strength * exp(Parameter::Sea),
-                    exp(Parameter::SeaTime) / rate,
-                ],
+                sea: [strength * exp(Parameter::Sea), exp(Parameter::SeaTime) / rate],
                 wave: match hypothesis.waves {
                     true => wave,
                     false => Noise::NONE.wave,
@@ -202,13 +188,9 @@ impl<'a> Problem<'a> {
     }
 
     fn prior(&self, hypothesis: Hypothesis, x: &DVector<f64>) -> f64 {
-        let squares = self
-            .free(hypothesis)
-            .into_iter()
-            .filter_map(|p| Some((x[p as usize], belief(p)?)));
-        0.5 * squares
-            .map(|(x, [mean, deviation])| ((x - mean) / deviation).powi(2))
-            .sum::<f64>()
+        let squares =
+            self.free(hypothesis).into_iter().filter_map(|p| Some((x[p as usize], belief(p)?)));
+        0.5 * squares.map(|(x, [mean, deviation])| ((x - mean) / deviation).powi(2)).sum::<f64>()
     }
 
     /// The linear parameters, noise and cost at a point. `None` where they are no numbers.
@@ -219,14 +201,9 @@ impl<'a> Problem<'a> {
             return None;
         }
         let mut all = Sums::default();
-        each_innovation(
-            self.legs,
-            &point,
-            self.scale.yaw_rate_rad_s,
-            |e, variance| {
-                all.add(e, variance);
-            },
-        );
+        each_innovation(self.legs, &point, self.scale.yaw_rate_rad_s, |e, variance| {
+            all.add(e, variance);
+        });
         let (linear, left, log_determinant) = self.linear(&all)?;
         let freedom = all.count - 3.0;
         let variance_rad2 = left / freedom;
@@ -256,10 +233,7 @@ impl<'a> Problem<'a> {
         let solution = -factor.solve(&right);
         let left = g(0, 0) + right.dot(&solution);
         let mut linear = [0.0; 3];
-        linear
-            .iter_mut()
-            .zip(solution.iter())
-            .for_each(|(l, s)| *l = *s);
+        linear.iter_mut().zip(solution.iter()).for_each(|(l, s)| *l = *s);
         (left > 0.0).then_some((linear, left, log_determinant(&factor)))
     }
 
@@ -297,10 +271,7 @@ impl<'a> Problem<'a> {
 }
 
 /// A log of an hour is fitted to a hundredth of a standard deviation.
-const EFFORT: Effort = Effort {
-    tolerance: 0.01,
-    ..Effort::WHOLE
-};
+const EFFORT: Effort = Effort { tolerance: 0.01, ..Effort::WHOLE };
 
 impl Landscape for Problem<'_> {
     type Point = Fit;
@@ -327,8 +298,7 @@ impl Landscape for Problem<'_> {
 
     fn corner(&self, at: &Fit) -> Option<usize> {
         let free = self.free(at.hypothesis);
-        free.iter()
-            .position(|parameter| *parameter == Parameter::Shift)
+        free.iter().position(|parameter| *parameter == Parameter::Shift)
     }
 }
 
@@ -353,10 +323,7 @@ impl Problem<'_> {
         }
         let with_sway = |[coupling, time, share]: [f64; 3]| {
             let mut x = first.clone();
-            (
-                x[Parameter::Coupling as usize],
-                x[Parameter::SwayTime as usize],
-            ) = (coupling, time);
+            (x[Parameter::Coupling as usize], x[Parameter::SwayTime as usize]) = (coupling, time);
             x[Parameter::Damping as usize] += share * coupling * libm::exp(time);
             x
         };

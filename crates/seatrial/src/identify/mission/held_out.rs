@@ -40,28 +40,13 @@ impl HeldOut {
         if let Some((other, window)) = other {
             let rest = other.over_speed_of(legs);
             let model = (estimate.heaviest.clone(), estimate.covariance);
-            return Some(Self::between(
-                &model,
-                &rest,
-                hypothesis,
-                window,
-                yaw_rate_rad_s,
-            ));
+            return Some(Self::between(&model, &rest, hypothesis, window, yaw_rate_rad_s));
         }
         let [first, rest] = legs.split(FITTED);
         let (from, to) = (rest.legs.first()?, rest.legs.last()?);
-        let window = Window {
-            from_s: *from.time_s.first()?,
-            to_s: *to.time_s.last()?,
-        };
+        let window = Window { from_s: *from.time_s.first()?, to_s: *to.time_s.last()? };
         let model = fitted(&first, hypothesis)?;
-        Some(Self::between(
-            &model,
-            &rest,
-            hypothesis,
-            window,
-            yaw_rate_rad_s,
-        ))
+        Some(Self::between(&model, &rest, hypothesis, window, yaw_rate_rad_s))
     }
 
     fn between(
@@ -75,9 +60,7 @@ impl HeldOut {
         let values = fit.values();
         let apart = own.as_ref().and_then(|(other, of_other)| {
             let away = (other.values() - values).xy();
-            let mut both = (covariance + of_other)
-                .fixed_view::<2, 2>(0, 0)
-                .into_owned();
+            let mut both = (covariance + of_other).fixed_view::<2, 2>(0, 0).into_owned();
             for (i, share) in MODEL_ERROR.iter().enumerate() {
                 both[(i, i)] += 2.0 * (share * values[i]).powi(2);
             }
@@ -87,12 +70,7 @@ impl HeldOut {
             (0..2)
                 .all(|i| NORMAL_95 * covariance[(i, i)].sqrt() < TELLING * other.values()[i].abs())
         });
-        Self {
-            prediction: Prediction::of(fit, rest, yaw_rate_rad_s),
-            window,
-            apart,
-            is_telling,
-        }
+        Self { prediction: Prediction::of(fit, rest, yaw_rate_rad_s), window, apart, is_telling }
     }
 }
 

@@ -43,22 +43,16 @@ impl Problem<'_> {
         let inverse = factor.inverse();
         let scores: Vec<DVector<f64>> = (0..BLOCKS).map(|k| derivatives.score(k, BLOCKS)).collect();
         let mean = scores.iter().sum::<DVector<f64>>() / BLOCKS as f64;
-        let scatter = scores
-            .iter()
-            .map(|g| (g - &mean) * (g - &mean).transpose())
-            .sum::<DMatrix<f64>>()
-            * (BLOCKS as f64 / (BLOCKS as f64 - 1.0));
+        let scatter =
+            scores.iter().map(|g| (g - &mean) * (g - &mean).transpose()).sum::<DMatrix<f64>>()
+                * (BLOCKS as f64 / (BLOCKS as f64 - 1.0));
         // Symmetric, and by dot products, whose bits are the same on every machine.
         let sandwich = inverse.tr_mul(&scatter.tr_mul(&inverse));
         let columns = self.rows(fit, &derivatives.unknowns).transpose();
         let of = |covariance: &DMatrix<f64>| columns.tr_mul(&covariance.tr_mul(&columns));
         let (own, other) = (of(&inverse), of(&sandwich));
         let times: Vec<f64> = (0..ROWS)
-            .map(|i| {
-                (STUDENT * other[(i, i)] / own[(i, i)].max(f64::MIN_POSITIVE))
-                    .max(1.0)
-                    .sqrt()
-            })
+            .map(|i| (STUDENT * other[(i, i)] / own[(i, i)].max(f64::MIN_POSITIVE)).max(1.0).sqrt())
             .collect();
         let widened = |i: usize, j: usize| own[(i, j)] * times[i] * times[j];
         let is_of_some = |p: &Parameter| {
@@ -68,9 +62,7 @@ impl Problem<'_> {
             )
         };
         let of_some = self.free(fit.hypothesis).into_iter().filter(is_of_some);
-        let priors: f64 = (of_some.filter_map(Parameter::prior_deviation))
-            .map(libm::log)
-            .sum();
+        let priors: f64 = (of_some.filter_map(Parameter::prior_deviation)).map(libm::log).sum();
         Some(Uncertainty {
             covariance: Matrix4::from_fn(widened),
             log_gain_variance: widened(LOG_GAIN, LOG_GAIN),
@@ -103,15 +95,13 @@ impl Problem<'_> {
             (there.log_gain(amplitude_rad) - here) / step
         };
         let of_gain: Vec<f64> = all.iter().map(|unknown| of_gain(*unknown)).collect();
-        DMatrix::from_fn(ROWS, all.len() + 1, |row, i| {
-            match (row, all.get(i).copied()) {
-                (LOG_GAIN, Some(_)) => of_gain[i],
-                (0, Some(Unknown::Own(Parameter::Damping))) => rate,
-                (1, Some(Unknown::Linear(0))) | (2, Some(Unknown::Linear(1))) => 1.0,
-                (3, Some(Unknown::Own(Parameter::Shift))) => 1.0 / rate,
-                (3, Some(Unknown::Own(Parameter::Lag))) => fit.point.vehicle.lag_s,
-                _ => 0.0,
-            }
+        DMatrix::from_fn(ROWS, all.len() + 1, |row, i| match (row, all.get(i).copied()) {
+            (LOG_GAIN, Some(_)) => of_gain[i],
+            (0, Some(Unknown::Own(Parameter::Damping))) => rate,
+            (1, Some(Unknown::Linear(0))) | (2, Some(Unknown::Linear(1))) => 1.0,
+            (3, Some(Unknown::Own(Parameter::Shift))) => 1.0 / rate,
+            (3, Some(Unknown::Own(Parameter::Lag))) => fit.point.vehicle.lag_s,
+            _ => 0.0,
         })
     }
 
@@ -132,12 +122,9 @@ impl Problem<'_> {
             let mut x = fit.x.clone();
             x[*parameter as usize] += STEP;
             let there = self.columns(&self.point(fit.hypothesis, &x));
-            of_errors.push(weighted(&|k| {
-                weights[k] * (error(&there[k].0) - error(&here[k].0)) / STEP
-            }));
-            of_logs.push(weighted(&|k| {
-                HALF * libm::log(there[k].1 / here[k].1) / STEP
-            }));
+            of_errors
+                .push(weighted(&|k| weights[k] * (error(&there[k].0) - error(&here[k].0)) / STEP));
+            of_logs.push(weighted(&|k| HALF * libm::log(there[k].1 / here[k].1) / STEP));
         }
         let linear = if self.has_gyro { 3 } else { 2 };
         for j in 0..linear {
@@ -172,14 +159,9 @@ impl Problem<'_> {
     /// The columns of each innovation and its relative variance.
     fn columns(&self, point: &Point) -> Vec<([f64; COLUMNS], f64)> {
         let mut columns = Vec::with_capacity(2 * self.legs.len());
-        each_innovation(
-            self.legs,
-            point,
-            self.scale.yaw_rate_rad_s,
-            |e, variance| {
-                columns.push((*e, variance));
-            },
-        );
+        each_innovation(self.legs, point, self.scale.yaw_rate_rad_s, |e, variance| {
+            columns.push((*e, variance));
+        });
         columns
     }
 }
@@ -218,9 +200,7 @@ impl Derivatives {
     fn score(&self, block: usize, blocks: usize) -> DVector<f64> {
         let [from, to] = [block, block + 1].map(|k| k * self.errors.len() / blocks);
         let rows = |matrix: &DMatrix<f64>, of: &DVector<f64>| {
-            matrix
-                .rows(from, to - from)
-                .tr_mul(&of.rows(from, to - from))
+            matrix.rows(from, to - from).tr_mul(&of.rows(from, to - from))
         };
         rows(&self.of_errors, &self.errors) + rows(&self.of_logs, &self.excess)
     }

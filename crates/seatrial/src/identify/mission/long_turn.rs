@@ -50,20 +50,12 @@ pub fn hulls(legs: &Legs, scale: Scale, heaviest: &Fit) -> Vec<(Fit, Uncertainty
     let legs = &with_turning(legs, heaviest);
     let problem = Problem::new(legs, scale);
     let of = |quadratic, sway, rate_limit| Hypothesis {
-        structure: Structure {
-            quadratic,
-            sway,
-            rate_limit,
-            ..heaviest.hypothesis.structure
-        },
+        structure: Structure { quadratic, sway, rate_limit, ..heaviest.hypothesis.structure },
         ..heaviest.hypothesis
     };
-    let [slow, growth, sway] = [
-        of(false, false, true),
-        of(true, false, false),
-        of(false, true, false),
-    ]
-    .map(|hypothesis| problem.with_hull(heaviest, hypothesis));
+    let [slow, growth, sway] =
+        [of(false, false, true), of(true, false, false), of(false, true, false)]
+            .map(|hypothesis| problem.with_hull(heaviest, hypothesis));
     let general = of(true, true, false);
     let both = [
         (sway.as_ref()).and_then(|sway| problem.extended(sway, general)),
@@ -93,10 +85,7 @@ impl Beyond {
         amplitude_rad: f64,
         sure: f64,
     ) -> Self {
-        let vehicle = Vehicle {
-            play_rad,
-            ..fit.vehicle()
-        };
+        let vehicle = Vehicle { play_rad, ..fit.vehicle() };
         let log_gain = log_steady_gain(&vehicle, amplitude_rad);
         let model_error: f64 = MODEL_ERROR.iter().map(|share| share * share).sum();
         Self {
@@ -134,9 +123,7 @@ impl LongTurn {
     /// Where that is not sure the variance reaches the turn of first order, too.
     pub fn of(all: &[Beyond], first_order: (f64, f64), rudder_rad: f64) -> Option<Self> {
         let (log_evidence, first_gain) = first_order;
-        let likeliest = all
-            .iter()
-            .max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
+        let likeliest = all.iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
         let lead = likeliest.log_evidence - log_evidence;
         if lead.is_nan() || lead <= LEAST_EVIDENCE {
             return None;

@@ -88,10 +88,8 @@ pub fn is_ordinary_steering(samples: &[Sample<f64>]) -> bool {
     let Some(whole) = Manoeuvre::find(samples).filter(|m| m.strokes.len() >= LEAST_STROKES) else {
         return false;
     };
-    let changes = samples
-        .windows(2)
-        .filter(|pair| pair[0].rudder_rad != pair[1].rudder_rad)
-        .count();
+    let changes =
+        samples.windows(2).filter(|pair| pair[0].rudder_rad != pair[1].rudder_rad).count();
     if changes < ORDERS * whole.strokes.len() {
         return false;
     }
@@ -135,14 +133,7 @@ fn fits(legs: &Legs) -> Option<(Vec<(Fit, Uncertainty)>, Scale)> {
         let law = simpler.hypothesis.law;
         let extended = problem.extended(
             simpler,
-            Hypothesis {
-                law,
-                structure: Structure {
-                    lag,
-                    ..simple.structure
-                },
-                waves,
-            },
+            Hypothesis { law, structure: Structure { lag, ..simple.structure }, waves },
         );
         fits.extend(extended);
     }
@@ -194,14 +185,9 @@ impl Estimate {
             let of = |fit| Beyond::of(fit, *play_rad, amplitude_rad, of_a_sea);
             beyond.extend(fits.iter().map(of));
         }
-        let first_order = (
-            estimate.log_evidence,
-            estimate.heaviest.log_gain(amplitude_rad),
-        );
-        let estimate = Self {
-            long_turn: LongTurn::of(&beyond, first_order, amplitude_rad),
-            ..estimate
-        };
+        let first_order = (estimate.log_evidence, estimate.heaviest.log_gain(amplitude_rad));
+        let estimate =
+            Self { long_turn: LongTurn::of(&beyond, first_order, amplitude_rad), ..estimate };
         let behind = behind.and_then(|(play_rad, fits)| Some((play_rad, Self::of_fits(&fits)?)));
         Some(match behind {
             Some((play_rad, behind)) if behind.log_evidence - estimate.log_evidence > of_a_sea => {
@@ -291,10 +277,7 @@ impl Estimate {
         let half_s = NORMAL_95 * self.covariance[(3, 3)].sqrt();
         let lag_s = lagging.map(|model| model.rudder_lag_s);
         let hull = self.long_turn.as_ref().map(|turn| {
-            let vehicle = Vehicle {
-                lag_s: lag_s.unwrap_or(0.0),
-                ..turn.vehicle
-            };
+            let vehicle = Vehicle { lag_s: lag_s.unwrap_or(0.0), ..turn.vehicle };
             SteeringModel::new(&vehicle, turn.offset_rad_s2)
         });
         let model = hull.or(lagging)?;
@@ -435,12 +418,8 @@ impl Steering {
             higher_order: self.beyond_first_order,
             lag_effect: None,
             loop_timing: Some(sampled(interval_s, lag_s)),
-            valid_range: valid_range(&[&self.samples, validated], &refined.model, noise_rad).map(
-                |range| ValidRange {
-                    usual_surge_speed_m_s: self.usual_speed_m_s,
-                    ..range
-                },
-            ),
+            valid_range: valid_range(&[&self.samples, validated], &refined.model, noise_rad)
+                .map(|range| ValidRange { usual_surge_speed_m_s: self.usual_speed_m_s, ..range }),
             refined: Some(refined),
             verdict,
             settings,
@@ -457,11 +436,5 @@ fn interval_s(samples: &[Sample<f64>]) -> f64 {
 fn without_derived_rate(record: &RecordSurvey, samples: &[Sample<f64>]) -> Vec<Sample<f64>> {
     let is_derived = record.record().units.yaw_rate_is_derived;
     let rate = |s: &Sample<f64>| s.yaw_rate_rad_s.filter(|_| !is_derived);
-    samples
-        .iter()
-        .map(|s| Sample {
-            yaw_rate_rad_s: rate(s),
-            ..*s
-        })
-        .collect()
+    samples.iter().map(|s| Sample { yaw_rate_rad_s: rate(s), ..*s }).collect()
 }

@@ -32,10 +32,7 @@ impl Prediction {
         let wanted_s = LEAST_HORIZON_S.max(TIME_CONSTANTS / fit.point.vehicle.damping_per_s);
         let horizon_s = wanted_s.min(PART * legs.longest_s());
         let horizon = ((horizon_s / legs.interval_s) as usize).max(2);
-        let mut prediction = Self {
-            horizon_s,
-            ..Self::default()
-        };
+        let mut prediction = Self { horizon_s, ..Self::default() };
         for leg in &legs.legs {
             let mut run = Run::<6>::new(leg, &fit.point, legs.interval_s, yaw_rate_rad_s);
             for i in 0..leg.len() {

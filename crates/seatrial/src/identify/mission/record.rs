@@ -45,10 +45,9 @@ impl Legs {
         let has_rate = has_gyro(samples);
         let mut parts: Vec<Vec<usize>> = vec![Vec::new()];
         for (i, sample) in samples.iter().enumerate() {
-            let is_usable = speeds
-                .as_ref()
-                .is_none_or(|(usual, speeds)| speeds[i] > LEAST_SPEED * usual)
-                && (!has_rate || sample.yaw_rate_rad_s.is_some_and(f64::is_finite));
+            let is_usable =
+                speeds.as_ref().is_none_or(|(usual, speeds)| speeds[i] > LEAST_SPEED * usual)
+                    && (!has_rate || sample.yaw_rate_rad_s.is_some_and(f64::is_finite));
             let last = parts.last().and_then(|part| part.last());
             let follows = last.is_none_or(|last| {
                 *last + 1 == i && sample.time_s - samples[*last].time_s < GAP * usual_s
@@ -112,18 +111,13 @@ impl Legs {
             }
             before += leg.len();
         }
-        parts.map(|legs| Self {
-            legs,
-            ..self.clone()
-        })
+        parts.map(|legs| Self { legs, ..self.clone() })
     }
 
     /// The legs with the rudder that its command leaves behind this play, rad.
     pub fn behind_play(&self, play_rad: f64) -> Self {
         Self {
-            legs: (self.legs.iter())
-                .map(|leg| leg.behind_play(play_rad))
-                .collect(),
+            legs: (self.legs.iter()).map(|leg| leg.behind_play(play_rad)).collect(),
             ..self.clone()
         }
     }
@@ -157,11 +151,7 @@ impl Legs {
 
     /// Standard deviation of the speed over its mean.
     pub fn speed_change(&self) -> f64 {
-        let speeds: Vec<f64> = self
-            .legs
-            .iter()
-            .flat_map(|leg| leg.speed.iter().copied())
-            .collect();
+        let speeds: Vec<f64> = self.legs.iter().flat_map(|leg| leg.speed.iter().copied()).collect();
         deviation(&speeds)
     }
 
@@ -172,11 +162,7 @@ impl Legs {
             _ => 1.0,
         };
         let mut scaled = self.clone();
-        scaled
-            .legs
-            .iter_mut()
-            .flat_map(|leg| &mut leg.speed)
-            .for_each(|speed| *speed *= ratio);
+        scaled.legs.iter_mut().flat_map(|leg| &mut leg.speed).for_each(|speed| *speed *= ratio);
         scaled
     }
 
@@ -234,10 +220,8 @@ const GYRO_ERROR: f64 = 0.1;
 /// Is there a yaw rate that turns as the heading does?
 fn has_gyro(samples: &[Sample<f64>]) -> bool {
     const OVER: usize = 10;
-    let rated: Vec<&Sample<f64>> = samples
-        .iter()
-        .filter(|s| s.yaw_rate_rad_s.is_some_and(f64::is_finite))
-        .collect();
+    let rated: Vec<&Sample<f64>> =
+        samples.iter().filter(|s| s.yaw_rate_rad_s.is_some_and(f64::is_finite)).collect();
     if 2 * rated.len() < samples.len() {
         return false;
     }
@@ -257,11 +241,8 @@ fn has_gyro(samples: &[Sample<f64>]) -> bool {
 
 /// The usual speed and the speed of each sample, averaged. `None` where most samples have none, or where the vehicle hardly moves.
 fn usual_speeds(samples: &[Sample<f64>], usual_s: f64) -> Option<(f64, Vec<f64>)> {
-    let known: Vec<f64> = samples
-        .iter()
-        .filter_map(|s| s.surge_speed_m_s)
-        .filter(|u| u.is_finite())
-        .collect();
+    let known: Vec<f64> =
+        samples.iter().filter_map(|s| s.surge_speed_m_s).filter(|u| u.is_finite()).collect();
     if 2 * known.len() < samples.len() {
         return None;
     }

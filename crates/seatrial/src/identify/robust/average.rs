@@ -41,11 +41,7 @@ impl Hypotheses {
             None => found.lagging_rudder(record, start, block, prompt.as_ref()),
         };
         let white = lagging.or(prompt)?;
-        Some(Self {
-            all: found.all,
-            white,
-            block,
-        })
+        Some(Self { all: found.all, white, block })
     }
 
     /// Log of the probability of the record under a prior.
@@ -60,23 +56,13 @@ impl Hypotheses {
     /// The mean of a quantity.
     pub fn mean_of(&self, prior: &Prior, quantity: impl Fn(&Hypothesis) -> f64) -> f64 {
         let weights = self.weights(prior);
-        self.all
-            .iter()
-            .zip(weights)
-            .map(|(h, w)| w * quantity(h))
-            .sum()
+        self.all.iter().zip(weights).map(|(h, w)| w * quantity(h)).sum()
     }
 
     /// The mean of all parameters.
     pub fn mean(&self, prior: &Prior) -> [f64; PARAMETERS] {
         let weights = self.weights(prior);
-        core::array::from_fn(|i| {
-            self.all
-                .iter()
-                .zip(&weights)
-                .map(|(h, w)| w * h.mean[i])
-                .sum()
-        })
+        core::array::from_fn(|i| self.all.iter().zip(&weights).map(|(h, w)| w * h.mean[i]).sum())
     }
 
     /// Mean square distance from an estimate.

@@ -111,11 +111,7 @@ impl Equations {
     pub fn solve(&self) -> Option<Solution> {
         let (covariance, log_determinant) = invert(&self.information)?;
         let change: [f64; PARAMETERS] = core::array::from_fn(|i| {
-            covariance[i]
-                .iter()
-                .zip(&self.right)
-                .map(|(c, r)| c * r)
-                .sum()
+            covariance[i].iter().zip(&self.right).map(|(c, r)| c * r).sum()
         });
         let explained: f64 = change.iter().zip(&self.right).map(|(c, r)| c * r).sum();
         Some(Solution {

@@ -278,18 +278,14 @@ fn lag(
     let half_width_s = libm::hypot(NORMAL_95 * covariance[DELAY][DELAY].sqrt(), timing_s);
     let delay_s = mean[DELAY];
     let lag_s = mean[LAG2].max(0.0).sqrt();
-    let interval_s = [
-        (delay_s - half_width_s).min(lag_s),
-        (delay_s + half_width_s).max(lag_s),
-    ];
+    let interval_s = [(delay_s - half_width_s).min(lag_s), (delay_s + half_width_s).max(lag_s)];
     let without = hypotheses.likeliest_of(|h| h.peak.prompt);
     let with = hypotheses.likeliest_of(|h| !h.peak.prompt)?;
     (prompt < LEAST_PROMPT && interval_s[0] > 0.0).then(|| Lag {
         delay_s,
         interval_s,
-        likelihood_ratio: without.map_or(f64::MAX, |without| {
-            2.0 * (with.log_evidence - without.log_evidence)
-        }),
+        likelihood_ratio: without
+            .map_or(f64::MAX, |without| 2.0 * (with.log_evidence - without.log_evidence)),
         share_without: without.map_or(0.0, |without| without.share),
     })
 }

@@ -50,16 +50,8 @@ impl Piece {
         let (e, d) = (step.rudder_decay, step.rate_decay);
         let (to_rate, to_heading) = (step.lag_to_rate_s, step.lag_to_heading_s2);
         Self {
-            state: [
-                [e, 0.0, 0.0],
-                [to_rate, d, 0.0],
-                [to_heading, step.rate_gain_s, 1.0],
-            ],
-            input: [
-                1.0 - e,
-                step.rate_gain_s - to_rate,
-                step.heading_gain_s2 - to_heading,
-            ],
+            state: [[e, 0.0, 0.0], [to_rate, d, 0.0], [to_heading, step.rate_gain_s, 1.0]],
+            input: [1.0 - e, step.rate_gain_s - to_rate, step.heading_gain_s2 - to_heading],
         }
     }
 }
@@ -112,9 +104,8 @@ impl OfOne {
             for (place, input) in inputs.iter().enumerate() {
                 let end = applied(&power, input);
                 let of_sum: f64 = sum.iter().zip(input).map(|(s, b)| s * b).sum();
-                for (weight, more) in of_rudder[i + place]
-                    .iter_mut()
-                    .zip(end.iter().chain([&of_sum]))
+                for (weight, more) in
+                    of_rudder[i + place].iter_mut().zip(end.iter().chain([&of_sum]))
                 {
                     *weight += more;
                 }
@@ -122,11 +113,7 @@ impl OfOne {
             sum = core::array::from_fn(|j| sum[j] + power[2][j]);
             power = times(&power, &interval);
         }
-        Self {
-            of_rudder,
-            of_state: [power[0], power[1], power[2], sum],
-            whole_shifts,
-        }
+        Self { of_rudder, of_state: [power[0], power[1], power[2], sum], whole_shifts }
     }
 }
 
@@ -284,8 +271,7 @@ impl<'a, const L: usize> EvenResponses<'a, L> {
         let first = at(begin);
         let mut sums = if self.held_until[first] as i64 > (begin + more).min(last) {
             let rudder_rad = self.rudder_rad[first];
-            self.of_held
-                .map(|of_held| of_held.map(|weight| weight * rudder_rad))
+            self.of_held.map(|of_held| of_held.map(|weight| weight * rudder_rad))
         } else if begin >= 0 && begin + more <= last {
             let rudders = &self.rudder_rad[first..=first + more as usize];
             weighted(&self.of_rudder, rudders.iter().copied())
@@ -347,17 +333,10 @@ mod tests {
             (7, 0.3, 0.12),
             (5, 1e-6, -0.17),
         ] {
-            let dynamics = Dynamics {
-                a22_per_s: -0.9,
-                lag_s,
-                shift_s,
-            };
+            let dynamics = Dynamics { a22_per_s: -0.9, lag_s, shift_s };
             let each = responses(&time_s, &rudder_rad, &dynamics);
             // Beside one that acts three intervals later.
-            let later = Dynamics {
-                shift_s: shift_s + 0.15,
-                ..dynamics
-            };
+            let later = Dynamics { shift_s: shift_s + 0.15, ..dynamics };
             let both = [dynamics, later];
             let mut even = EvenResponses::new(&rudder_rad, &held, interval_s, block, &both);
             for rows in each.chunks_exact(block) {
@@ -365,10 +344,7 @@ mod tests {
                 for (i, [found, _]) in means.iter().enumerate() {
                     let expected = rows.iter().map(|row| row[i]).sum::<f64>() / block as f64;
                     // Rounding of two hundred steps.
-                    assert!(
-                        (found - expected).abs() < 1e-11,
-                        "{block} {i} {found} {expected}"
-                    );
+                    assert!((found - expected).abs() < 1e-11, "{block} {i} {found} {expected}");
                 }
             }
         }

@@ -21,16 +21,10 @@ pub struct Prior {
 }
 
 /// The prior that the estimate is the mean under.
-pub const EXPECTED: Prior = Prior {
-    prompt: 0.95,
-    disturbance: DisturbancePrior::EXPECTED,
-};
+pub const EXPECTED: Prior = Prior { prompt: 0.95, disturbance: DisturbancePrior::EXPECTED };
 
 /// The prior of the interval, which should also hold for a record that is worse than expected.
-pub const CAUTIOUS: Prior = Prior {
-    prompt: 0.8,
-    disturbance: DisturbancePrior::CAUTIOUS,
-};
+pub const CAUTIOUS: Prior = Prior { prompt: 0.8, disturbance: DisturbancePrior::CAUTIOUS };
 
 impl Prior {
     /// Of a rudder that acts at once or lags, and a disturbance of such a share.
@@ -103,8 +97,6 @@ impl Hypothesis {
         let around = record.linearised(&self.peak.point, block, self.peak.prompt);
         let mut rows: Vec<[f64; 1]> = (around.rows.iter()).map(|row| [row[PARAMETERS]]).collect();
         whiten(&around.time_s, &mut rows, &self.peak.noise);
-        rows.iter()
-            .map(|[error]| error / self.peak.noise_rad)
-            .collect()
+        rows.iter().map(|[error]| error / self.peak.noise_rad).collect()
     }
 }

@@ -87,9 +87,8 @@ impl HypothesisSearch {
     /// The peak under one noise, found more closely where it carries weight.
     fn find(&mut self, search: &mut Search, noise: Noise, passes: u32) -> Option<Hypothesis> {
         let record = search.record();
-        let peak = search.peak(noise, passes, |peak| {
-            !self.is_negligible(&Hypothesis::of(*peak, record))
-        })?;
+        let peak = search
+            .peak(noise, passes, |peak| !self.is_negligible(&Hypothesis::of(*peak, record)))?;
         let hypothesis = Hypothesis::of(peak, record);
         self.push(hypothesis);
         Some(hypothesis)
@@ -211,18 +210,12 @@ fn heaviest_of_each_time_constant(disturbed: &[Hypothesis]) -> Vec<Hypothesis> {
     let heavier = |a: &&Hypothesis, b: &&Hypothesis| {
         a.log_weight(&CAUTIOUS).total_cmp(&b.log_weight(&CAUTIOUS))
     };
-    of_one
-        .filter_map(|of_one| of_one.iter().max_by(heavier).copied())
-        .collect()
+    of_one.filter_map(|of_one| of_one.iter().max_by(heavier).copied()).collect()
 }
 
 /// No disturbance.
 fn none(start: &Point) -> Noise {
-    Noise {
-        relative: 0.0,
-        time_constant_s: 1.0,
-        a22_per_s: start.0[A22],
-    }
+    Noise { relative: 0.0, time_constant_s: 1.0, a22_per_s: start.0[A22] }
 }
 
 /// Disturbances of one time constant.
@@ -234,11 +227,7 @@ struct Strengths<'a> {
 
 impl<'a> Strengths<'a> {
     fn new(calm: &'a Hypothesis, scale: f64, ratio: f64) -> Self {
-        Self {
-            calm,
-            scale,
-            time_constant_s: ratio / scale,
-        }
+        Self { calm, scale, time_constant_s: ratio / scale }
     }
 
     /// Where disturbance and noise move the heading alike.

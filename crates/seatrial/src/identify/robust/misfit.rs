@@ -31,22 +31,13 @@ pub fn of_the_hull(record: &Record, block: usize, hypothesis: &Hypothesis) -> Op
     let around = record.linearised(point, block, prompt);
     let hull = hull_columns(record, &point.dynamics(), &record.simulate(point));
     let share = 1.0 / block as f64;
-    let rows = around
-        .rows
-        .iter()
-        .enumerate()
-        .map(|(i, row)| -> [f64; ALL] {
-            core::array::from_fn(|j| match j {
-                0..PARAMETERS => row[j],
-                PARAMETERS..COLUMNS => row[j],
-                _ => {
-                    hull[j - COLUMNS][i * block..(i + 1) * block]
-                        .iter()
-                        .sum::<f64>()
-                        * share
-                }
-            })
-        });
+    let rows = around.rows.iter().enumerate().map(|(i, row)| -> [f64; ALL] {
+        core::array::from_fn(|j| match j {
+            0..PARAMETERS => row[j],
+            PARAMETERS..COLUMNS => row[j],
+            _ => hull[j - COLUMNS][i * block..(i + 1) * block].iter().sum::<f64>() * share,
+        })
+    });
     let (products, _) = whitened_products(&around.time_s, rows, &hypothesis.peak.noise);
     let held: &[usize] = if prompt { &[4, 6, 7] } else { &[4] };
     let with = left(&products, held)?;
@@ -63,11 +54,7 @@ fn hull_columns(record: &Record, dynamics: &Dynamics, heading_rad: &[f64]) -> [V
         .map(|(psi, t)| (psi[1] - psi[0]) / (t[1] - t[0]))
         .collect();
     rate_rad_s.push(rate_rad_s.last().copied().unwrap_or(0.0));
-    let prompt = Dynamics {
-        lag_s: 0.0,
-        shift_s: 0.0,
-        ..*dynamics
-    };
+    let prompt = Dynamics { lag_s: 0.0, shift_s: 0.0, ..*dynamics };
     let response = |input: &[f64]| -> Vec<f64> {
         let rows = responses(time_s, input, &prompt);
         rows.iter().map(|row| row[0]).collect()

@@ -45,20 +45,12 @@ impl Nearest {
         let scatter = scatter(errors, around.rows.len());
         let calm: Vec<([f64; 3], [[f64; 3]; 3], f64)> = (hypotheses.all.iter())
             .filter(|h| h.share == 0.0)
-            .map(|h| {
-                (
-                    THETA.map(|i| h.peak.point.0[i]),
-                    three(&h.covariance),
-                    h.log_evidence,
-                )
-            })
+            .map(|h| (THETA.map(|i| h.peak.point.0[i]), three(&h.covariance), h.log_evidence))
             .collect();
         let best = calm.iter().map(|c| c.2).fold(f64::NEG_INFINITY, f64::max);
         let total: f64 = calm.iter().map(|c| libm::exp(c.2 - best)).sum();
         let mean_of = |of: &Moment| -> f64 {
-            let terms = calm
-                .iter()
-                .map(|(theta, own, log)| libm::exp(log - best) * of(theta, own));
+            let terms = calm.iter().map(|(theta, own, log)| libm::exp(log - best) * of(theta, own));
             terms.sum::<f64>() / total
         };
         let theta = core::array::from_fn(|i| mean_of(&|theta, _| theta[i]));

@@ -95,10 +95,7 @@ impl LogProduct {
     /// Before a product of two such numbers is too large for a float.
     const LARGE: f64 = 1e150;
 
-    const ONE: Self = Self {
-        log: 0.0,
-        product: 1.0,
-    };
+    const ONE: Self = Self { log: 0.0, product: 1.0 };
 
     #[inline(always)]
     fn times(&mut self, factor: f64) {
@@ -257,14 +254,9 @@ mod tests {
     #[test]
     fn exact_whitening_inverts_the_covariance() {
         let time_s = [0.0, 0.1, 0.25];
-        let noise = Noise {
-            relative: 40.0,
-            time_constant_s: 0.4,
-            a22_per_s: -1.5,
-        };
-        let mut rows: Vec<[f64; 3]> = (0..3)
-            .map(|i| core::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }))
-            .collect();
+        let noise = Noise { relative: 40.0, time_constant_s: 0.4, a22_per_s: -1.5 };
+        let mut rows: Vec<[f64; 3]> =
+            (0..3).map(|i| core::array::from_fn(|j| if i == j { 1.0 } else { 0.0 })).collect();
         let log_determinant = whiten(&time_s, &mut rows, &noise);
         let inverse: [[f64; 3]; 3] = core::array::from_fn(|i| {
             core::array::from_fn(|j| rows.iter().map(|row| row[i] * row[j]).sum())
@@ -273,11 +265,8 @@ mod tests {
         let (variance, memory) = (1600.0, (-0.1_f64 / 0.4).exp());
         let (of_first, to_second) = gains(-1.5, 0.1);
         let (rate_gain, heading_gain) = gains(-1.5, 0.15);
-        let weights = [
-            [0.0, 0.0],
-            [to_second, 0.0],
-            [to_second + rate_gain * of_first, heading_gain],
-        ];
+        let weights =
+            [[0.0, 0.0], [to_second, 0.0], [to_second + rate_gain * of_first, heading_gain]];
         let of = [[variance, variance * memory], [variance * memory, variance]];
         let covariance = |i: usize, j: usize| {
             let mut sum = if i == j { 1.0 } else { 0.0 };

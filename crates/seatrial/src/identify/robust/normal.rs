@@ -16,11 +16,7 @@ pub struct AboveZero {
 /// The part above zero of a normal distribution with this mean and variance 1.
 pub fn above_zero(mu: f64) -> AboveZero {
     if mu > 8.0 {
-        return AboveZero {
-            log_probability: 0.0,
-            shift: 0.0,
-            narrowing: 0.0,
-        };
+        return AboveZero { log_probability: 0.0, shift: 0.0, narrowing: 0.0 };
     }
     let log_density = -0.5 * (mu * mu + libm::log(TAU));
     // Mills' ratio; far out by its continued fraction.
@@ -32,11 +28,7 @@ pub fn above_zero(mu: f64) -> AboveZero {
         let shift = m + 1.0 / (m + 2.0 / (m + 3.0 / (m + 4.0 / m)));
         (log_density - libm::log(shift), shift)
     };
-    AboveZero {
-        log_probability,
-        shift,
-        narrowing: shift * (shift + mu),
-    }
+    AboveZero { log_probability, shift, narrowing: shift * (shift + mu) }
 }
 
 #[cfg(test)]

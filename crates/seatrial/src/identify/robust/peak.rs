@@ -130,11 +130,7 @@ impl<'a> Search<'a> {
             if next.0[A22].abs().max(mean[A22].abs()) * self.record.interval_s > FASTEST {
                 return None;
             }
-            let peak = Peak {
-                point: next,
-                mean,
-                ..peak
-            };
+            let peak = Peak { point: next, mean, ..peak };
             if left < NEAR || (left < NEAR_ENOUGH && share == 1.0 && !carries_weight(&peak)) {
                 return Some(peak);
             }
@@ -172,11 +168,9 @@ impl<'a> Search<'a> {
     /// A peak with noise and covariance of the linearisation around the last point.
     pub fn relinearised(&mut self, peak: &Peak) -> Peak {
         match self.step(&peak.noise) {
-            Some((here, _)) => Peak {
-                covariance: here.covariance,
-                noise_rad: here.noise_rad,
-                ..*peak
-            },
+            Some((here, _)) => {
+                Peak { covariance: here.covariance, noise_rad: here.noise_rad, ..*peak }
+            }
             None => *peak,
         }
     }
@@ -244,9 +238,7 @@ impl<'a> Search<'a> {
         let of_damping = (next[A22] - from[A22]).abs() / (0.4 * rate);
         let of_delay = (next[DELAY] - from[DELAY]).abs() / (0.4 / rate + self.record.interval_s);
         let share = 1.0 / of_damping.max(of_delay).max(1.0);
-        let point = Point(core::array::from_fn(|i| {
-            from[i] + share * (next[i] - from[i])
-        }));
+        let point = Point(core::array::from_fn(|i| from[i] + share * (next[i] - from[i])));
         (point, share)
     }
 }
@@ -255,16 +247,11 @@ impl<'a> Search<'a> {
 fn gram(around: &Linearisation, noise: &Noise, prompt: bool) -> ([[f64; COLUMNS]; COLUMNS], f64) {
     const PROMPT: [usize; 6] = [B2, C0, HEADING, RATE, A22, PARAMETERS];
     // A column more makes the number of them even.
-    const LAGGING: [usize; 10] = [
-        B2, C0, HEADING, RATE, FIRST, A22, DELAY, LAG2, PARAMETERS, PARAMETERS,
-    ];
+    const LAGGING: [usize; 10] =
+        [B2, C0, HEADING, RATE, FIRST, A22, DELAY, LAG2, PARAMETERS, PARAMETERS];
     match prompt {
-        true => gram_of(around, noise, &PROMPT, |row| {
-            PROMPT.map(|column| row[column])
-        }),
-        false => gram_of(around, noise, &LAGGING, |row| {
-            LAGGING.map(|column| row[column])
-        }),
+        true => gram_of(around, noise, &PROMPT, |row| PROMPT.map(|column| row[column])),
+        false => gram_of(around, noise, &LAGGING, |row| LAGGING.map(|column| row[column])),
     }
 }
 

@@ -83,11 +83,7 @@ impl Point {
     /// Dynamics alone.
     pub fn dynamics(&self) -> Dynamics {
         let lag_s = self.0[LAG2].max(0.0).sqrt();
-        Dynamics {
-            a22_per_s: self.0[A22],
-            lag_s,
-            shift_s: self.0[DELAY] - lag_s,
-        }
+        Dynamics { a22_per_s: self.0[A22], lag_s, shift_s: self.0[DELAY] - lag_s }
     }
 }
 
@@ -103,9 +99,8 @@ impl Record {
         let mut intervals: Vec<f64> = time_s.windows(2).map(|t| t[1] - t[0]).collect();
         intervals.sort_by(f64::total_cmp);
         let interval_s = intervals.get(intervals.len() / 2).copied().unwrap_or(0.0);
-        let (low, high) = rudder_rad
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), rudder| {
+        let (low, high) =
+            rudder_rad.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), rudder| {
                 (low.min(*rudder), high.max(*rudder))
             });
         let steps = heading_rad.windows(2).zip(time_s.windows(2));
@@ -128,27 +123,17 @@ impl Record {
 
     /// With a channel that is renewed at such intervals only, s.
     pub fn timed_to(self, timing_s: f64) -> Self {
-        Self {
-            timing_s: timing_s.max(self.interval_s),
-            ..self
-        }
+        Self { timing_s: timing_s.max(self.interval_s), ..self }
     }
 
     /// The record with a lag and shift of the rudder that are known from elsewhere, s.
     pub fn delayed_by(self, known_delay_s: Option<f64>) -> Self {
-        Self {
-            known_delay_s,
-            ..self
-        }
+        Self { known_delay_s, ..self }
     }
 
     /// With another rudder at the same times, rad.
     pub fn with_rudder(&self, rudder_rad: Vec<f64>) -> Self {
-        Self {
-            held_until: held_until(&rudder_rad),
-            rudder_rad,
-            ..self.clone()
-        }
+        Self { held_until: held_until(&rudder_rad), rudder_rad, ..self.clone() }
     }
 
     /// Length, s.
@@ -187,9 +172,7 @@ impl Record {
         if let Some(interval_s) = self.even_s {
             let (rudder_rad, held) = (&self.rudder_rad, &self.held_until);
             let mut even = EvenResponses::new(rudder_rad, held, interval_s, block, dynamics);
-            return (0..count)
-                .map(|k| of_comparison(k, &even.means()))
-                .collect();
+            return (0..count).map(|k| of_comparison(k, &even.means())).collect();
         }
         let each = dynamics.map(|of_lane| self.responses(&of_lane));
         let share = 1.0 / block as f64;

@@ -81,10 +81,7 @@ impl Near {
     const LARGEST: f64 = 0.02;
 
     fn none(dynamics: &Dynamics) -> Self {
-        Self {
-            length_s: f64::NAN,
-            here: Propagation::over(dynamics, 0.0),
-        }
+        Self { length_s: f64::NAN, here: Propagation::over(dynamics, 0.0) }
     }
 
     /// `None` where `t` is too far away.
@@ -153,11 +150,7 @@ pub(super) fn small_exponential(a: f64, t: f64) -> SmallExponential {
     let of_integral = 1.0 + x * 0.25 * (1.0 + x * 0.2 * (1.0 + x * (1.0 / 6.0)));
     let integral_s2 = t * t * (0.5 + x * (1.0 / 6.0) * of_integral);
     let gain_s = t * (1.0 + x * 0.5 * (1.0 + x * (1.0 / 3.0) * of_integral));
-    SmallExponential {
-        decay: 1.0 + a * gain_s,
-        gain_s,
-        integral_s2,
-    }
+    SmallExponential { decay: 1.0 + a * gain_s, gain_s, integral_s2 }
 }
 
 /// (exp(a t) - 1) / a and its integral, exact at a = 0 too.
@@ -212,13 +205,7 @@ pub fn responses(time_s: &[f64], rudder_rad: &[f64], dynamics: &Dynamics) -> Vec
             state.advance(&steps.over(ends_s - now_s), rudder_rad[piece]);
             now_s = ends_s;
         }
-        rows.push([
-            state.rudder[2],
-            state.offset[1],
-            1.0,
-            state.rate[1],
-            state.first[2],
-        ]);
+        rows.push([state.rudder[2], state.offset[1], 1.0, state.rate[1], state.first[2]]);
     }
     rows
 }
@@ -290,8 +277,7 @@ impl<'a> Steps<'a> {
             }
         }
         let near = first.over(&self.rates, t);
-        near.or_else(|| second.over(&self.rates, t))
-            .unwrap_or_else(|| self.exactly_over(t))
+        near.or_else(|| second.over(&self.rates, t)).unwrap_or_else(|| self.exactly_over(t))
     }
 
     #[cold]
@@ -340,16 +326,9 @@ mod tests {
     fn exact_a_lagging_and_shifted_rudder_acts_as_in_small_steps() {
         let (time_s, rudder_rad) = record();
         for (lag_s, shift_s) in [(0.15, 0.0), (0.15, 0.02), (0.3, -0.03), (1e-6, 0.08)] {
-            let dynamics = Dynamics {
-                a22_per_s: -0.9,
-                lag_s,
-                shift_s,
-            };
+            let dynamics = Dynamics { a22_per_s: -0.9, lag_s, shift_s };
             let expected = by_small_steps(&time_s, &rudder_rad, &dynamics);
-            for (row, expected) in responses(&time_s, &rudder_rad, &dynamics)
-                .iter()
-                .zip(expected)
-            {
+            for (row, expected) in responses(&time_s, &rudder_rad, &dynamics).iter().zip(expected) {
                 // Euler's steps of 0.1 ms.
                 assert!((row[0] - expected).abs() < 2e-4, "{} {expected}", row[0]);
             }
@@ -369,11 +348,7 @@ mod tests {
     #[test]
     fn exact_lengths_near_a_known_one() {
         for lag_s in [0.0, 0.003, 0.2] {
-            let dynamics = Dynamics {
-                a22_per_s: -0.9,
-                lag_s,
-                shift_s: 0.0,
-            };
+            let dynamics = Dynamics { a22_per_s: -0.9, lag_s, shift_s: 0.0 };
             let mut steps = Steps::new(&dynamics);
             for k in 0..200 {
                 let t = 0.05 + 0.004 * f64::from(k).sin();
@@ -398,11 +373,7 @@ mod tests {
     fn exact_equal_poles_have_a_response() {
         let (time_s, rudder_rad) = record();
         let of = |lag_s: f64| {
-            let dynamics = Dynamics {
-                a22_per_s: -2.0,
-                lag_s,
-                shift_s: 0.0,
-            };
+            let dynamics = Dynamics { a22_per_s: -2.0, lag_s, shift_s: 0.0 };
             responses(&time_s, &rudder_rad, &dynamics)[TIMES - 1][0]
         };
         // A lag longer by a thousandth.

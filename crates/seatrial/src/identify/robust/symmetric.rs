@@ -35,11 +35,7 @@ impl<const N: usize> Factorisation<N> {
                 }
             }
         }
-        Some(Self {
-            lower,
-            scale,
-            log_determinant,
-        })
+        Some(Self { lower, scale, log_determinant })
     }
 
     /// v^T M^-1 v.

@@ -39,30 +39,21 @@ impl Weighing {
     /// A heading that is late by a share of the vehicle's time constant makes a22 smaller by some twice that share.
     pub(super) fn compass(&mut self, evidence: &ModelEvidence) {
         let found = &evidence.log.compass;
-        if let Some(jump) = found
-            .largest_jump
-            .filter(|_| !evidence.log.times_are_shared)
-        {
+        if let Some(jump) = found.largest_jump.filter(|_| !evidence.log.times_are_shared) {
             self.jump(jump, "in training");
         }
         let refined = evidence.choice.refined.as_ref();
         let half_width = |of: fn(&Refined) -> (f64, [f64; 2])| {
-            refined.map(of).map_or(f64::INFINITY, |(value, interval)| {
-                Share::new(value, interval).half_width
-            })
+            refined
+                .map(of)
+                .map_or(f64::INFINITY, |(value, interval)| Share::new(value, interval).half_width)
         };
         let limit = |half_width: f64, [least, most]: [f64; 2]| {
             (HALF_WIDTHS * half_width).max(least).min(most)
         };
         let b2 = half_width(|refined| (refined.model.b2_per_s2, refined.interval_95.b2_per_s2));
-        if let Some(scale) = found
-            .scale_error
-            .filter(|x| x.abs() > limit(b2, SCALE_ERROR))
-        {
-            let (share, more) = (
-                percent(scale.abs()),
-                if scale > 0.0 { "more" } else { "less" },
-            );
+        if let Some(scale) = found.scale_error.filter(|x| x.abs() > limit(b2, SCALE_ERROR)) {
+            let (share, more) = (percent(scale.abs()), if scale > 0.0 { "more" } else { "less" });
             self.reject(
                 ReasonCode::YawRateContradicts.of(Subject::Heading),
                 format!(
@@ -72,10 +63,7 @@ impl Weighing {
         }
         let a22 = half_width(|refined| (refined.model.a22_per_s, refined.interval_95.a22_per_s));
         let effect = |late_s: f64| 2.0 * late_s * evidence.online.a22_per_s.abs();
-        if let Some(late_s) = found
-            .late_s
-            .filter(|x| effect(*x) > limit(a22, LATE_EFFECT))
-        {
+        if let Some(late_s) = found.late_s.filter(|x| effect(*x) > limit(a22, LATE_EFFECT)) {
             self.reject(
                 ReasonCode::Late.of(Subject::Heading),
                 format!(

@@ -47,10 +47,7 @@ pub(super) const TRAINED: Limits = Limits {
 };
 
 /// Limits for a rudder that did less per degree at the larger angle of the training, as one that stops at 0.7 of it: 99 % to that side.
-pub(super) const STOPPED: Limits = Limits {
-    certainty: 2.33,
-    ..TRAINED
-};
+pub(super) const STOPPED: Limits = Limits { certainty: 2.33, ..TRAINED };
 
 /// Probability with which such an error should be shown: 99 %, in standard deviations.
 const POWER: f64 = 2.33;
@@ -146,15 +143,9 @@ mod tests {
         let near = refined_at([-1.08, 1.08, 0.0], 0.01);
         assert_eq!(contradiction(None, &near), None);
         // 2.58 + 2.33 standard deviations of 0.08/1.96 are 20 %, of 0.5/1.96 they are five times 23 %.
-        assert_eq!(
-            weakness(&model, None, &refined_at([-1.0, 1.0, 0.0], 0.08), &GIVEN),
-            None
-        );
+        assert_eq!(weakness(&model, None, &refined_at([-1.0, 1.0, 0.0], 0.08), &GIVEN), None);
         let times = weakness(&model, None, &refined_at([-1.0, 1.0, 0.0], 0.5), &GIVEN).unwrap();
-        assert!(
-            (times - 4.91 * 0.5 / 1.96 / (0.3 / 1.3)).abs() < 1e-9,
-            "{times}"
-        );
+        assert!((times - 4.91 * 0.5 / 1.96 / (0.3 / 1.3)).abs() < 1e-9, "{times}");
         let as_unsure = [[0.04, 0.0, 0.0], [0.0, 0.04, 0.0], [0.0; 3]];
         assert_eq!(contradiction(Some(&as_unsure), &sharp), None);
     }

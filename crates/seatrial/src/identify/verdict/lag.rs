@@ -72,19 +72,13 @@ impl Weighing {
         let Some(higher) = lag_alone(evidence) else {
             return;
         };
-        let (lag_s, own_s) = (
-            higher.model.rudder_lag_s,
-            1.0 / higher.model.a22_per_s.abs(),
-        );
+        let (lag_s, own_s) = (higher.model.rudder_lag_s, 1.0 / higher.model.a22_per_s.abs());
         if lag_s < LONGEST_LAG * own_s {
             return;
         }
         let (lag, own) = (three_figures(lag_s), three_figures(own_s));
         let (of, gyro) = match evidence.log.is_heading_unchecked() {
-            true => (
-                "the rudder's or a heading filter's",
-                ", and a gyro's yaw rate",
-            ),
+            true => ("the rudder's or a heading filter's", ", and a gyro's yaw rate"),
             false => ("the rudder's", ""),
         };
         let reason = Reason::new(

@@ -35,11 +35,7 @@ impl Weighing {
         let jam = || {
             // What a sea does looks like a stuck rudder, too.
             let (jam, place) = found.jam.filter(|_| !evidence.is_in_a_sea())?;
-            Some(rudder_jam(
-                jam,
-                place,
-                &rudder_text(evidence.log.rudder_unit, jam.rudder_rad),
-            ))
+            Some(rudder_jam(jam, place, &rudder_text(evidence.log.rudder_unit, jam.rudder_rad)))
         };
         if let Some(cause) = jump.or_else(jam) {
             self.rejections.insert(at, cause);

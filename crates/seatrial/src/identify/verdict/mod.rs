@@ -136,9 +136,7 @@ fn first_of_all_the_rudder(mut verdict: Verdict, log: &LogStatistics) -> Verdict
     let is_in_doubt = log.heading_range_rad > TURNED_RAD
         && verdict.has(ReasonCode::UnitDoubtful.of(Subject::Rudder));
     if has_hardly_moved && !is_in_doubt && verdict.outcome() == Outcome::DoNotUse {
-        verdict
-            .reasons
-            .insert(0, rudder_constant(amplitude_rad, unit));
+        verdict.reasons.insert(0, rudder_constant(amplitude_rad, unit));
     }
     verdict
 }
@@ -146,11 +144,7 @@ fn first_of_all_the_rudder(mut verdict: Verdict, log: &LogStatistics) -> Verdict
 fn offset_drift(evidence: &ModelEvidence) -> Option<OffsetDrift> {
     let other = evidence.independent.as_ref()?.estimate.as_ref()?;
     let trained = evidence.choice.refined.as_ref()?;
-    Some(OffsetDrift::between(
-        trained,
-        other,
-        evidence.log.rudder_unit,
-    ))
+    Some(OffsetDrift::between(trained, other, evidence.log.rudder_unit))
 }
 
 /// Weighs a given model by validation data alone, by the model that they give by themselves, and by where they leave the
@@ -181,11 +175,7 @@ pub fn not_taken(
     accept_from_r2: f64,
     is_repeated: bool,
 ) -> Verdict {
-    let then = if is_repeated {
-        "the run was repeated"
-    } else {
-        "no tries were left"
-    };
+    let then = if is_repeated { "the run was repeated" } else { "no tries were left" };
     let low_r2 = Reason::new(
         ReasonCode::LowR2,
         format!(
@@ -201,10 +191,7 @@ pub fn not_taken(
     let (mut reasons, others): (Vec<_>, Vec<_>) = others.partition(Reason::is_fault);
     reasons.push(low_r2);
     reasons.extend(others);
-    Verdict {
-        accepted: false,
-        reasons,
-    }
+    Verdict { accepted: false, reasons }
 }
 
 fn live_r2(axis: Axis, live: &GoodnessOfFit<f64>) -> String {
@@ -293,10 +280,7 @@ struct Share {
 
 impl Share {
     fn new(value: f64, interval: [f64; 2]) -> Self {
-        Self {
-            interval,
-            half_width: 0.5 * (interval[1] - interval[0]) / value.abs(),
-        }
+        Self { interval, half_width: 0.5 * (interval[1] - interval[0]) / value.abs() }
     }
 }
 

@@ -120,10 +120,7 @@ impl Weighing {
             format!(
                 "at this noise {} times the rudder, {} either side, or {} repeats of the manoeuvre would do",
                 three_figures(more),
-                rudder_text(
-                    evidence.log.rudder_unit,
-                    more * evidence.log.rudder_amplitude_rad
-                ),
+                rudder_text(evidence.log.rudder_unit, more * evidence.log.rudder_amplitude_rad),
                 (more * more).ceil()
             )
         };
@@ -158,23 +155,11 @@ impl Weighing {
     /// `delay_s` is that of the rudder behind its column, which the refined estimate knows and the online estimate does not.
     fn agreement(&mut self, online: YawModel<f64>, refined: &Refined, delay_s: Option<f64>) {
         // A rudder that is late by a share of the time constant makes a22 larger by some twice that share.
-        let late_s = delay_s
-            .filter(|delay_s| *delay_s < 0.0)
-            .map_or(0.0, f64::abs);
+        let late_s = delay_s.filter(|delay_s| *delay_s < 0.0).map_or(0.0, f64::abs);
         let of_late = 2.0 * late_s * refined.model.a22_per_s.abs();
         let parameters = [
-            (
-                "a22",
-                online.a22_per_s,
-                refined.model.a22_per_s,
-                refined.interval_95.a22_per_s,
-            ),
-            (
-                "b2",
-                online.b2_per_s2,
-                refined.model.b2_per_s2,
-                refined.interval_95.b2_per_s2,
-            ),
+            ("a22", online.a22_per_s, refined.model.a22_per_s, refined.interval_95.a22_per_s),
+            ("b2", online.b2_per_s2, refined.model.b2_per_s2, refined.interval_95.b2_per_s2),
         ];
         for (name, online, model, interval) in parameters {
             let difference = ((online - model) / model).abs();
@@ -264,10 +249,8 @@ impl Weighing {
     pub(super) fn model(&mut self, evidence: &ModelEvidence) {
         let model = evidence.choice.model;
         if !model.theta().iter().all(|p| p.is_finite()) {
-            return self.reject(
-                ReasonCode::NotIdentifiable,
-                "the estimate did not stay finite".into(),
-            );
+            return self
+                .reject(ReasonCode::NotIdentifiable, "the estimate did not stay finite".into());
         }
         if model.a22_per_s >= 0.0 {
             self.reject(
@@ -412,10 +395,7 @@ fn higher_order(higher: &HigherOrder, is_heading_unchecked: bool) -> String {
                 "the rudder lags, or the heading is late or smoothed,",
                 "log the measured rudder angle, and a gyro's yaw rate, which tells which of the two",
             ),
-            false => (
-                "the rudder lags",
-                "log the measured angle rather than the command",
-            ),
+            false => ("the rudder lags", "log the measured angle rather than the command"),
         };
         text += &format!(
             "; {late} by {} s ({} to {} s): {action}",

@@ -31,8 +31,7 @@ const NOTED_SHORT_SIDE: f64 = 0.25;
 
 /// The step of a heading that comes in coarse ones, rad.
 pub(super) fn coarse_step_rad(log: &LogStatistics) -> Option<f64> {
-    log.heading_step_rad
-        .filter(|step_rad| *step_rad > NOTED_QUANTISATION * log.heading_range_rad)
+    log.heading_step_rad.filter(|step_rad| *step_rad > NOTED_QUANTISATION * log.heading_range_rad)
 }
 
 /// Rows that come evenly and have uneven times were not lost.

@@ -13,10 +13,7 @@ use crate::identify::pace::Pace;
 use crate::identify::residual_tests::{ResidualTest, ResidualTests};
 use crate::record::{RudderUnit, Window};
 
-const JUMP: Jump = Jump {
-    size_rad: 0.06,
-    time_s: 21.5,
-};
+const JUMP: Jump = Jump { size_rad: 0.06, time_s: 21.5 };
 
 fn refined(half_width: f64) -> Refined {
     refined_at([-1.07, 1.08, 0.012], half_width)
@@ -24,12 +21,7 @@ fn refined(half_width: f64) -> Refined {
 
 pub(super) fn refined_at(theta: [f64; 3], half_width: f64) -> Refined {
     let model = YawModel::from_theta(theta);
-    let around = |value: f64| {
-        [
-            value - half_width * value.abs(),
-            value + half_width * value.abs(),
-        ]
-    };
+    let around = |value: f64| [value - half_width * value.abs(), value + half_width * value.abs()];
     Refined {
         method: EstimateMethod::AveragedRestrictedLikelihood,
         model,
@@ -106,9 +98,7 @@ impl Chain {
                 unchecked: Vec::new(),
             },
             online: refined.model,
-            explanation: Explanation::FirstOrder {
-                fit: fit(&refined, None),
-            },
+            explanation: Explanation::FirstOrder { fit: fit(&refined, None) },
             choice: ModelChoice {
                 model: refined.model,
                 source: ModelSource::Refined,
@@ -186,11 +176,7 @@ fn fit(refined: &Refined, residual: Option<ResidualTests>) -> FirstOrderFit {
 }
 
 fn codes(verdict: &Verdict) -> Vec<String> {
-    verdict
-        .reasons
-        .iter()
-        .map(|r| r.kind().to_string())
-        .collect()
+    verdict.reasons.iter().map(|r| r.kind().to_string()).collect()
 }
 
 #[test]
@@ -232,22 +218,10 @@ fn exact_each_defect_is_refused_under_its_own_code() {
         ("under_excited", Chain::of(refined(0.7))),
         ("not_identifiable", Chain::of(refined(1.5))),
         ("unstable", Chain::of(refined_at([0.1, 1.08, 0.012], 0.05))),
-        (
-            "low_r2",
-            Chain::with(|c| c.validation = Some(validation(0.3, 0.4, 0.9))),
-        ),
-        (
-            "does_not_fit",
-            Chain::with(|c| c.training_fit = training_fit(0.95, 0.1)),
-        ),
-        (
-            "does_not_fit",
-            Chain::with(|c| c.training_fit = GoodnessOfFit::default()),
-        ),
-        (
-            "damaged of samples",
-            Chain::with(|c| c.log.rejected.spike = 200),
-        ),
+        ("low_r2", Chain::with(|c| c.validation = Some(validation(0.3, 0.4, 0.9)))),
+        ("does_not_fit", Chain::with(|c| c.training_fit = training_fit(0.95, 0.1))),
+        ("does_not_fit", Chain::with(|c| c.training_fit = GoodnessOfFit::default())),
+        ("damaged of samples", Chain::with(|c| c.log.rejected.spike = 200)),
         (
             "not_identifiable",
             Chain::with(|c| {
@@ -256,31 +230,13 @@ fn exact_each_defect_is_refused_under_its_own_code() {
                 c.choice.refined = None;
             }),
         ),
-        (
-            "compass_error",
-            compass(CompassError {
-                largest_jump: Some(JUMP),
-                ..none
-            }),
-        ),
+        ("compass_error", compass(CompassError { largest_jump: Some(JUMP), ..none })),
         (
             "yaw_rate_contradicts of heading",
-            compass(CompassError {
-                scale_error: Some(-0.06),
-                ..none
-            }),
+            compass(CompassError { scale_error: Some(-0.06), ..none }),
         ),
-        (
-            "late of heading",
-            compass(CompassError {
-                late_s: Some(0.1),
-                ..none
-            }),
-        ),
-        (
-            "quantised",
-            Chain::with(|c| c.log.heading_step_rad = Some(0.2)),
-        ),
+        ("late of heading", compass(CompassError { late_s: Some(0.1), ..none })),
+        ("quantised", Chain::with(|c| c.log.heading_step_rad = Some(0.2))),
         (
             "contradicted of training",
             Chain::with(|c| c.online = YawModel::from_theta([-0.1, 1.08, 0.012])),
@@ -351,12 +307,7 @@ fn exact_notes_do_not_refuse() {
     assert!(verdict.accepted);
     assert_eq!(
         codes(&verdict),
-        [
-            "ok",
-            "sign_reversed of rudder",
-            "drifted of offset",
-            "extrapolating"
-        ]
+        ["ok", "sign_reversed of rudder", "drifted of offset", "extrapolating"]
     );
     noted.validation = None;
     assert!(noted.judge().has(&ReasonCode::NotValidated));
@@ -427,9 +378,7 @@ fn exact_a_rudder_of_unknown_angle_is_reported_as_a_share_of_full() {
 fn exact_a_rudder_that_stops_is_reported_with_its_angle() {
     let trained = refined_at([-1.07, 0.54, 0.012], 0.05);
     let unsaturated = refined_at([-1.07, 1.08, 0.012], 0.05);
-    let verdict = Chain::of(trained.clone())
-        .with_independent(&unsaturated, None)
-        .judge();
+    let verdict = Chain::of(trained.clone()).with_independent(&unsaturated, None).judge();
     assert!(!verdict.accepted);
     assert_eq!(codes(&verdict), ["rudder_not_followed"]);
     let text = &verdict.reasons[0].detail;
@@ -437,20 +386,13 @@ fn exact_a_rudder_that_stops_is_reported_with_its_angle() {
     assert!(text.contains("as if it stopped at 7.45 deg"), "{text}");
     // More per degree where there was more of it is something else.
     let other = refined_at([-1.07, 0.27, 0.012], 0.05);
-    let verdict = Chain::of(trained.clone())
-        .with_independent(&other, None)
-        .judge();
+    let verdict = Chain::of(trained.clone()).with_independent(&other, None).judge();
     assert_eq!(codes(&verdict), ["contradicted"]);
     // Validation data through a compass that jumped say nothing of the rudder.
-    let verdict = Chain::of(trained)
-        .with_independent(&unsaturated, Some(JUMP))
-        .judge();
+    let verdict = Chain::of(trained).with_independent(&unsaturated, Some(JUMP)).judge();
     assert_eq!(codes(&verdict), ["compass_error"]);
     let Reason { detail, text, .. } = &verdict.reasons[0];
-    assert!(
-        detail.contains("in the validation data the heading parts by 3.44 deg"),
-        "{detail}"
-    );
+    assert!(detail.contains("in the validation data the heading parts by 3.44 deg"), "{detail}");
     assert_eq!(
         text,
         "At 21.5 s the compass jumped, stuck or was disturbed: it was off by 3.44 deg within a second."
@@ -485,9 +427,7 @@ fn exact_an_interval_that_holds_0_is_a_veto() {
 fn exact_an_interval_that_reaches_0_is_a_veto() {
     let judged = |apart: f64| {
         let other = refined_at([-1.07 - apart, 1.08, 0.012], 0.05);
-        Chain::of(refined(0.05))
-            .with_independent(&other, None)
-            .judge()
+        Chain::of(refined(0.05)).with_independent(&other, None).judge()
     };
     assert_eq!(codes(&judged(0.5))[0], "ok");
     assert_eq!(codes(&judged(1.2))[0], "not_identifiable");
@@ -497,11 +437,7 @@ fn exact_an_interval_that_reaches_0_is_a_veto() {
 #[test]
 fn exact_a_pace_is_judged_by_the_slowest_vehicle() {
     let judged = |half_width: f64| {
-        let pace = Pace {
-            row_s: 0.5,
-            heading_s: 0.5,
-            rudder_s: 0.5,
-        };
+        let pace = Pace { row_s: 0.5, heading_s: 0.5, rudder_s: 0.5 };
         let mut chain = Chain::of(refined(half_width));
         chain.log.pace = Some(pace);
         codes(&chain.judge())
@@ -520,10 +456,7 @@ fn exact_a_late_rudder_explains_a_disagreement() {
     let verdict = Chain::with(|c| {
         c.online.a22_per_s = 1.3 * a22;
         c.explanation = Explanation::FirstOrder {
-            fit: FirstOrderFit {
-                delay_s: 0.15 / a22,
-                ..fit(&refined, None)
-            },
+            fit: FirstOrderFit { delay_s: 0.15 / a22, ..fit(&refined, None) },
         };
     })
     .judge();
@@ -538,18 +471,12 @@ fn exact_a_hand_that_falls_short_is_noted() {
     assert!(verdict.accepted);
     assert_eq!(codes(&verdict), ["ok", "rudder_not_followed"]);
     let text = &verdict.reasons[1].detail;
-    assert!(
-        text.contains("14.9 deg") && text.contains("8.59 deg"),
-        "{text}"
-    );
+    assert!(text.contains("14.9 deg") && text.contains("8.59 deg"), "{text}");
 }
 
 #[test]
 fn exact_a_residual_that_chance_does_not_explain_is_noted() {
-    let refined = Refined {
-        heading_noise_rad: 0.01,
-        ..refined(0.05)
-    };
+    let refined = Refined { heading_noise_rad: 0.01, ..refined(0.05) };
     let tests = |whiteness: f64, rudder: f64| {
         let test = |p_value, degrees_of_freedom| ResidualTest {
             statistic: 40.0,
@@ -563,53 +490,34 @@ fn exact_a_residual_that_chance_does_not_explain_is_noted() {
     };
     let judged = |residual| {
         let mut chain = Chain::of(refined.clone());
-        chain.explanation = Explanation::FirstOrder {
-            fit: fit(&refined, residual),
-        };
+        chain.explanation = Explanation::FirstOrder { fit: fit(&refined, residual) };
         chain.judge()
     };
     assert_eq!(codes(&judged(tests(0.01, 0.01))), ["ok"]);
-    for (residual, said) in [
-        (tests(0.5, 1e-5), "follows the rudder"),
-        (tests(1e-5, 0.5), "a rhythm of its own"),
-    ] {
+    for (residual, said) in
+        [(tests(0.5, 1e-5), "follows the rudder"), (tests(1e-5, 0.5), "a rhythm of its own")]
+    {
         let verdict = judged(residual);
         assert!(verdict.accepted);
         assert_eq!(codes(&verdict), ["ok", "model_order of residual"]);
         let text = &verdict.reasons[1].detail;
-        assert!(
-            text.contains(said) && text.contains("is 40 where 20"),
-            "{text}"
-        );
+        assert!(text.contains(said) && text.contains("is 40 where 20"), "{text}");
     }
 }
 
 /// What happened once comes before what it led to, and rejects nothing that holds.
 #[test]
 fn exact_a_mishap_is_named_where_the_model_does_not_hold() {
-    let jam = Jam {
-        from_s: 8.0,
-        to_s: None,
-        rudder_rad: 0.2,
-    };
+    let jam = Jam { from_s: 8.0, to_s: None, rudder_rad: 0.2 };
     let with = |mishaps, heading| {
         Chain::with(|c| {
             c.mishaps = mishaps;
             c.validation = Some(validation(heading, heading, heading));
         })
     };
-    let jumped = Mishaps {
-        jump: Some((JUMP, "in training")),
-        jam: None,
-    };
-    let stuck = Mishaps {
-        jump: None,
-        jam: Some((jam, "in the validation data")),
-    };
-    for (mishaps, code) in [
-        (jumped, "compass_error"),
-        (stuck, "rudder_not_followed of rudder"),
-    ] {
+    let jumped = Mishaps { jump: Some((JUMP, "in training")), jam: None };
+    let stuck = Mishaps { jump: None, jam: Some((jam, "in the validation data")) };
+    for (mishaps, code) in [(jumped, "compass_error"), (stuck, "rudder_not_followed of rudder")] {
         assert_eq!(codes(&with(mishaps, 0.2).judge())[..2], [code, "low_r2"]);
         assert_eq!(codes(&with(mishaps, 0.95).judge()), ["ok"]);
     }
@@ -626,10 +534,7 @@ fn exact_a_rounded_time_comes_before_a_jump_of_the_heading() {
         chain.log.interval_s = Some([1.0, 10.0]);
         chain.log.times_are_shared = true;
     });
-    assert_eq!(
-        codes(&rounded.judge())[..2],
-        ["sampled_too_seldom of time", "low_r2"]
-    );
+    assert_eq!(codes(&rounded.judge())[..2], ["sampled_too_seldom of time", "low_r2"]);
 }
 
 /// Rows that come evenly were not lost where their time is rounded.
@@ -643,10 +548,7 @@ fn exact_a_rounded_time_is_said_in_place_of_lost_samples() {
     let verdict = rounded.judge();
     assert_eq!(codes(&verdict), ["ok", "clock_jitter"]);
     let text = &verdict.reasons[1].text;
-    assert!(
-        text.contains("steps of 0.864 s, while rows come every 1.00 s"),
-        "{text}"
-    );
+    assert!(text.contains("steps of 0.864 s, while rows come every 1.00 s"), "{text}");
 }
 
 #[test]
@@ -658,10 +560,7 @@ fn exact_a_turning_circle_is_sent_to_the_command_that_reads_it() {
         chain.judge().reasons[0].clone()
     };
     for reason in [circle(0.05, false), circle(0.7, true)] {
-        assert!(
-            reason.action.contains("seatrial manoeuvres read"),
-            "{reason:?}"
-        );
+        assert!(reason.action.contains("seatrial manoeuvres read"), "{reason:?}");
         assert!(!reason.action.contains("more rudder"), "{reason:?}");
     }
     assert!(circle(0.05, true).action.is_empty());

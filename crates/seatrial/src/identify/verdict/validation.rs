@@ -102,9 +102,8 @@ impl Weighing {
     }
 
     fn offset_drifted(&mut self, validation: Validation, drift: Option<OffsetDrift>) {
-        let by = drift.map_or(String::new(), |drift| {
-            format!(", by {} of rudder", drift.rudder_text())
-        });
+        let by =
+            drift.map_or(String::new(), |drift| format!(", by {} of rudder", drift.rudder_text()));
         let reason = Reason::new(
             ReasonCode::Drifted.of(Subject::Offset),
             format!(
@@ -134,10 +133,7 @@ impl Weighing {
     }
 
     fn not_validated(&mut self) {
-        self.reject(
-            ReasonCode::NotValidated,
-            "nothing was held out to check the model".into(),
-        );
+        self.reject(ReasonCode::NotValidated, "nothing was held out to check the model".into());
     }
 
     /// A model that is given against the one that validation data by themselves give.

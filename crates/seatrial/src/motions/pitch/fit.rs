@@ -51,11 +51,7 @@ impl Fit {
     /// The estimate of m beside that of the online estimator, 1/s^2.
     pub fn restoring(&self, online_per_s2: f64) -> Restoring {
         let [_, interval_95_per_s2, ..] = self.interval_95;
-        Restoring {
-            online_per_s2,
-            refined_per_s2: self.model.restoring_per_s2,
-            interval_95_per_s2,
-        }
+        Restoring { online_per_s2, refined_per_s2: self.model.restoring_per_s2, interval_95_per_s2 }
     }
 
     /// 95 % of c/b to first order, rad; `None` where b may be 0.
@@ -68,10 +64,7 @@ impl Fit {
         let rows = self.covariance.iter().zip(slopes);
         let variance: f64 = rows
             .map(|(row, left)| {
-                row.iter()
-                    .zip(slopes)
-                    .map(|(cov, right)| left * cov * right)
-                    .sum::<f64>()
+                row.iter().zip(slopes).map(|(cov, right)| left * cov * right).sum::<f64>()
             })
             .sum();
         let half_width = NORMAL_95 * variance.sqrt();
@@ -160,10 +153,7 @@ fn model_of(at: &Parameters) -> PitchModel<f64> {
 }
 
 fn simulated(samples: &[Sample<f64>], at: &Parameters) -> DVector<f64> {
-    let start = PitchState {
-        pitch_rad: at[4],
-        pitch_rate_rad_s: at[5],
-    };
+    let start = PitchState { pitch_rad: at[4], pitch_rate_rad_s: at[5] };
     DVector::from_vec(simulate(&model_of(at), start, samples))
 }
 
@@ -256,8 +246,6 @@ fn samples_per_independent(residual: &[f64]) -> f64 {
         let pairs = residual.iter().zip(&residual[lag..]);
         pairs.map(|(a, b)| a * b).sum::<f64>() / total
     };
-    let positive = (1..residual.len() / 4)
-        .map(correlation)
-        .take_while(|rho| *rho > 0.0);
+    let positive = (1..residual.len() / 4).map(correlation).take_while(|rho| *rho > 0.0);
     1.0 + 2.0 * positive.sum::<f64>()
 }

@@ -65,22 +65,13 @@ pub fn identify(
 ) -> Result<Identification, IdentifyError> {
     let inside = usable(record, training, WindowUse::Training)?;
     let excited_by_s = excitation_end_s(&inside);
-    let settling = record.window(Window {
-        from_s: f64::NEG_INFINITY,
-        to_s: inside[0].time_s,
-    });
-    let segment = Segment {
-        settling,
-        training: &inside,
-        learns_from_s: inside[0].time_s,
-        excited_by_s,
-    };
+    let settling = record.window(Window { from_s: f64::NEG_INFINITY, to_s: inside[0].time_s });
+    let segment =
+        Segment { settling, training: &inside, learns_from_s: inside[0].time_s, excited_by_s };
     let estimator: EstimatorSettings<f64> = Plan::pitch().estimator_settings();
     let pass = online::estimate(&segment, estimator, true).map_err(IdentifyError::Setting)?;
-    let settings = Settings {
-        lambda_because: LambdaReason::PlansDoublet,
-        ..Settings::of(&estimator)
-    };
+    let settings =
+        Settings { lambda_because: LambdaReason::PlansDoublet, ..Settings::of(&estimator) };
     assess(record, training, data, pass, settings)
 }
 
@@ -158,10 +149,7 @@ fn judge(fit: &Fit, validation: Option<&Validation>) -> Verdict {
         |kind: ReasonKind, measured: String| rejections.push(Reason::new(kind, measured));
     let a = fit.model.damping_per_s;
     if a >= 0.0 {
-        reject(
-            ReasonCode::Unstable.of(Subject::Pitch),
-            format!("a = {a:.3} 1/s is not negative"),
-        );
+        reject(ReasonCode::Unstable.of(Subject::Pitch), format!("a = {a:.3} 1/s is not negative"));
     }
     if fit.authority_may_be_zero() {
         let [_, _, [low, high], _] = fit.interval_95;
@@ -195,10 +183,7 @@ fn judge(fit: &Fit, validation: Option<&Validation>) -> Verdict {
             ),
         ));
     }
-    Verdict {
-        accepted,
-        reasons: rejections,
-    }
+    Verdict { accepted, reasons: rejections }
 }
 
 /// The samples of a window that are finite and increase in time; refused where they are too few, or no elevator moves in training.

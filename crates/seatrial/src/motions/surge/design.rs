@@ -90,9 +90,7 @@ impl ExpectedSurge {
     /// Will drag length and lag count as identified?
     pub fn is_identified(&self) -> bool {
         self.thrust_lag_half_width_95_s.is_some()
-            && self
-                .drag_length_factor_95
-                .is_some_and(|factor| factor < WIDEST)
+            && self.drag_length_factor_95.is_some_and(|factor| factor < WIDEST)
     }
 
     /// The wider of both.

@@ -39,17 +39,11 @@ impl Parameters {
         let mut first_m_s = first_m_s;
         for (k, part) in parts.iter().enumerate() {
             values[thrusts + 3 + k] = first_m_s;
-            let so_far = Self {
-                values: DVector::from_column_slice(&values),
-                thrusts,
-            };
+            let so_far = Self { values: DVector::from_column_slice(&values), thrusts };
             let last = played_part(part, first_m_s, &so_far).last().copied();
             first_m_s = last.unwrap_or(first_m_s);
         }
-        Self {
-            values: DVector::from_vec(values),
-            thrusts,
-        }
+        Self { values: DVector::from_vec(values), thrusts }
     }
 
     pub fn steady_m_s(&self, thrust: usize) -> f64 {
@@ -204,10 +198,7 @@ fn descended(
 fn beginning(parts: &[Part], steady_m_s: &[f64], varied: FreeParameters) -> Parameters {
     let first = parts.iter().map(|part| {
         let count = part.instants.len().min(5);
-        let sum: f64 = part.instants[..count]
-            .iter()
-            .map(|at| at.surge_speed_m_s)
-            .sum();
+        let sum: f64 = part.instants[..count].iter().map(|at| at.surge_speed_m_s).sum();
         sum / count as f64
     });
     let values = steady_m_s.iter().copied().chain([0.0; 3]).chain(first);
@@ -233,10 +224,8 @@ fn beginning(parts: &[Part], steady_m_s: &[f64], varied: FreeParameters) -> Para
 }
 
 fn observed(parts: &[Part]) -> DVector<f64> {
-    let speeds: Vec<f64> = parts
-        .iter()
-        .flat_map(|part| part.instants.iter().map(|at| at.surge_speed_m_s))
-        .collect();
+    let speeds: Vec<f64> =
+        parts.iter().flat_map(|part| part.instants.iter().map(|at| at.surge_speed_m_s)).collect();
     DVector::from_vec(speeds)
 }
 

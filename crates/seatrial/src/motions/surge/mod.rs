@@ -102,11 +102,7 @@ impl Coefficient {
 
     fn not_below_0(self) -> Self {
         let interval_95 = self.interval_95.map(|ends| ends.map(|end| end.max(0.0)));
-        Self {
-            value: self.value.map(|value| value.max(0.0)),
-            interval_95,
-            ..self
-        }
+        Self { value: self.value.map(|value| value.max(0.0)), interval_95, ..self }
     }
 
     fn missing(what_to_do: &str) -> Self {
@@ -165,9 +161,8 @@ impl SurgeEstimate {
 
     fn from_fit(fitted: &SurgeFit, thrusts: &[f64]) -> Self {
         let covariance = fitted.steady_covariance();
-        let speeds: Vec<f64> = (0..thrusts.len())
-            .map(|k| fitted.parameters.steady_m_s(k))
-            .collect();
+        let speeds: Vec<f64> =
+            (0..thrusts.len()).map(|k| fitted.parameters.steady_m_s(k)).collect();
         let [slope, dead_band] = line(thrusts, &speeds, &covariance).unwrap_or_else(|| {
             let one = Coefficient::missing("it has one thrust; add another");
             [one.clone(), one]
@@ -175,9 +170,7 @@ impl SurgeEstimate {
         let greatest = thrusts.last().copied().unwrap_or(1.0);
         let [from, to] = step_wanted(greatest).map(|thrust| 100.0 * thrust);
         let step = format!("add a step from {from:.0} to {to:.0} %");
-        let length = fitted
-            .length_error()
-            .filter(|error| NORMAL_95 * error < libm::log(WIDEST));
+        let length = fitted.length_error().filter(|error| NORMAL_95 * error < libm::log(WIDEST));
         let found = fitted.parameters.length_m();
         let factor = |error: f64| libm::exp(NORMAL_95 * error);
         Self {
@@ -248,9 +241,7 @@ fn best_fit(parts: &[Part], steady_m_s: &[f64]) -> Option<SurgeFit> {
     };
     let found = fitted(parts, steady_m_s, varied)?;
     let drag_m = found.parameters.turning_drag_m();
-    let is_lost = found
-        .turning_drag_error_m()
-        .is_some_and(|error| drag_m > NORMAL_95 * error);
+    let is_lost = found.turning_drag_error_m().is_some_and(|error| drag_m > NORMAL_95 * error);
     if is_lost || !varied.turning_drag {
         return Some(found);
     }
@@ -294,9 +285,7 @@ fn line(
 fn changes_speed(part: &Part) -> bool {
     let first = part.instants.first().map(|at| at.surge_speed_m_s);
     let steady = steady_m_s(part);
-    first
-        .zip(steady)
-        .is_some_and(|(first, steady)| (steady - first).abs() > CHANGE * steady.abs())
+    first.zip(steady).is_some_and(|(first, steady)| (steady - first).abs() > CHANGE * steady.abs())
 }
 
 /// Does a part follow one of another thrust? The thrust before a trial is not known, and with it not what the thrust lags behind.
@@ -321,10 +310,7 @@ fn know_yaw_rate_noise(parts: &mut [Part], runs: &[&Run]) {
 }
 
 fn yaw_rate_is_measured(run: &Run) -> bool {
-    run.record
-        .samples
-        .iter()
-        .all(|s| s.yaw_rate_rad_s.is_some())
+    run.record.samples.iter().all(|s| s.yaw_rate_rad_s.is_some())
 }
 
 /// The mean speed over the last seconds before the first turn, m/s.
@@ -342,21 +328,13 @@ fn steady_m_s(part: &Part) -> Option<f64> {
 /// The settling stage of a run and, where its yaw rate is known, its doublets; with the yaw rate that was measured or, where some
 /// sample has none, that of an accepted model under its rudder, 0 while the run settles.
 fn part_of(run: &Run, thrust: usize, before: usize) -> Part {
-    let mut part = Part {
-        thrust,
-        before,
-        settling: 0,
-        yaw_rate_variance: 0.0,
-        instants: Vec::new(),
-    };
+    let mut part =
+        Part { thrust, before, settling: 0, yaw_rate_variance: 0.0, instants: Vec::new() };
     let Some(settle) = run.stage(Stage::Settle) else {
         return part;
     };
-    let model = run
-        .identification
-        .as_ref()
-        .filter(|_| run.verdict.accepted)
-        .map(|found| found.model());
+    let model =
+        run.identification.as_ref().filter(|_| run.verdict.accepted).map(|found| found.model());
     let is_measured = yaw_rate_is_measured(run);
     let mut state = YawState::default();
     let mut last_rudder_rad = 0.0;

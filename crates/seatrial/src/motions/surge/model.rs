@@ -85,19 +85,14 @@ impl SurgeModel {
                 continue;
             };
             points.retain(|point| point.thrust != run.thrust);
-            points.push(SurgePoint {
-                thrust: run.thrust,
-                steady_speed_m_s,
-            });
+            points.push(SurgePoint { thrust: run.thrust, steady_speed_m_s });
         }
         points.sort_by(|a, b| a.thrust.total_cmp(&b.thrust));
         let n = points.len() as f64;
         let mean = |of: fn(&SurgePoint) -> f64| points.iter().map(of).sum::<f64>() / n;
         let (thrust, speed) = (mean(|p| p.thrust), mean(|p| p.steady_speed_m_s));
-        let product: f64 = points
-            .iter()
-            .map(|p| (p.thrust - thrust) * (p.steady_speed_m_s - speed))
-            .sum();
+        let product: f64 =
+            points.iter().map(|p| (p.thrust - thrust) * (p.steady_speed_m_s - speed)).sum();
         let square: f64 = points.iter().map(|p| (p.thrust - thrust).powi(2)).sum();
         let speed_per_thrust_m_s = product / square;
         let dead_band = thrust - speed / speed_per_thrust_m_s;
@@ -285,9 +280,7 @@ fn settling(run: &Run) -> Vec<[f64; 2]> {
 /// The mean over the last seconds of a stage, m/s.
 fn steady_speed_m_s(stage: &[[f64; 2]]) -> Option<f64> {
     let [end_s, _] = *stage.last()?;
-    let late = stage
-        .iter()
-        .filter(|[time_s, _]| *time_s >= end_s - STEADY_S);
+    let late = stage.iter().filter(|[time_s, _]| *time_s >= end_s - STEADY_S);
     let count = late.clone().count() as f64;
     Some(late.map(|[_, speed]| speed).sum::<f64>() / count)
 }
@@ -309,11 +302,7 @@ fn drag_length_m(stages: &[Vec<[f64; 2]>]) -> Option<f64> {
             let interval_s = time_s - last_s;
             integral += 0.5 * interval_s * (speed_m_s * speed_m_s + last_m_s * last_m_s);
             (last_s, last_m_s) = (time_s, speed_m_s);
-            Row {
-                after_s: time_s - start_s,
-                regressor: -integral,
-                observed: speed_m_s,
-            }
+            Row { after_s: time_s - start_s, regressor: -integral, observed: speed_m_s }
         };
         Some(stage.iter().map(row).collect())
     };
@@ -339,10 +328,8 @@ fn common_slope(stages: &[Vec<Row>]) -> Option<f64> {
     }
     let mut regressors = DMatrix::zeros(rows, columns);
     let mut observed = DVector::zeros(rows);
-    let of_stage = stages
-        .iter()
-        .enumerate()
-        .flat_map(|(k, stage)| stage.iter().map(move |row| (k, row)));
+    let of_stage =
+        stages.iter().enumerate().flat_map(|(k, stage)| stage.iter().map(move |row| (k, row)));
     for (at, (k, row)) in of_stage.enumerate() {
         regressors[(at, 2 * k)] = 1.0;
         regressors[(at, 2 * k + 1)] = row.after_s;
@@ -350,9 +337,7 @@ fn common_slope(stages: &[Vec<Row>]) -> Option<f64> {
         observed[at] = row.observed;
     }
     let transposed = regressors.transpose();
-    let solution = (&transposed * &regressors)
-        .cholesky()?
-        .solve(&(transposed * observed));
+    let solution = (&transposed * &regressors).cholesky()?.solve(&(transposed * observed));
     Some(solution[columns - 1])
 }
 
@@ -390,18 +375,10 @@ mod tests {
         let stage: Vec<Turning> = (0..1650)
             .map(|k| {
                 let time_s = 0.01 * f64::from(k);
-                let yaw_rate_rad_s = if (2.0..6.0).contains(&time_s) {
-                    0.2
-                } else {
-                    0.0
-                };
+                let yaw_rate_rad_s = if (2.0..6.0).contains(&time_s) { 0.2 } else { 0.0 };
                 let before_m_s = speed;
                 speed += 0.01 * slower(speed, yaw_rate_rad_s);
-                Turning {
-                    time_s,
-                    surge_speed_m_s: before_m_s,
-                    yaw_rate_rad_s,
-                }
+                Turning { time_s, surge_speed_m_s: before_m_s, yaw_rate_rad_s }
             })
             .collect();
         let found = turning_drag_m(&[stage], length_m).unwrap();
@@ -422,14 +399,9 @@ mod tests {
             way_m += 0.01 * speed;
             speed += 0.01 * slower(speed, speed / radius_m);
         }
-        let mean = surge
-            .mean_speed_in_turn_m_s(steady_m_s, radius_m, 15.0)
-            .unwrap();
+        let mean = surge.mean_speed_in_turn_m_s(steady_m_s, radius_m, 15.0).unwrap();
         // The way there is taken to be exponential: a tenth of the 6 % lost.
-        assert!(
-            (mean / (way_m / 15.0) - 1.0).abs() < 0.006,
-            "{mean} {way_m}"
-        );
+        assert!((mean / (way_m / 15.0) - 1.0).abs() < 0.006, "{mean} {way_m}");
         assert_eq!(turning_drag_m(&[], length_m), None);
     }
 

@@ -71,10 +71,7 @@ impl Noise {
             .collect();
         let read: usize = series.iter().map(Vec::len).sum();
         let variance = difference_variance(&series) * residual.len() as f64 / read.max(1) as f64;
-        Self {
-            variance,
-            is_white: is_white(parts, &series),
-        }
+        Self { variance, is_white: is_white(parts, &series) }
     }
 
     /// V, from H^-1.
@@ -99,10 +96,8 @@ impl Noise {
 /// Variance of the noise of a measured yaw rate, (rad/s)^2.
 pub(super) fn yaw_rate_variance(series: &[Vec<f64>]) -> f64 {
     let all: usize = series.iter().map(Vec::len).sum();
-    let series: Vec<Vec<f64>> = series
-        .iter()
-        .map(|x| once(x.iter().copied(), x.iter().copied()))
-        .collect();
+    let series: Vec<Vec<f64>> =
+        series.iter().map(|x| once(x.iter().copied(), x.iter().copied())).collect();
     let read: usize = series.iter().map(Vec::len).sum();
     difference_variance(&series) * all as f64 / read.max(1) as f64
 }
@@ -183,9 +178,7 @@ fn of_residuals(parts: &[Part], jacobian: &DMatrix<f64>, residual: &DVector<f64>
             let rows = rows - lag;
             products += residual.rows(late, rows).dot(&residual.rows(early, rows));
             pairs += rows;
-            jacobians += jacobian
-                .rows(late, rows)
-                .tr_mul(&jacobian.rows(early, rows));
+            jacobians += jacobian.rows(late, rows).tr_mul(&jacobian.rows(early, rows));
         }
         if pairs == 0 {
             break;

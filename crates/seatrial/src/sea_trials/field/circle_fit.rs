@@ -104,16 +104,12 @@ impl CircleFit {
             return Err(NoCircle::NonFinite { index });
         }
         if points.len() < 4 {
-            return Err(NoCircle::TooFewPoints {
-                found: points.len(),
-            });
+            return Err(NoCircle::TooFewPoints { found: points.len() });
         }
         let n = points.len() as f64;
         let centroid = [0, 1].map(|axis| points.iter().map(|p| p[axis]).sum::<f64>() / n);
-        let centred: Vec<[f64; 2]> = points
-            .iter()
-            .map(|p| [p[0] - centroid[0], p[1] - centroid[1]])
-            .collect();
+        let centred: Vec<[f64; 2]> =
+            points.iter().map(|p| [p[0] - centroid[0], p[1] - centroid[1]]).collect();
         let start = taubin(&centred).ok_or(NoCircle::Collinear)?;
         let (circle, normal, cost) = refine(&centred, start);
 
@@ -123,10 +119,7 @@ impl CircleFit {
         }
         let residual_m = (cost / (n - 3.0)).sqrt();
         if residual_m > LARGEST_RELATIVE_ERROR * circle[2] {
-            return Err(NoCircle::NotRound {
-                radius_m: circle[2],
-                residual_m,
-            });
+            return Err(NoCircle::NotRound { radius_m: circle[2], residual_m });
         }
         let covariance = normal.try_inverse().ok_or(NoCircle::Collinear)?;
         let standard_error = |i: usize| residual_m * covariance[(i, i)].sqrt();
@@ -223,16 +216,11 @@ fn linearised(points: &[[f64; 2]], circle: Vector3<f64>) -> (f64, Vector3<f64>, 
 /// The full turn less the largest gap between neighbouring points, seen from the centre.
 fn arc_covered(points: &[[f64; 2]], circle: Vector3<f64>) -> f64 {
     let turn = 2.0 * std::f64::consts::PI;
-    let mut bearings: Vec<f64> = points
-        .iter()
-        .map(|p| libm::atan2(p[1] - circle[1], p[0] - circle[0]))
-        .collect();
+    let mut bearings: Vec<f64> =
+        points.iter().map(|p| libm::atan2(p[1] - circle[1], p[0] - circle[0])).collect();
     bearings.sort_unstable_by(f64::total_cmp);
     let around = bearings[0] + turn - bearings[bearings.len() - 1];
-    let largest_gap = bearings
-        .windows(2)
-        .map(|pair| pair[1] - pair[0])
-        .fold(around, f64::max);
+    let largest_gap = bearings.windows(2).map(|pair| pair[1] - pair[0]).fold(around, f64::max);
     turn - largest_gap
 }
 
@@ -262,20 +250,12 @@ mod tests {
             (
                 3.5,
                 [12.298546693843411, -4.49482169614281, 9.195251008359225],
-                [
-                    0.029279830790395752,
-                    0.0416999072818990,
-                    0.030119792382953606,
-                ],
+                [0.029279830790395752, 0.0416999072818990, 0.030119792382953606],
             ),
             (
                 std::f64::consts::PI / 3.0,
                 [12.241917330957847, -4.544735401154112, 9.2698875279593],
-                [
-                    0.28716168000149495,
-                    0.30861282409701557,
-                    0.39840042175801327,
-                ],
+                [0.28716168000149495, 0.30861282409701557, 0.39840042175801327],
             ),
         ] {
             let fit = CircleFit::new(&noisy_arc(arc_rad, 40)).unwrap();
@@ -314,15 +294,10 @@ mod tests {
 
     #[test]
     fn exact_refusals_have_reasons() {
-        let line: Vec<[f64; 2]> = (0..20)
-            .map(|k| [f64::from(k), 2.0 * f64::from(k)])
-            .collect();
+        let line: Vec<[f64; 2]> = (0..20).map(|k| [f64::from(k), 2.0 * f64::from(k)]).collect();
         assert_eq!(CircleFit::new(&line), Err(NoCircle::Collinear));
         assert_eq!(CircleFit::new(&[[1.0, 2.0]; 9]), Err(NoCircle::Collinear));
-        assert_eq!(
-            CircleFit::new(&line[..3]),
-            Err(NoCircle::TooFewPoints { found: 3 })
-        );
+        assert_eq!(CircleFit::new(&line[..3]), Err(NoCircle::TooFewPoints { found: 3 }));
         assert_eq!(
             CircleFit::new(&[[0.0, 0.0], [f64::NAN, 0.0]]),
             Err(NoCircle::NonFinite { index: 1 })
@@ -331,13 +306,8 @@ mod tests {
             CircleFit::new(&noisy_arc(0.4, 40)[..20]),
             Err(NoCircle::ShortArc { .. })
         ));
-        let grid: Vec<[f64; 2]> = (0..25)
-            .map(|k| [f64::from(k % 5), f64::from(k / 5)])
-            .collect();
-        assert!(matches!(
-            CircleFit::new(&grid),
-            Err(NoCircle::NotRound { .. })
-        ));
+        let grid: Vec<[f64; 2]> = (0..25).map(|k| [f64::from(k % 5), f64::from(k / 5)]).collect();
+        assert!(matches!(CircleFit::new(&grid), Err(NoCircle::NotRound { .. })));
         let few = CircleFit::new(&noisy_arc(0.6, 12));
         assert!(matches!(few, Err(NoCircle::Uncertain { .. })), "{few:?}");
     }

@@ -34,14 +34,7 @@ impl Claim {
         limit: f64,
         unit: &'static str,
     ) -> Self {
-        Self {
-            place,
-            claim,
-            found,
-            limit,
-            unit,
-            holds: found <= limit,
-        }
+        Self { place, claim, found, limit, unit, holds: found <= limit }
     }
 
     fn at_least(
@@ -51,10 +44,7 @@ impl Claim {
         limit: f64,
         unit: &'static str,
     ) -> Self {
-        Self {
-            holds: found >= limit,
-            ..Self::at_most(place, claim, found, limit, unit)
-        }
+        Self { holds: found >= limit, ..Self::at_most(place, claim, found, limit, unit) }
     }
 }
 
@@ -80,10 +70,7 @@ impl Field {
 
     fn identification_claims(&self) -> Vec<Claim> {
         let latest = self.trials.iter().flat_map(|t| &t.converged_s);
-        let worst_r2 = self
-            .trials
-            .iter()
-            .filter_map(|t| median(t.r2_heading.clone()));
+        let worst_r2 = self.trials.iter().filter_map(|t| median(t.r2_heading.clone()));
         let mut claims = vec![
             Claim::at_most(
                 "Section IV-C",
@@ -122,11 +109,9 @@ impl Field {
                 "Fig. 15",
                 "R (50) at the speed in the turn as the trial tells it, against the circle through the U-turn: worst thrust",
                 worst(|turn| {
-                    turn.predicted
-                        .from_trial_m
-                        .map_or(f64::INFINITY, |radius_m| {
-                            radius_m / turn.measured.u_turn_radius_m - 1.0
-                        })
+                    turn.predicted.from_trial_m.map_or(f64::INFINITY, |radius_m| {
+                        radius_m / turn.measured.u_turn_radius_m - 1.0
+                    })
                 }),
                 8.0,
                 "%",

@@ -157,15 +157,11 @@ impl HeadingSteps {
         let mut lowest = None;
         for (index, point) in schedule.points().iter().enumerate() {
             let key = gains.models().key();
-            let at = point
-                .key(key)
-                .ok_or(ScheduleError::MissingKey { index, key })?;
+            let at = point.key(key).ok_or(ScheduleError::MissingKey { index, key })?;
             let scheduled = *gains.lookup(at, Beyond::Refuse)?.value();
             let constant = lowest.get_or_insert(scheduled).without_feed_forward();
-            for (control, gain) in [
-                (Control::Constant, constant),
-                (Control::Scheduled, scheduled),
-            ] {
+            for (control, gain) in [(Control::Constant, constant), (Control::Scheduled, scheduled)]
+            {
                 runs.push(self.run_at(control, *point, gain)?);
             }
         }
@@ -199,13 +195,7 @@ impl HeadingSteps {
         }
         let (away, back) = series.split_at(intervals as usize);
         let measures = [self.measure(away, 1.0), self.measure(back, -1.0)];
-        Ok(HeadingStepRun {
-            control,
-            point,
-            gain,
-            series,
-            measures,
-        })
+        Ok(HeadingStepRun { control, point, gain, series, measures })
     }
 
     /// Measures one step, upwards (1) or downwards (-1).
@@ -215,10 +205,8 @@ impl HeadingSteps {
             .iter()
             .rposition(|s| past(s).abs() > 0.05 * self.step_rad)
             .map_or(0, |last| last + 1);
-        let travel: f64 = series
-            .windows(2)
-            .map(|pair| (pair[1].heading_rad - pair[0].heading_rad).abs())
-            .sum();
+        let travel: f64 =
+            series.windows(2).map(|pair| (pair[1].heading_rad - pair[0].heading_rad).abs()).sum();
         let (first, last) = (&series[0], &series[series.len() - 1]);
         StepMeasure {
             overshoot: series.iter().map(past).fold(0.0, f64::max) / self.step_rad,
@@ -239,11 +227,7 @@ impl HeadingSteps {
             ("delay_s", self.delay_s, true),
         ] {
             if !found.is_finite() || found < 0.0 || (found == 0.0 && !may_be_zero) {
-                return Err(NoExperiment::Setting {
-                    field,
-                    found,
-                    may_be_zero,
-                });
+                return Err(NoExperiment::Setting { field, found, may_be_zero });
             }
         }
         Ok(())
@@ -353,10 +337,7 @@ mod tests {
         let scheduled = overshoots(&runs, Control::Scheduled);
         // Theory without the rudder limit: 4.3 % scheduled, 19 % constant at 100 %.
         assert!(scheduled.iter().all(|&o| o < 0.06), "{scheduled:?}");
-        assert!(
-            constant[4] > 0.12 && constant[4] > 3.0 * scheduled[4],
-            "{constant:?}"
-        );
+        assert!(constant[4] > 0.12 && constant[4] > 3.0 * scheduled[4], "{constant:?}");
         for run in runs.iter().filter(|r| r.control == Control::Scheduled) {
             for measure in run.measures {
                 assert!(measure.settling_time_s.is_some_and(|t| t < 6.0));
@@ -369,11 +350,8 @@ mod tests {
     /// A small step stays clear of the rudder limit and overshoots as the linear loop does.
     #[test]
     fn exact_small_step_overshoots_as_theory() {
-        let steps = HeadingSteps {
-            step_rad: 0.01,
-            sample_interval_s: 0.005,
-            ..HeadingSteps::default()
-        };
+        let steps =
+            HeadingSteps { step_rad: 0.01, sample_interval_s: 0.005, ..HeadingSteps::default() };
         for overshoot in overshoots(&on_table_v(&steps).unwrap(), Control::Scheduled) {
             // The hold delays by 2.5 ms, which takes 0.2 degrees of phase: 0.3 % of overshoot.
             assert!((overshoot - (-std::f64::consts::PI).exp()).abs() < 3e-3);
@@ -384,11 +362,7 @@ mod tests {
     fn prop_lag_and_delay_make_every_step_overshoot_more() {
         let ideal = on_table_v(&HeadingSteps::default()).unwrap();
         for (servo_time_constant_s, delay_s) in [(0.1, 0.0), (0.0, 0.12)] {
-            let slower = HeadingSteps {
-                servo_time_constant_s,
-                delay_s,
-                ..HeadingSteps::default()
-            };
+            let slower = HeadingSteps { servo_time_constant_s, delay_s, ..HeadingSteps::default() };
             for (run, ideal) in on_table_v(&slower).unwrap().iter().zip(&ideal) {
                 assert!(run.measures[0].overshoot > ideal.measures[0].overshoot);
             }
@@ -406,10 +380,7 @@ mod tests {
 
     #[test]
     fn exact_bad_settings_are_named() {
-        let steps = HeadingSteps {
-            sample_interval_s: 0.0,
-            ..HeadingSteps::default()
-        };
+        let steps = HeadingSteps { sample_interval_s: 0.0, ..HeadingSteps::default() };
         let error = on_table_v(&steps).unwrap_err().to_string();
         assert!(error.contains("sample_interval_s"), "{error}");
     }

@@ -93,10 +93,7 @@ impl Gains {
         let design = |models| {
             GainSchedule::design(models, damping_ratio, timing).map_err(NoExperiment::NoGainAt)
         };
-        Ok(Self {
-            scheduled: design(models)?,
-            from_ends: design(ends_of(&models)?)?,
-        })
+        Ok(Self { scheduled: design(models)?, from_ends: design(ends_of(&models)?)? })
     }
 
     /// The scheduled gain, and between the ends the one that these alone give.
@@ -146,14 +143,7 @@ pub(super) fn make<V: Vehicle<f64>>(
                 .map_err(NoExperiment::NoGain)?;
             let (series, measures, swings) =
                 step_and_back(pilot, &controller, point, steps, settle_s)?;
-            runs.push(SteeredSteps {
-                control,
-                point: *point,
-                gain,
-                measures,
-                swings,
-                series,
-            });
+            runs.push(SteeredSteps { control, point: *point, gain, measures, swings, series });
         }
     }
     Ok(runs)
@@ -195,10 +185,7 @@ fn step_and_back<V: Vehicle<f64>>(
                 rudder_rad: sample.rudder_rad,
             })
             .collect();
-        measures.push((
-            steps.measure(&part, direction),
-            swings(&part, SWING * steps.step_rad),
-        ));
+        measures.push((steps.measure(&part, direction), swings(&part, SWING * steps.step_rad)));
         series.extend(part);
     }
     let [(away, swings_away), (back, swings_back)] = measures[..] else {

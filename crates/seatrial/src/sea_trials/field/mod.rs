@@ -149,20 +149,11 @@ impl Field {
         let surge = first.and_then(SurgeModel::of);
         let mut u_turns = Vec::new();
         for point in &points {
-            let turn = UTurn::make(
-                &mut pilot,
-                point,
-                rudder_limit_rad,
-                surge.as_ref(),
-                &settings,
-            )?;
+            let turn = UTurn::make(&mut pilot, point, rudder_limit_rad, surge.as_ref(), &settings)?;
             u_turns.push(turn);
         }
         u_turn::transfer(&mut u_turns);
-        let steps = HeadingSteps {
-            rudder_limit_rad,
-            ..settings.steps
-        };
+        let steps = HeadingSteps { rudder_limit_rad, ..settings.steps };
         let gains = Gains::design(cautious, steps.damping_ratio, timing)?;
         Ok(Self {
             rudder_limit_rad,
@@ -195,9 +186,7 @@ impl Field {
 }
 
 fn schedule_points(campaign: &Campaign) -> Vec<SchedulePoint<f64>> {
-    identified_points(campaign)
-        .map(|(point, _)| point)
-        .collect()
+    identified_points(campaign).map(|(point, _)| point).collect()
 }
 
 fn identified_points(

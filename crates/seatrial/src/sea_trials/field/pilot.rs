@@ -11,10 +11,7 @@ pub(super) struct Pilot<'v, V> {
 
 impl<'v, V: Vehicle<f64>> Pilot<'v, V> {
     pub fn new(vehicle: &'v mut V) -> Self {
-        Self {
-            vehicle,
-            last: Sample::default(),
-        }
+        Self { vehicle, last: Sample::default() }
     }
 
     /// Steers by every sample for so many seconds, or until `steer` has no answer; the samples in order.
@@ -37,23 +34,15 @@ impl<'v, V: Vehicle<f64>> Pilot<'v, V> {
                 Some(steering) if elapsed_s < seconds => steering,
                 _ => return Ok(samples),
             };
-            let action = Action {
-                steering,
-                thrust: Some(thrust),
-                outcome: None,
-            };
-            self.vehicle
-                .act(&action)
-                .map_err(|_| FieldError::LinkLost)?;
+            let action = Action { steering, thrust: Some(thrust), outcome: None };
+            self.vehicle.act(&action).map_err(|_| FieldError::LinkLost)?;
         }
     }
 
     /// Holds the heading that it has, by the vehicle's own controller.
     pub fn hold(&mut self, seconds: f64, thrust: f64) -> Result<Vec<Sample<f64>>, FieldError> {
         let heading_rad = self.last.heading_rad;
-        self.steer(seconds, thrust, |_| {
-            Some(Steering::HoldHeading(heading_rad))
-        })
+        self.steer(seconds, thrust, |_| Some(Steering::HoldHeading(heading_rad)))
     }
 }
 

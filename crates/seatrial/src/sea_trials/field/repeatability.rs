@@ -30,18 +30,13 @@ pub struct TrialsAtThrust {
 impl TrialsAtThrust {
     pub(super) fn of(trials: &[Campaign], thrust: f64) -> Option<Self> {
         let runs = accepted_at(trials, thrust);
-        let found = || {
-            runs.iter()
-                .filter_map(|(_, run)| run.identification.as_ref())
-        };
+        let found = || runs.iter().filter_map(|(_, run)| run.identification.as_ref());
         Some(Self {
             thrust,
             model: found().next()?.model(),
             surge_speed_m_s: runs.first()?.1.surge_speed_m_s,
             accepted: [runs.len(), trials.len()],
-            converged_s: found()
-                .filter_map(|i| i.online.convergence.detected_s)
-                .collect(),
+            converged_s: found().filter_map(|i| i.online.convergence.detected_s).collect(),
             r2_heading: found().filter_map(|i| i.validation?.r2_heading).collect(),
         })
     }
@@ -97,10 +92,8 @@ impl Spread {
         let n = values.len() as f64;
         let mean = values.iter().map(|(value, _)| value).sum::<f64>() / n;
         let squares: f64 = values.iter().map(|(v, _)| (v - mean) * (v - mean)).sum();
-        let stated: f64 = values
-            .iter()
-            .map(|(_, [low, high])| (0.5 * (high - low) / NORMAL_95).powi(2))
-            .sum();
+        let stated: f64 =
+            values.iter().map(|(_, [low, high])| (0.5 * (high - low) / NORMAL_95).powi(2)).sum();
         let holds = |[low, high]: [f64; 2]| low <= mean && mean <= high;
         Self {
             mean,
@@ -150,10 +143,7 @@ impl Repeatability {
         };
         let range = |of: fn(&Repeat) -> f64| {
             let values = || repeats.iter().map(of);
-            [
-                values().fold(f64::INFINITY, f64::min),
-                values().fold(f64::NEG_INFINITY, f64::max),
-            ]
+            [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
         };
         Some(Self {
             thrust,
@@ -168,10 +158,7 @@ impl Repeatability {
 
 fn accepted_at(trials: &[Campaign], thrust: f64) -> Vec<(Option<u64>, &Run)> {
     let runs = trials.iter().filter_map(|campaign| {
-        let run = campaign
-            .accepted_runs()
-            .into_iter()
-            .find(|run| run.thrust == thrust)?;
+        let run = campaign.accepted_runs().into_iter().find(|run| run.thrust == thrust)?;
         Some((campaign.seed, run))
     });
     runs.collect()
@@ -180,17 +167,10 @@ fn accepted_at(trials: &[Campaign], thrust: f64) -> Vec<(Option<u64>, &Run)> {
 /// R^2 of b2 = k V^2 + c; `None` under three speeds.
 pub(super) fn authority_r2(points: &[SchedulePoint<f64>]) -> Option<f64> {
     let fit = AuthorityFit::new(points, AuthorityForm::WithConstant).ok()?;
-    let known: Vec<f64> = points
-        .iter()
-        .filter(|p| p.surge_speed_m_s.is_some())
-        .map(|p| p.model.b2_per_s2)
-        .collect();
+    let known: Vec<f64> =
+        points.iter().filter(|p| p.surge_speed_m_s.is_some()).map(|p| p.model.b2_per_s2).collect();
     let n = known.len() as f64;
     let mean = known.iter().sum::<f64>() / n;
-    let variance = known
-        .iter()
-        .map(|b2| (b2 - mean) * (b2 - mean))
-        .sum::<f64>()
-        / n;
+    let variance = known.iter().map(|b2| (b2 - mean) * (b2 - mean)).sum::<f64>() / n;
     (known.len() > 2).then(|| 1.0 - fit.rms_residual_per_s2 * fit.rms_residual_per_s2 / variance)
 }

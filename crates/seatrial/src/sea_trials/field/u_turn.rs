@@ -207,14 +207,11 @@ fn go_round<V: Vehicle<f64>>(
 /// The samples at which the heading had changed by half a turn and by a whole one.
 fn half_and_whole(turned_rad: &[f64], thrust: f64) -> Result<[usize; 2], FieldError> {
     let at = |angle_rad: f64| turned_rad.iter().position(|x| x.abs() >= angle_rad);
-    at(PI)
-        .zip(at(WHOLE_RAD - 0.1))
-        .map(|(half, whole)| [half, whole])
-        .ok_or(FieldError::NotRound {
-            thrust,
-            turned_rad: turned_rad.last().copied().unwrap_or(0.0),
-            seconds: LONGEST_S,
-        })
+    at(PI).zip(at(WHOLE_RAD - 0.1)).map(|(half, whole)| [half, whole]).ok_or(FieldError::NotRound {
+        thrust,
+        turned_rad: turned_rad.last().copied().unwrap_or(0.0),
+        seconds: LONGEST_S,
+    })
 }
 
 /// The reference: the thrust in the middle.
@@ -233,10 +230,8 @@ pub(super) fn transfer(u_turns: &mut [UTurn]) {
 }
 
 fn track(samples: &[Sample<f64>]) -> Result<Vec<[f64; 2]>, FieldError> {
-    let points: Option<Vec<[f64; 2]>> = samples
-        .iter()
-        .map(|s| Some([s.north_m?, s.east_m?]))
-        .collect();
+    let points: Option<Vec<[f64; 2]>> =
+        samples.iter().map(|s| Some([s.north_m?, s.east_m?])).collect();
     points.ok_or(FieldError::Missing("position"))
 }
 

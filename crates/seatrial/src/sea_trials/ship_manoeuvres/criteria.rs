@@ -89,12 +89,7 @@ pub fn criteria(
         criterion("5.3.2", "initial turning, track reach", "L", reach, 2.5)
     });
     let yaw_checking = yaw_checking_ability(length_m / surge_speed_m_s, ten, twenty);
-    turning
-        .into_iter()
-        .flatten()
-        .chain(initial_turning)
-        .chain(yaw_checking)
-        .collect()
+    turning.into_iter().flatten().chain(initial_turning).chain(yaw_checking).collect()
 }
 
 /// 5.3.1, of the widest circle.
@@ -131,13 +126,7 @@ fn yaw_checking_ability(
     .into_iter()
     .filter_map(|(clause, name, zig_zag, k, limit_deg)| {
         let overshoot_rad = zig_zag?.overshoots_rad.get(k)?;
-        Some(criterion(
-            clause,
-            name,
-            "deg",
-            overshoot_rad.to_degrees(),
-            limit_deg,
-        ))
+        Some(criterion(clause, name, "deg", overshoot_rad.to_degrees(), limit_deg))
     })
     .collect()
 }
@@ -149,12 +138,5 @@ fn criterion(
     value: f64,
     limit: f64,
 ) -> Criterion {
-    Criterion {
-        clause,
-        name,
-        unit,
-        value,
-        limit,
-        holds: value <= limit,
-    }
+    Criterion { clause, name, unit, value, limit, holds: value <= limit }
 }

@@ -181,12 +181,7 @@ fn overshoot(swing: &[Instant], before_rad: f64) -> Option<f64> {
 fn track_m(track: &[Instant]) -> f64 {
     let steps = track.windows(2);
     steps
-        .map(|pair| {
-            libm::hypot(
-                pair[1].north_m - pair[0].north_m,
-                pair[1].east_m - pair[0].east_m,
-            )
-        })
+        .map(|pair| libm::hypot(pair[1].north_m - pair[0].north_m, pair[1].east_m - pair[0].east_m))
         .sum()
 }
 
@@ -241,11 +236,7 @@ impl TurningCircle {
         let [quarter_s, advance_m, transfer_m] = after(std::f64::consts::FRAC_PI_2)?;
         let [half_s, _, tactical_diameter_m] = after(std::f64::consts::PI)?;
         Some(Self {
-            side: if side > 0.0 {
-                Side::Starboard
-            } else {
-                Side::Port
-            },
+            side: if side > 0.0 { Side::Starboard } else { Side::Port },
             rudder_rad,
             advance_m,
             transfer_m,

@@ -176,11 +176,7 @@ impl Maker {
         let mut who = [0; 16];
         who.copy_from_slice(&Sha256::digest(&token)[..16]);
         let token = self.session.liveliness().declare_token(token).wait();
-        Ok(Origin {
-            _token: token.map_err(failed(&entity.name))?,
-            who,
-            number: 0,
-        })
+        Ok(Origin { _token: token.map_err(failed(&entity.name))?, who, number: 0 })
     }
 
     fn outlet(&mut self, entity: &Entity, depth: usize) -> Result<Outlet, MiddlewareError> {
@@ -204,15 +200,14 @@ impl Maker {
     ) -> Result<(), MiddlewareError> {
         let entity = Entity::service(name, kind, self.has_hashes);
         let sender = self.sender.clone();
-        let queryable = self
-            .session
-            .declare_queryable(entity.key(self.domain))
-            .complete(true)
-            .callback(move |query| {
-                if let Some(heard) = obeyed::<R>(&query) {
-                    let _ = sender.send((Instant::now(), heard));
-                }
-            });
+        let queryable =
+            self.session.declare_queryable(entity.key(self.domain)).complete(true).callback(
+                move |query| {
+                    if let Some(heard) = obeyed::<R>(&query) {
+                        let _ = sender.send((Instant::now(), heard));
+                    }
+                },
+            );
         let queryable = queryable.wait().map_err(failed(name))?;
         let origin = self.announced(Role::Server, &entity, true, WAITING)?;
         self.servers.push((queryable, origin));
@@ -228,10 +223,8 @@ impl Listener for Maker {
     ) -> Result<(), MiddlewareError> {
         let entity = self.topic(name, kind);
         let sender = self.sender.clone();
-        let subscriber = self
-            .session
-            .declare_subscriber(entity.key(self.domain))
-            .callback(move |sample| {
+        let subscriber =
+            self.session.declare_subscriber(entity.key(self.domain)).callback(move |sample| {
                 let message = decoded(&sample.payload().to_bytes());
                 if let Some(heard) = message.and_then(&heard) {
                     // Nobody takes it once the trial is over.
@@ -345,9 +338,7 @@ impl OverZenoh {
         let name = self.description.named(ESTIMATE_TOPIC);
         let entity = self.maker.topic(&name, wire::FLOAT64_MULTI_ARRAY);
         let mut outlet = self.maker.outlet(&entity, WAITING)?;
-        Ok(EstimateTopic::new(move |estimate| {
-            outlet.put(&Float64MultiArray::from(estimate))
-        }))
+        Ok(EstimateTopic::new(move |estimate| outlet.put(&Float64MultiArray::from(estimate))))
     }
 }
 
@@ -362,10 +353,7 @@ impl Graph for OverZenoh {
 
     fn command(&mut self, demand: Demand) {
         for command in self.description.commands(demand) {
-            let outlet = self
-                .commands
-                .iter_mut()
-                .find(|(entity, _)| entity.name == command.topic);
+            let outlet = self.commands.iter_mut().find(|(entity, _)| entity.name == command.topic);
             if let Some((_, outlet)) = outlet {
                 // What cannot be published now is sent again soon.
                 let _ = outlet.put(&CommandMessage::from(command));
@@ -408,16 +396,12 @@ impl Graph for OverZenoh {
 
     fn matched(&self) -> GraphPeers {
         let present = self.present.lock().unwrap_or_else(PoisonError::into_inner);
-        let announced: Vec<_> = present
-            .iter()
-            .filter_map(|token| Announcement::parse(token))
-            .collect();
+        let announced: Vec<_> =
+            present.iter().filter_map(|token| Announcement::parse(token)).collect();
         let us = self.maker.session.zid().to_string();
         let mut matched = GraphPeers::default();
         for (entity, _) in &self.commands {
-            let is_heard = announced
-                .iter()
-                .any(|other| other.uses(Role::Subscriber, entity));
+            let is_heard = announced.iter().any(|other| other.uses(Role::Subscriber, entity));
             if !is_heard {
                 matched.not_heard.push(entity.name.clone());
             }

@@ -115,11 +115,7 @@ pub fn token(
     entity: &Entity,
     (is_reliable, depth): (bool, usize),
 ) -> String {
-    let Entity {
-        name,
-        type_name,
-        hash,
-    } = entity;
+    let Entity { name, type_name, hash } = entity;
     let (code, name) = (role.code(), name.replace('/', "%"));
     let reliability = if is_reliable { "" } else { "2" };
     format!(
@@ -159,13 +155,7 @@ impl<'a> Announcement<'a> {
         else {
             return None;
         };
-        Some(Self {
-            session,
-            code,
-            name,
-            type_name,
-            hash,
-        })
+        Some(Self { session, code, name, type_name, hash })
     }
 
     /// Has it this name and role?

@@ -21,11 +21,7 @@ impl OverAmplitude {
         }
         let has_quadratic = seen_rad_s[1] > LEAST_SPREAD * seen_rad_s[0];
         let degrees_of_freedom = 2 * models.len() - if has_quadratic { 3 } else { 2 };
-        let LawFit {
-            values,
-            covariance,
-            chi_squared,
-        } = LawFit::of(models, has_quadratic)?;
+        let LawFit { values, covariance, chi_squared } = LawFit::of(models, has_quadratic)?;
         let freedom = degrees_of_freedom as f64;
         let chi_squared_95 = bounds(freedom)?;
         let is_explained = chi_squared <= chi_squared_95[1];
@@ -86,10 +82,7 @@ impl OverAmplitude {
         }
         let value = values.iter().zip(weights).map(|(v, w)| v * w).sum();
         let half_width = self.deviations * variance.max(0.0).sqrt();
-        ValueInterval {
-            value,
-            interval_95: [value - half_width, value + half_width],
-        }
+        ValueInterval { value, interval_95: [value - half_width, value + half_width] }
     }
 }
 
@@ -126,10 +119,7 @@ impl LawFit {
         for model in models {
             let [[aa, ab], [_, bb]] = model.covariance;
             let weight = Matrix2::new(aa, ab, ab, bb).cholesky()?.inverse();
-            let of_all = [
-                [1.0, share(model.yaw_rate_amplitude_rad_s), 0.0],
-                [0.0, 0.0, 1.0],
-            ];
+            let of_all = [[1.0, share(model.yaw_rate_amplitude_rad_s), 0.0], [0.0, 0.0, 1.0]];
             let design = DMatrix::from_fn(2, size, |row, column| of_all[row][fitted[column]]);
             let observed = Vector2::new(model.a22_per_s, model.b2_per_s2);
             information += design.transpose() * weight * &design;
@@ -153,13 +143,10 @@ impl LawFit {
                 covariance[row][column] = inverse[(i, j)];
             }
         }
-        values
-            .iter()
-            .all(|value| value.is_finite())
-            .then_some(Self {
-                values,
-                covariance,
-                chi_squared,
-            })
+        values.iter().all(|value| value.is_finite()).then_some(Self {
+            values,
+            covariance,
+            chi_squared,
+        })
     }
 }

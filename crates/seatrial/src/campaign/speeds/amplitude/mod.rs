@@ -159,9 +159,7 @@ pub fn seen_amplitude_rad_s(
 /// The amplitude of the yaw rate over the parts of a record, rad/s: that of the sine with the same quadratic damping. The yaw rate is the
 /// derivative of the heading, smoothed as long as the model's time constant allows. `None` where no part has a rate.
 pub fn yaw_rate_amplitude_rad_s(model: YawModel<f64>, parts: &[&[Sample<f64>]]) -> Option<f64> {
-    let with_rate = parts
-        .iter()
-        .filter_map(|part| derived_yaw_rate(model, part));
+    let with_rate = parts.iter().filter_map(|part| derived_yaw_rate(model, part));
     let rates = with_rate.flat_map(|part| part.into_iter().filter_map(|s| s.yaw_rate_rad_s));
     let [squares, cubes] = rates.fold([0.0; 2], |[squares, cubes], rate| {
         let square = rate * rate;

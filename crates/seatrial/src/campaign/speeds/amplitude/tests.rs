@@ -120,10 +120,7 @@ fn stat_intervals_of_drawn_models_are_honest_and_chance_is_chi_squared() {
         sum += fit.chi_squared;
     }
     // 380 +- 4.4 of 400; the few widened intervals add to it.
-    assert!(
-        held.iter().all(|held| (365..=396).contains(held)),
-        "{held:?}"
-    );
+    assert!(held.iter().all(|held| (365..=396).contains(held)), "{held:?}");
     assert!((sum / f64::from(runs) - 7.0).abs() < 0.6, "{sum}");
 }
 
@@ -134,11 +131,7 @@ fn exact_what_amplitude_does_not_explain_widens_the_intervals() {
     let explained = OverAmplitude::of(&models).unwrap();
     assert!(explained.is_explained());
     assert_eq!(explained.finding, Finding::Grows);
-    assert!(
-        explained
-            .text()
-            .starts_with("Damping grows with the turn rate: a22 is -0.5")
-    );
+    assert!(explained.text().starts_with("Damping grows with the turn rate: a22 is -0.5"));
     let mut other = models;
     other[1].b2_per_s2 *= 1.5;
     let differing = OverAmplitude::of(&other).unwrap();
@@ -157,10 +150,8 @@ fn exact_what_amplitude_does_not_explain_widens_the_intervals() {
 #[test]
 fn exact_alike_amplitudes_have_one_model() {
     let mut random = Pcg64::seed_from_u64(3);
-    let models = [0.1, 0.11].map(|amplitude| SeenModel {
-        a22_per_s: A22,
-        ..drawn(amplitude, B2, &mut random)
-    });
+    let models = [0.1, 0.11]
+        .map(|amplitude| SeenModel { a22_per_s: A22, ..drawn(amplitude, B2, &mut random) });
     let fit = OverAmplitude::of(&models).unwrap();
     assert_eq!((fit.quadratic_per_rad, fit.degrees_of_freedom), (None, 2));
     assert_eq!(fit.a22_at(0.1), fit.a22_at_rest_per_s);

@@ -36,9 +36,9 @@ impl OverAmplitude {
 
     /// a_rr and chi^2 in a line.
     pub fn figures_text(&self) -> String {
-        let quadratic = self.quadratic_per_rad.map_or_else(String::new, |a_rr| {
-            format!("a_rr {} 1/rad, ", with_bounds(&a_rr))
-        });
+        let quadratic = self
+            .quadratic_per_rad
+            .map_or_else(String::new, |a_rr| format!("a_rr {} 1/rad, ", with_bounds(&a_rr)));
         let [low, high] = self.chi_squared_95.map(three_figures);
         format!(
             "a22 at no turn rate {} 1/s, {quadratic}b2 {} 1/s^2; chi-square {}, degrees of freedom {}, 95 % are in {low} to {high}",
@@ -52,9 +52,8 @@ impl OverAmplitude {
     /// `a22 is -0.10 1/s at 0.2 deg/s and -0.16 1/s at 0.6 deg/s`
     fn ends(&self) -> String {
         let [slow, fast] = self.seen_rad_s.map(|rate| three_figures(rate.to_degrees()));
-        let [weak, strong] = self
-            .a22_at_seen_per_s
-            .map(|a22| within(a22.value, Some(a22.interval_95)));
+        let [weak, strong] =
+            self.a22_at_seen_per_s.map(|a22| within(a22.value, Some(a22.interval_95)));
         format!("a22 is {weak} 1/s at {slow} deg/s and {strong} 1/s at {fast} deg/s")
     }
 }

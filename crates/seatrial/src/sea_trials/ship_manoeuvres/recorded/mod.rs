@@ -37,13 +37,8 @@ pub enum Kind {
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 5] = [
-        Self::ZigZag,
-        Self::TurningCircle,
-        Self::PullOut,
-        Self::Spiral,
-        Self::Stopping,
-    ];
+    pub const ALL: [Self; 5] =
+        [Self::ZigZag, Self::TurningCircle, Self::PullOut, Self::Spiral, Self::Stopping];
 
     /// As `seatrial manoeuvres read` takes it.
     ///
@@ -178,10 +173,7 @@ pub fn recorded(
         }
     }
     // A spiral turns through circles and ends amidships: it is what the record was made for.
-    if found
-        .iter()
-        .any(|one| matches!(one, RecordedManoeuvre::Spiral(_)))
-    {
+    if found.iter().any(|one| matches!(one, RecordedManoeuvre::Spiral(_))) {
         found.retain(|one| matches!(one, RecordedManoeuvre::Spiral(_)));
     }
     match (found.is_empty(), stands_still) {
@@ -214,9 +206,7 @@ fn circle(samples: &[Sample<f64>], largest_rad: f64) -> Result<TurningCircle, No
     let turning = || {
         let after = track.get(circle_execute(samples, largest_rad)?..)?;
         let turned = after.last()?.heading_rad - after.first()?.heading_rad;
-        (turned.abs() >= CIRCLE_RAD)
-            .then(|| TurningCircle::of(after, largest_rad))
-            .flatten()
+        (turned.abs() >= CIRCLE_RAD).then(|| TurningCircle::of(after, largest_rad)).flatten()
     };
     turning().ok_or(NoManoeuvre::NoTurningCircle)
 }
@@ -268,17 +258,10 @@ fn executes(samples: &[Sample<f64>], largest_rad: f64) -> Vec<Execute> {
     for (k, sample) in samples.iter().enumerate() {
         let share = sample.rudder_rad / largest_rad;
         if share.abs() >= OVER && share.signum() != side {
-            found.push(Execute {
-                left: (held + 1).min(k),
-                over: k,
-            });
+            found.push(Execute { left: (held + 1).min(k), over: k });
             side = share.signum();
         }
-        let is_still = if side == 0.0 {
-            share.abs() < 1.0 - LEFT
-        } else {
-            side * share >= LEFT
-        };
+        let is_still = if side == 0.0 { share.abs() < 1.0 - LEFT } else { side * share >= LEFT };
         if is_still {
             held = k;
         }
@@ -329,10 +312,8 @@ fn track(samples: &[Sample<f64>]) -> Result<Vec<Instant>, NoManoeuvre> {
         return Err(NoManoeuvre::NoSpeed);
     }
     let mut track: Vec<Instant> = Vec::with_capacity(samples.len());
-    for (k, (sample, heading_rad)) in samples
-        .iter()
-        .zip(unwrapped_headings_rad(samples))
-        .enumerate()
+    for (k, (sample, heading_rad)) in
+        samples.iter().zip(unwrapped_headings_rad(samples)).enumerate()
     {
         let last = track.last().copied();
         let surge_speed_m_s = sample.surge_speed_m_s.unwrap_or(f64::NAN);
@@ -342,10 +323,7 @@ fn track(samples: &[Sample<f64>]) -> Result<Vec<Instant>, NoManoeuvre> {
                 let way_m =
                     0.5 * (last.surge_speed_m_s + surge_speed_m_s) * (sample.time_s - last.time_s);
                 let course = 0.5 * (last.heading_rad + heading_rad);
-                [
-                    last.north_m + way_m * libm::cos(course),
-                    last.east_m + way_m * libm::sin(course),
-                ]
+                [last.north_m + way_m * libm::cos(course), last.east_m + way_m * libm::sin(course)]
             }
             (_, None) => [0.0, 0.0],
         };

@@ -53,10 +53,7 @@ impl SpiralLoop {
 pub(super) fn spiral(holds: &[Hold], largest_rad: f64) -> Result<Spiral, NoManoeuvre> {
     let (there, back) = ways(holds, SAME_ANGLE * largest_rad).ok_or(NoManoeuvre::NoSpiral)?;
     let largest = largest_rad_s(holds);
-    let unsteady = there
-        .iter()
-        .chain(back)
-        .find(|hold| !hold.is_steady(largest));
+    let unsteady = there.iter().chain(back).find(|hold| !hold.is_steady(largest));
     if let Some(hold) = unsteady {
         return Err(NoManoeuvre::SpiralNotSteady {
             rudder_deg: hold.rudder_rad.to_degrees(),
@@ -74,19 +71,14 @@ pub(super) fn spiral(holds: &[Hold], largest_rad: f64) -> Result<Spiral, NoManoe
         true => None,
         false => Some(spiral_loop(there, back, largest, SAME_ANGLE * largest_rad)?),
     };
-    Ok(Spiral {
-        points: points.collect(),
-        loop_width,
-    })
+    Ok(Spiral { points: points.collect(), loop_width })
 }
 
 /// The holds from one side to the other, and those of the way back, the turning point in the first only.
 fn ways(holds: &[Hold], same_rad: f64) -> Option<(&[Hold], &[Hold])> {
     let angles = || holds.iter().map(|hold| hold.rudder_rad);
-    let (least, most) = (
-        angles().fold(f64::INFINITY, f64::min),
-        angles().fold(f64::NEG_INFINITY, f64::max),
-    );
+    let (least, most) =
+        (angles().fold(f64::INFINITY, f64::min), angles().fold(f64::NEG_INFINITY, f64::max));
     let first = |end: f64| angles().position(|angle| (angle - end).abs() <= same_rad);
     let (low, high) = (first(least)?, first(most)?);
     let (from, turn) = (low.min(high), low.max(high));
@@ -97,9 +89,7 @@ fn ways(holds: &[Hold], same_rad: f64) -> Option<(&[Hold], &[Hold])> {
         && least < 0.0
         && most > 0.0
         && there.windows(2).all(|pair| goes_on(pair, falls));
-    let returned = holds[turn..]
-        .windows(2)
-        .take_while(|pair| goes_on(pair, !falls));
+    let returned = holds[turn..].windows(2).take_while(|pair| goes_on(pair, !falls));
     let back = &holds[turn + 1..=turn + returned.count()];
     is_spiral.then_some((there, back))
 }
@@ -112,9 +102,7 @@ fn spiral_loop(
 ) -> Result<SpiralLoop, NoManoeuvre> {
     let mut common: Vec<(f64, f64, bool)> = Vec::new();
     for a in there {
-        let other = back
-            .iter()
-            .find(|b| (a.rudder_rad - b.rudder_rad).abs() <= same_rad);
+        let other = back.iter().find(|b| (a.rudder_rad - b.rudder_rad).abs() <= same_rad);
         let Some(b) = other else { continue };
         let difference = (a.yaw_rate_rad_s() - b.yaw_rate_rad_s()).abs();
         let noise = a.noise_beside_rad_s(b);
@@ -122,10 +110,7 @@ fn spiral_loop(
         common.push((a.rudder_rad.abs(), difference, differs));
     }
     if !common.iter().any(|(_, _, differs)| *differs) {
-        return Ok(SpiralLoop {
-            width_rad: 0.0,
-            height_rad_s: 0.0,
-        });
+        return Ok(SpiralLoop { width_rad: 0.0, height_rad_s: 0.0 });
     }
     let nearest = common.iter().min_by(|a, b| a.0.total_cmp(&b.0));
     let back_from_the_turn: Vec<Hold> = there.iter().rev().take(1).chain(back).cloned().collect();

@@ -41,9 +41,7 @@ pub(super) fn stopping(samples: &[Sample<f64>]) -> Result<Stopping, NoManoeuvre>
     let before_m_s = before_m_s(&speeds_m_s);
     let least_m_s = speeds_m_s.iter().copied().fold(f64::INFINITY, f64::min);
     if !(before_m_s > 0.0 && least_m_s <= COASTED * before_m_s) {
-        return Err(NoManoeuvre::NotStopped {
-            percent: 100.0 * least_m_s / before_m_s,
-        });
+        return Err(NoManoeuvre::NotStopped { percent: 100.0 * least_m_s / before_m_s });
     }
     let order = order(samples, &speeds_m_s, before_m_s);
     let reaches = |end_m_s: f64| {
@@ -117,10 +115,7 @@ fn order(samples: &[Sample<f64>], speeds_m_s: &[f64], before_m_s: f64) -> usize 
         samples.iter().position(is_ordered)
     });
     ordered.unwrap_or_else(|| {
-        let fallen = speeds_m_s
-            .iter()
-            .position(|speed| *speed < FALLEN * before_m_s)
-            .unwrap_or(0);
+        let fallen = speeds_m_s.iter().position(|speed| *speed < FALLEN * before_m_s).unwrap_or(0);
         let least_m_s = before_m_s - fall_m_s(speeds_m_s, before_m_s);
         let holds = |speed: &f64| *speed >= least_m_s;
         speeds_m_s[..fallen].iter().rposition(holds).unwrap_or(0)
@@ -129,9 +124,7 @@ fn order(samples: &[Sample<f64>], speeds_m_s: &[f64], before_m_s: f64) -> usize 
 
 /// Noise of the speed from its third differences, m/s.
 fn noise_m_s(speeds_m_s: &[f64]) -> f64 {
-    let squares: f64 = speeds_m_s
-        .windows(4)
-        .map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2))
-        .sum();
+    let squares: f64 =
+        speeds_m_s.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2)).sum();
     (squares / (20.0 * speeds_m_s.len() as f64)).sqrt()
 }
