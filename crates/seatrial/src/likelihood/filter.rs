@@ -222,8 +222,7 @@ impl Gains {
             found.gains.push((heading, heading.variance.sqrt()));
             found.log_deviations += 0.5 * libm::log(heading.variance);
             if let Some(next_s) = leg.time_s.get(i + 1) {
-                let growth = 2.0 * vehicle.quadratic_per_rad * slopes_rad_s[i].abs();
-                filter.advance(vehicle.damping_per_s + growth, next_s - at_s);
+                filter.advance(vehicle.damping_about(slopes_rad_s[i]), next_s - at_s);
             }
         }
         Some(found)
@@ -262,7 +261,7 @@ pub fn innovations(
         }
         let interval_s = leg.time_s[i + 1] - leg.time_s[i];
         let during = &angles[parts * i..parts * (i + 1)];
-        motion.follow(vehicle, &mut x, during, start.offset_rad_s2, interval_s);
+        motion.follow(&mut x, during, start.offset_rad_s2, interval_s);
     }
     errors
 }

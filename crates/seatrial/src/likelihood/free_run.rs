@@ -14,7 +14,7 @@ pub fn simulate(leg: &Leg, vehicle: &Vehicle, start: &Start) -> Vec<State> {
     states.extend((!leg.is_empty()).then_some(x));
     let parts = parts_of(&angles, leg);
     for (pair, during) in leg.time_s.windows(2).zip(angles.chunks_exact(parts)) {
-        motion.follow(vehicle, &mut x, during, start.offset_rad_s2, pair[1] - pair[0]);
+        motion.follow(&mut x, during, start.offset_rad_s2, pair[1] - pair[0]);
         states.push(x);
     }
     states
@@ -46,7 +46,7 @@ pub fn heading_step(
         let command = (gain * (step_rad - x[0])).clamp(-limit_rad, limit_rad);
         for _ in 0..PARTS {
             let act = gear.advance(command, part_s);
-            motion.follow(vehicle, &mut x, &[act], 0.0, part_s);
+            motion.follow(&mut x, &[act], 0.0, part_s);
         }
         most = most.max(x[0] - step_rad);
         if 4 * k > 3 * steps {

@@ -37,8 +37,7 @@ const SAME_STEP: f64 = 1e-9;
 /// Steps of a hull and its disturbances.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    /// Coupling, 1/s^2, and time constant of sway, s.
-    sway: [f64; 2],
+    vehicle: Vehicle,
     noise: Noise,
     h: f64,
     damping_per_s: f64,
@@ -53,7 +52,7 @@ impl Motion {
     /// Of a vehicle under a disturbance.
     pub fn new(vehicle: &Vehicle, noise: &Noise) -> Self {
         Self {
-            sway: [vehicle.coupling_per_s2, vehicle.sway_s],
+            vehicle: *vehicle,
             noise: *noise,
             h: f64::NAN,
             damping_per_s: f64::NAN,
@@ -71,8 +70,8 @@ impl Motion {
             self.h = h;
             self.sea_left = decays(1.0 / self.noise.sea[1], h);
             self.wave = wave_over(self.noise.wave, h);
-            if self.sway[0] != 0.0 {
-                self.sway_left = decays(1.0 / self.sway[1], h);
+            if self.vehicle.coupling_per_s2 != 0.0 {
+                self.sway_left = decays(1.0 / self.vehicle.sway_s, h);
             }
         }
         if !is_same || damping_per_s != self.damping_per_s {
@@ -85,7 +84,7 @@ impl Motion {
     #[inline]
     pub fn advance<const N: usize>(&self, x: &mut State<N>, push: f64) {
         let h = self.h;
-        let [coupling, sway_s] = self.sway;
+        let Vehicle { coupling_per_s2: coupling, sway_s, .. } = self.vehicle;
         let mut push = push + self.sea_left[1] / h * x[3];
         if N > 4 {
             let (w, rate) = (x[4], x[5]);
@@ -118,7 +117,7 @@ impl Motion {
         let damping_per_s = match growth_per_rad == 0.0 {
             true => damping_per_s,
             false => {
-                let push = push + self.sway[0] * x[2] + x[3];
+                let push = push + self.vehicle.coupling_per_s2 * x[2] + x[3];
                 at(x[1] + 0.5 * h * (push - at(x[1]) * x[1]))
             }
         };
@@ -127,21 +126,22 @@ impl Motion {
     }
 
     /// Over an interval, s, at these angles of the gear over its parts, rad. A run that leaves the numbers stays within 1,000 rad/s.
-    pub fn follow(
-        &mut self,
-        vehicle: &Vehicle,
-        x: &mut State,
-        angles: &[f64],
-        offset_rad_s2: f64,
-        interval_s: f64,
-    ) {
+    pub fn follow(&mut self, x: &mut State, angles: &[f64], offset_rad_s2: f64, interval_s: f64) {
         let part_s = interval_s / angles.len() as f64;
-        let damping = [vehicle.damping_per_s, vehicle.quadratic_per_rad];
+        let Vehicle { damping_per_s, quadratic_per_rad, authority_per_s2, .. } = self.vehicle;
+        let damping = [damping_per_s, quadratic_per_rad];
         for angle in angles {
-            let push = vehicle.authority_per_s2 * angle + offset_rad_s2;
+            let push = authority_per_s2 * angle + offset_rad_s2;
             self.turn(x, damping, push, part_s);
             x[1] = x[1].clamp(-1e3, 1e3);
         }
+    }
+}
+
+impl Vehicle {
+    /// Damping of small changes about a yaw rate, rad/s, in 1/s.
+    pub(super) fn damping_about(&self, yaw_rate_rad_s: f64) -> f64 {
+        self.damping_per_s + 2.0 * self.quadratic_per_rad * yaw_rate_rad_s.abs()
     }
 }
 

@@ -120,8 +120,7 @@ fn wander(
             break;
         };
         let h = next_s - at_s;
-        let growth = 2.0 * vehicle.quadratic_per_rad * slopes[i].abs();
-        motion.set(vehicle.damping_per_s + growth, h);
+        motion.set(vehicle.damping_about(slopes[i]), h);
         motion.advance(&mut x, 0.0);
         let kept = libm::exp(-h / time_s);
         x[3] += sea_rad_s2 * (1.0 - kept * kept).sqrt() * draw.normal();
