@@ -6,6 +6,7 @@ use rand_pcg::Pcg64Mcg;
 use seatrial::identification::{EstimateMethod, ReasonCode};
 use seatrial::identify::mission::is_ordinary_steering;
 use seatrial::identify::{IdentifySettings, identify};
+use seatrial::likelihood::Parameter;
 use seatrial::{GainAllowance, Identification, Record, Sample, Window};
 
 const A22_PER_S: f64 = -0.8;
@@ -119,8 +120,8 @@ fn recover_the_steady_turn_of_a_hull_beyond_first_order() {
         let missed = (steady_rad_s / RUDDER_RAD).ln() - of_first_order;
         assert!(missed.abs() > 0.05, "{missed}");
         let structure = found.higher_order.unwrap().structure;
-        assert_eq!(structure.sway, hull.coupling_per_s2 > 0.0);
-        assert_eq!(structure.quadratic, hull.quadratic_per_rad > 0.0);
+        assert_eq!(structure.has(Parameter::Coupling), hull.coupling_per_s2 > 0.0);
+        assert_eq!(structure.has(Parameter::Quadratic), hull.quadratic_per_rad > 0.0);
     }
     // A boat of first order has no other turn.
     let found = identified(&mission(3, 0.0, 0.005));

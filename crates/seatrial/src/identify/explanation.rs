@@ -11,7 +11,7 @@ use super::training_record::TrainingRecord;
 use super::validation::ValidationData;
 use super::whole_record::{WholeRecord, robust_estimate};
 use crate::identification::{HigherOrder, LagEffect, Refined};
-use crate::likelihood::{SteeringModel, contest_of};
+use crate::likelihood::{Parameter, SteeringModel, contest_of};
 
 /// Which kind of vehicle explains the record. The `share` of a misfit is that of the rudder's own effect.
 #[derive(Clone, Debug)]
@@ -200,7 +200,7 @@ impl Explanation {
             return Err(Box::new(found));
         };
         let share = disturbance_share(&refined, amplitude_rad);
-        if lagging.structure.lag {
+        if lagging.structure.has(Parameter::Lag) {
             return Ok(Self::BehindLag {
                 refined,
                 share: found.robust.share,
@@ -255,7 +255,9 @@ impl Explanation {
     /// structure, the one by itself. None where the gear has a largest rate: it looks like another vehicle at another angle.
     pub fn compared<'a>(&'a self, refined: &'a Refined) -> Vec<&'a Refined> {
         match self {
-            Self::HigherOrder { beyond: Some(beyond), .. } if beyond.structure.rate_limit => {
+            Self::HigherOrder { beyond: Some(beyond), .. }
+                if beyond.structure.has(Parameter::RateLimit) =>
+            {
                 Vec::new()
             }
             Self::HigherOrder { nearest: false, alone: Some(alone), .. } => vec![refined, alone],

@@ -18,6 +18,7 @@ use super::validation::{self, ValidationData};
 use super::validation_estimate::validation_estimate_behind;
 use super::whole_record::LEAST_SHARE;
 use crate::identification::{EstimateMethod, HigherOrder, Refined, ValidRange, Validation};
+use crate::likelihood::Parameter;
 use crate::likelihood::leg::deviation;
 use crate::manoeuvre::Manoeuvre;
 use crate::plausibility::{self, Doubt};
@@ -245,7 +246,7 @@ fn heading_smoothed(
     explanation: &Explanation,
     choice: &ModelChoice,
 ) -> Option<Doubt> {
-    let lags = |beyond: &&HigherOrder| beyond.structure.lag;
+    let lags = |beyond: &&HigherOrder| beyond.structure.has(Parameter::Lag);
     let late_s = explanation.beyond().filter(lags)?.model.rudder_lag_s;
     let record = training_record.record.record();
     let is_checked = record.units.are_given() || training_record.log.compass.shows_late;

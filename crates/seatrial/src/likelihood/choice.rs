@@ -1,7 +1,7 @@
 //! The choice between hypotheses: prediction of data left out, and what is left of evidence.
 
 use super::evidence::{Hypothesis, hypotheses, shares};
-use super::hypothesis::{Disturbance, Structure};
+use super::hypothesis::{Disturbance, Parameter, Structure};
 use super::left_out::{blocks, free_run_rad2, heading_variance_rad2, without};
 use super::leg::Leg;
 use super::sea_test::{NEGLIGIBLE, SeaTest, sea_test};
@@ -52,7 +52,8 @@ pub struct WeighedHypothesis {
 pub fn contest_of<'a>(samples: &[Sample<f64>], legs: &'a mut Vec<Leg>) -> Option<Contest<'a>> {
     *legs = legs_of(&[samples]);
     let interval_s = duration_s(samples) / (samples.len().max(2) - 1) as f64;
-    contest_among(legs, interval_s, &Structure::TABLE, &Disturbance::ALL)
+    let structures = Structure::TABLE.map(|(structure, ..)| structure);
+    contest_among(legs, interval_s, &structures, &Disturbance::ALL)
 }
 
 /// Hulls under a drifting heading against samples of one record or of several, which are apart by gaps.
@@ -261,7 +262,8 @@ impl<'a> Contest<'a> {
     /// Do data left out ask for play of the gear? Not where a hypothesis without play predicts them about as well.
     pub fn asks_for_play(&self) -> bool {
         let predicts = |has_play: bool| {
-            let is_of = |c: &&Candidate| c.hypothesis.problem.structure.play == has_play;
+            let is_of =
+                |c: &&Candidate| c.hypothesis.problem.structure.has(Parameter::Play) == has_play;
             let mut all = self.candidates.iter().filter(is_of);
             all.any(|c| c.passes_as_a_sea() && c.predicts_well())
         };

@@ -267,13 +267,13 @@ impl<'a> Search<'_, 'a> {
         problem.from_parent(&mut x, &parent.problem, of(parent));
         let mut starts = vec![x];
         for (i, parameter) in problem.parameters.iter().enumerate() {
-            if parent.problem.parameters.contains(parameter) || parameter.starts().is_empty() {
+            if parent.problem.parameters.contains(parameter) || parameter.row().starts.is_empty() {
                 continue;
             }
             starts = starts
                 .iter()
                 .flat_map(|x| {
-                    parameter.starts().iter().map(move |value| {
+                    parameter.row().starts.iter().map(move |value| {
                         let mut x = x.clone();
                         x[i] = *value;
                         x
@@ -425,4 +425,60 @@ fn kept<N>(mut nodes: Vec<(N, Fit)>) -> Vec<(N, Fit)> {
 fn best_first(mut nodes: Vec<(f64, Fit)>) -> Vec<(f64, Fit)> {
     nodes.sort_by(|a, b| b.0.total_cmp(&a.0));
     nodes
+}
+
+#[cfg(test)]
+mod tests {
+    use seatrial_core::Sample;
+
+    use super::super::steering_model::SteeringState;
+    use super::*;
+    use crate::draw::Draw;
+
+    const INTERVAL_S: f64 = 0.1;
+
+    /// A minute of a model with 0.06 deg of compass noise.
+    fn leg(model: &SteeringModel) -> Leg {
+        const LEVELS_RAD: [f64; 6] = [0.3, -0.3, 0.15, -0.15, 0.3, 0.0];
+        let at = |k: usize| Sample {
+            time_s: k as f64 * INTERVAL_S,
+            rudder_rad: LEVELS_RAD[k / 33 % 6],
+            ..Sample::default()
+        };
+        let mut samples: Vec<Sample<f64>> = (0..600).map(at).collect();
+        let mut draw = Draw::new(1);
+        let states = model.simulate(&samples, SteeringState::default());
+        for (sample, state) in samples.iter_mut().zip(states) {
+            sample.heading_rad = state.heading_rad + 1e-3 * draw.normal();
+        }
+        Leg::new(&samples, 1)
+    }
+
+    /// A structure explains a record of its own vehicle clearly better than the one that it starts from.
+    #[test]
+    fn recover_each_structure_of_the_table() {
+        const CLEARLY: f64 = 5.0;
+        let [rate, authority] = [0.8, 0.5];
+        let plain =
+            SteeringModel { a22_per_s: -rate, b2_per_s2: authority, ..SteeringModel::default() };
+        let scale = Scale::of(&[leg(&plain)], INTERVAL_S, rate, authority);
+        for (structure, _, words) in &Structure::TABLE[1..] {
+            let parameters = structure.parameters();
+            let far = |p: &Parameter| {
+                let deviation = p.row().prior_deviation.unwrap_or(1.0);
+                p.row().starts.last().copied().unwrap_or(deviation)
+            };
+            let scaled: Vec<f64> = parameters.iter().map(far).collect();
+            let model = SteeringModel::new(&scale.vehicle(&parameters, &scaled), 0.0);
+            let mut chain: Vec<_> =
+                std::iter::successors(Some(*structure), Structure::parent).collect();
+            chain.reverse();
+            let legs = [leg(&model)];
+            let all = hypotheses(&legs, INTERVAL_S, &chain, &[Disturbance::None]);
+            let [.., parent, own] = &all[..] else { panic!("{words}: {}", all.len()) };
+            let lead = own.log_evidence() - parent.log_evidence();
+            println!("{words}: {lead}");
+            assert!(lead > CLEARLY, "{words}: {lead} over {}", parent.problem.structure.in_words());
+        }
+    }
 }

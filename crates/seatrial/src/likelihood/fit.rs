@@ -69,7 +69,7 @@ impl<'a> Problem<'a> {
 
     /// Parameters of a leg.
     pub fn per_leg(&self) -> usize {
-        if self.structure.sway { 4 } else { 3 }
+        if self.structure.has(Parameter::Coupling) { 4 } else { 3 }
     }
 
     /// All parameters.
@@ -100,7 +100,7 @@ impl<'a> Problem<'a> {
             heading_rad: own[0],
             yaw_rate_rad_s: own[1] * scale.yaw_rate_rad_s,
             offset_rad_s2: own[2] * scale.rate_per_s * scale.yaw_rate_rad_s,
-            sway_rad: match self.structure.sway {
+            sway_rad: match self.structure.has(Parameter::Coupling) {
                 true => own[3] * scale.yaw_rate_rad_s / scale.rate_per_s,
                 false => 0.0,
             },
@@ -182,7 +182,7 @@ impl<'a> Problem<'a> {
             let step = 1e-4;
             let mut moved = x.clone();
             moved[i] += step;
-            let own = parameter.is_dynamic() && noise.sea[0] > 0.0;
+            let own = parameter.row().is_of_hull && noise.sea[0] > 0.0;
             let there = match own {
                 true => self.innovations(&moved, &self.all_gains(&moved, noise).0),
                 false => self.innovations(&moved, gains),
@@ -211,7 +211,7 @@ impl<'a> Problem<'a> {
     fn prior_information(&self) -> DVector<f64> {
         let mut information = DVector::zeros(self.size());
         for (i, parameter) in self.parameters.iter().enumerate() {
-            information[i] = parameter.prior_deviation().map_or(1e-6, |d| 1.0 / (d * d));
+            information[i] = parameter.row().prior_deviation.map_or(1e-6, |d| 1.0 / (d * d));
         }
         for at in self.offsets() {
             information[at] = 1.0 / (OFFSET_DEVIATION * OFFSET_DEVIATION);
@@ -223,7 +223,7 @@ impl<'a> Problem<'a> {
     fn believed(&self, x: &DVector<f64>) -> DVector<f64> {
         let mut believed = DVector::zeros(self.size());
         for (i, parameter) in self.parameters.iter().enumerate() {
-            if parameter.prior_deviation().is_some() {
+            if parameter.row().prior_deviation.is_some() {
                 believed[i] = x[i];
             }
         }
@@ -324,7 +324,7 @@ impl Under<'_, '_> {
         let information = problem.information(&jacobian, variance);
         let factor = information.clone().cholesky()?;
         let log_determinant = log_determinant(&factor);
-        let deviations = (problem.parameters.iter()).filter_map(|p| p.prior_deviation());
+        let deviations = (problem.parameters.iter()).filter_map(|p| p.row().prior_deviation);
         let log_prior: f64 = deviations.map(libm::log).sum();
         // The cost has the freedom that is left, the evidence counts every comparison: what the parameters take is in the determinant.
         let taken = problem.comparisons() as f64 - problem.freedom();

@@ -1,66 +1,75 @@
 //! The table of hypotheses: what a vehicle may be, what may disturb it, and what is believed before a record is seen.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::leg::{Leg, PARTS, deviation};
 
-/// What acts on yaw beside linear damping and a rudder that is where its record says.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// What acts on yaw beside linear damping and a rudder that is where its record says: a set of parameters.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(from = "BTreeMap<String, bool>")]
 pub struct Structure {
-    /// The record of the rudder is early or late: tau.
-    pub shift: bool,
-    /// The gear lags: T_l.
-    pub lag: bool,
-    /// The gear has a largest rate: rho.
-    pub rate_limit: bool,
-    /// The gear has play.
-    #[serde(default)]
-    pub play: bool,
-    /// Damping grows with the yaw rate: d2.
-    pub quadratic: bool,
-    /// Sway acts on yaw: k and T_v.
-    pub sway: bool,
+    further: u32,
 }
 
 impl Structure {
     /// Linear damping and a rudder as recorded.
-    pub const FIRST_ORDER: Self = Self {
-        shift: false,
-        lag: false,
-        rate_limit: false,
-        play: false,
-        quadratic: false,
-        sway: false,
-    };
+    pub const FIRST_ORDER: Self = Self { further: 0 };
     /// First order whose record of the rudder is early or late.
-    pub const SHIFT: Self = Self { shift: true, ..Self::FIRST_ORDER };
+    pub const SHIFT: Self = Self::FIRST_ORDER.with(Parameter::Shift);
     /// First order behind a gear that lags.
-    pub const LAG: Self = Self { lag: true, ..Self::SHIFT };
-    const RATE_LIMIT: Self = Self { rate_limit: true, ..Self::SHIFT };
-    const PLAY: Self = Self { play: true, ..Self::SHIFT };
-    const QUADRATIC: Self = Self { quadratic: true, ..Self::SHIFT };
-    const SWAY: Self = Self { sway: true, ..Self::SHIFT };
+    pub const LAG: Self = Self::SHIFT.with(Parameter::Lag);
+    /// First order behind a gear that has a largest rate.
+    pub const RATE_LIMIT: Self = Self::SHIFT.with(Parameter::RateLimit);
+    /// First order behind a gear that has play.
+    pub const PLAY: Self = Self::SHIFT.with(Parameter::Play);
+    /// Damping that grows with the yaw rate.
+    pub const QUADRATIC: Self = Self::SHIFT.with(Parameter::Quadratic);
+    /// Sway acts on yaw.
+    pub const SWAY: Self = Self::SHIFT.with(Parameter::Coupling).with(Parameter::SwayTime);
     /// Sway and damping that grows with the yaw rate: the most general hull of the table.
-    pub const SWAY_QUADRATIC: Self = Self { quadratic: true, ..Self::SWAY };
+    pub const SWAY_QUADRATIC: Self = Self::SWAY.with(Parameter::Quadratic);
 
-    /// Every structure of the table, each after the one that it starts from.
-    pub const TABLE: [Self; 8] = [
-        Self::FIRST_ORDER,
-        Self::SHIFT,
-        Self::LAG,
-        Self::RATE_LIMIT,
-        Self::PLAY,
-        Self::QUADRATIC,
-        Self::SWAY,
-        Self::SWAY_QUADRATIC,
+    /// Every structure of the table with its flag in documents, where those of others do not say it, and its words: each after the one that it
+    /// starts from. Of those that a structure contains the last names it.
+    pub const TABLE: [(Self, &str, &str); 8] = [
+        (Self::FIRST_ORDER, "", "first order"),
+        (Self::SHIFT, "shift", "first order"),
+        (Self::LAG, "lag", "first order with a lagging rudder"),
+        (Self::RATE_LIMIT, "rate_limit", "first order behind a rate-limited steering gear"),
+        (Self::PLAY, "play", "first order behind a steering gear with play"),
+        (Self::QUADRATIC, "quadratic", "damping that grows with the yaw rate"),
+        (Self::SWAY, "sway", "second order (sway and yaw)"),
+        (Self::SWAY_QUADRATIC, "", "sway and yaw with damping that grows with the yaw rate"),
     ];
 
     /// The most general hull after those that it starts from.
     pub const HULLS: [Self; 4] = [Self::FIRST_ORDER, Self::SHIFT, Self::SWAY, Self::SWAY_QUADRATIC];
 
-    /// The structure of the table whose solution this one starts from.
+    /// With a parameter more.
+    #[must_use]
+    pub const fn with(self, parameter: Parameter) -> Self {
+        Self { further: self.further | 1 << parameter as u32 }
+    }
+
+    /// With the parameters of another, too.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        Self { further: self.further | other.further }
+    }
+
+    /// Does it have this parameter beyond damping and authority?
+    pub fn has(self, parameter: Parameter) -> bool {
+        self.contains(Self::FIRST_ORDER.with(parameter))
+    }
+
+    fn contains(self, other: Self) -> bool {
+        self.union(other) == self
+    }
+
+    /// The structure of the table whose solution this one starts from: the last before it that it contains.
     ///
     /// ```
     /// use seatrial::likelihood::Structure;
@@ -71,17 +80,13 @@ impl Structure {
     /// assert_eq!(steps, 3);
     /// ```
     pub fn parent(&self) -> Option<Self> {
-        match *self {
-            Self::FIRST_ORDER => None,
-            Self::SHIFT => Some(Self::FIRST_ORDER),
-            Self::SWAY_QUADRATIC => Some(Self::SWAY),
-            _ => Some(Self::SHIFT),
-        }
+        let before = Self::TABLE.map(|(other, ..)| other).into_iter().take_while(|s| s != self);
+        before.filter(|other| self.contains(*other)).last()
     }
 
     /// Does the hull differ from first order?
-    pub fn has_own_hull(&self) -> bool {
-        self.quadratic || self.sway
+    pub fn has_own_hull(self) -> bool {
+        PARAMETERS.iter().any(|row| row.is_of_hull && self.has(row.parameter))
     }
 
     /// Does more than linear damping and a shift of the record explain the heading?
@@ -92,13 +97,13 @@ impl Structure {
     /// assert!(Structure::LAG.exceeds_first_order() && !Structure::LAG.has_own_hull());
     /// assert!(Structure::SWAY_QUADRATIC.has_own_hull());
     /// ```
-    pub fn exceeds_first_order(&self) -> bool {
-        self.exceeds_a_lag() || self.lag
+    pub fn exceeds_first_order(self) -> bool {
+        !Self::SHIFT.contains(self)
     }
 
     /// Does more than first order behind a gear that lags explain the heading?
-    pub(super) fn exceeds_a_lag(&self) -> bool {
-        self.has_own_hull() || self.rate_limit || self.play
+    pub(super) fn exceeds_a_lag(self) -> bool {
+        !Self::LAG.contains(self)
     }
 
     /// Its parameters.
@@ -110,18 +115,9 @@ impl Structure {
     /// assert_eq!(Structure::FIRST_ORDER.parameters().len(), 2);
     /// assert_eq!(Structure::SWAY_QUADRATIC.parameters().len(), 6);
     /// ```
-    pub fn parameters(&self) -> Vec<Parameter> {
-        let has = |parameter: &Parameter| match parameter {
-            Parameter::Damping | Parameter::Authority => true,
-            Parameter::Shift => self.shift,
-            Parameter::Lag => self.lag,
-            Parameter::RateLimit => self.rate_limit,
-            Parameter::Play => self.play,
-            Parameter::Quadratic => self.quadratic,
-            Parameter::Coupling | Parameter::SwayTime => self.sway,
-            _ => false,
-        };
-        Parameter::ALL.into_iter().filter(has).collect()
+    pub fn parameters(self) -> Vec<Parameter> {
+        let further = PARAMETERS.iter().map(|row| row.parameter).filter(|p| self.has(*p));
+        [Parameter::Damping, Parameter::Authority].into_iter().chain(further).collect()
     }
 
     /// In words.
@@ -131,18 +127,27 @@ impl Structure {
     ///
     /// assert_eq!(Structure::LAG.in_words(), "first order with a lagging rudder");
     /// ```
-    pub fn in_words(&self) -> &'static str {
-        if self.play {
-            return "first order behind a steering gear with play";
-        }
-        match (self.sway, self.quadratic, self.rate_limit, self.lag) {
-            (false, false, false, false) => "first order",
-            (false, false, false, true) => "first order with a lagging rudder",
-            (false, false, true, _) => "first order behind a rate-limited steering gear",
-            (false, true, ..) => "damping that grows with the yaw rate",
-            (true, false, ..) => "second order (sway and yaw)",
-            (true, true, ..) => "sway and yaw with damping that grows with the yaw rate",
-        }
+    pub fn in_words(self) -> &'static str {
+        let named = Self::TABLE.into_iter().rfind(|(other, ..)| self.contains(*other));
+        named.map_or("first order", |(.., words)| words)
+    }
+
+    fn flags() -> impl Iterator<Item = (&'static str, Self)> {
+        let flags = Self::TABLE.into_iter().filter(|(_, flag, _)| !flag.is_empty());
+        flags.map(|(structure, flag, _)| (flag, structure))
+    }
+}
+
+impl Serialize for Structure {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(Self::flags().map(|(flag, other)| (flag, self.contains(other))))
+    }
+}
+
+impl From<BTreeMap<String, bool>> for Structure {
+    fn from(flags: BTreeMap<String, bool>) -> Self {
+        let named = Self::flags().filter(|(flag, _)| flags.get(*flag) == Some(&true));
+        named.map(|(_, structure)| structure).fold(Self::FIRST_ORDER, Self::union)
     }
 }
 
@@ -227,60 +232,60 @@ pub enum Parameter {
 }
 
 impl Parameter {
-    const ALL: [Self; 9] = [
-        Self::Damping,
-        Self::Authority,
-        Self::Shift,
-        Self::Lag,
-        Self::RateLimit,
-        Self::Play,
-        Self::Quadratic,
-        Self::Coupling,
-        Self::SwayTime,
-    ];
-
     /// How many there are.
     pub(crate) const COUNT: usize = Self::WaveRatio as usize + 1;
 
-    /// Standard deviation of what is believed of the scaled parameter, whose mean is 0 for those of a vehicle; `None` where nothing is.
-    ///
-    /// ```
-    /// use seatrial::likelihood::hypothesis::Parameter;
-    ///
-    /// assert_eq!(Parameter::Damping.prior_deviation(), None);
-    /// assert_eq!(Parameter::Shift.prior_deviation(), Some(0.6));
-    /// ```
-    pub fn prior_deviation(self) -> Option<f64> {
-        match self {
-            Self::Damping | Self::Authority => None,
-            Self::Shift => Some(0.6),
-            Self::Lag => Some(1.2),
-            Self::RateLimit | Self::Quadratic => Some(1.5),
-            Self::Coupling => Some(0.7),
-            Self::SwayTime | Self::Play | Self::SeaTime | Self::WaveFrequency => Some(1.0),
-            Self::GyroNoise | Self::Sea | Self::Wave => Some(4.0),
-            Self::SpeedLate => Some(0.3),
-            Self::WaveRatio => Some(0.7),
-        }
+    /// What is believed of it, and what it does.
+    pub(crate) fn row(self) -> &'static Row {
+        &PARAMETERS[self as usize]
     }
+}
 
+/// A row of the table of parameters.
+pub(crate) struct Row {
+    parameter: Parameter,
+    /// Standard deviation of what is believed of the scaled value, whose mean is 0 for those of a vehicle; `None` where nothing is.
+    pub prior_deviation: Option<f64>,
     /// Scaled values that a search starts from.
-    pub fn starts(self) -> &'static [f64] {
-        match self {
-            Self::Lag => &[-0.5, 0.8],
-            Self::RateLimit => &[-1.0, 0.7],
-            Self::Play => &[-0.7, 0.3],
-            Self::Quadratic => &[-1.0],
-            Self::Coupling => &[-0.35, 0.35],
-            Self::SwayTime => &[0.0],
-            _ => &[],
-        }
-    }
-
+    pub starts: &'static [f64],
     /// Does it change how a disturbance moves the heading?
-    pub fn is_dynamic(self) -> bool {
-        matches!(self, Self::Damping | Self::Quadratic | Self::Coupling | Self::SwayTime)
-    }
+    pub is_of_hull: bool,
+    /// Gives a vehicle the parameter by its scaled value.
+    set: fn(&mut Vehicle, f64, &Scale),
+}
+
+/// Of what is neither believed nor of the hull.
+const ROW: Row = Row {
+    parameter: Parameter::Authority,
+    prior_deviation: None,
+    starts: &[],
+    is_of_hull: false,
+    set: |_, _, _| (),
+};
+
+/// The rows of all parameters, in the order of these.
+#[rustfmt::skip]
+static PARAMETERS: [Row; Parameter::COUNT] = [
+    Row { parameter: Parameter::Damping, is_of_hull: true, set: |v, x, of| v.damping_per_s = x * of.rate_per_s, ..ROW },
+    Row { parameter: Parameter::Authority, set: |v, x, of| v.authority_per_s2 = x * of.authority_per_s2, ..ROW },
+    Row { parameter: Parameter::Shift, prior_deviation: Some(0.6), set: |v, x, of| v.shift_s = x * of.interval_s, ..ROW },
+    Row { parameter: Parameter::Lag, prior_deviation: Some(1.2), starts: &[-0.5, 0.8], set: |v, x, of| v.lag_s = positive(x) * 0.15 / of.rate_per_s, ..ROW },
+    Row { parameter: Parameter::RateLimit, prior_deviation: Some(1.5), starts: &[-1.0, 0.7], set: |v, x, of| v.rate_limit_rad_s = positive(x) * of.slew_rad_s, ..ROW },
+    Row { parameter: Parameter::Play, prior_deviation: Some(1.0), starts: &[-0.7, 0.3], set: |v, x, of| v.play_rad = (positive(x) * 0.3).min(MOST_PLAY) * of.rudder_rad, ..ROW },
+    Row { parameter: Parameter::Quadratic, prior_deviation: Some(1.5), starts: &[-1.0], is_of_hull: true, set: |v, x, of| v.quadratic_per_rad = positive(x) * 0.3 * of.rate_per_s / of.yaw_rate_rad_s },
+    Row { parameter: Parameter::Coupling, prior_deviation: Some(0.7), starts: &[-0.35, 0.35], is_of_hull: true, set: |v, x, of| v.coupling_per_s2 = x * of.rate_per_s * of.rate_per_s },
+    Row { parameter: Parameter::SwayTime, prior_deviation: Some(1.0), starts: &[0.0], is_of_hull: true, set: |v, x, of| v.sway_s = positive(x) / of.rate_per_s },
+    Row { parameter: Parameter::GyroNoise, prior_deviation: Some(4.0), ..ROW },
+    Row { parameter: Parameter::Sea, prior_deviation: Some(4.0), ..ROW },
+    Row { parameter: Parameter::SeaTime, prior_deviation: Some(1.0), ..ROW },
+    Row { parameter: Parameter::SpeedLate, prior_deviation: Some(0.3), ..ROW },
+    Row { parameter: Parameter::Wave, prior_deviation: Some(4.0), ..ROW },
+    Row { parameter: Parameter::WaveFrequency, prior_deviation: Some(1.0), ..ROW },
+    Row { parameter: Parameter::WaveRatio, prior_deviation: Some(0.7), ..ROW },
+];
+
+fn positive(x: f64) -> f64 {
+    libm::exp(x.clamp(-12.0, 12.0))
 }
 
 /// A vehicle and its gear in SI units.
@@ -307,12 +312,17 @@ pub struct Vehicle {
 }
 
 impl Vehicle {
-    /// Mean commands of a leg over parts of each interval between comparisons, rad: finer where the gear has a largest rate or play.
-    pub fn commands(&self, leg: &Leg) -> Vec<f64> {
-        let is_linear = self.rate_limit_rad_s.is_infinite() && self.play_rad == 0.0;
-        let parts = if is_linear { PARTS } else { leg.fine_parts() };
-        leg.commands(self.shift_s, parts)
-    }
+    const NONE: Self = Self {
+        damping_per_s: 0.0,
+        authority_per_s2: 0.0,
+        shift_s: 0.0,
+        lag_s: 0.0,
+        rate_limit_rad_s: f64::INFINITY,
+        play_rad: 0.0,
+        quadratic_per_rad: 0.0,
+        coupling_per_s2: 0.0,
+        sway_s: 1.0,
+    };
 }
 
 /// Most play from stop to stop in deviations of the rudder: a gear that hardly moves has none. A tanker's zig-zag was once best explained by play
@@ -365,37 +375,37 @@ impl Scale {
 
     /// The vehicle of scaled parameters.
     pub fn vehicle(&self, parameters: &[Parameter], scaled: &[f64]) -> Vehicle {
-        let rate = self.rate_per_s;
-        let mut vehicle = Vehicle {
-            damping_per_s: rate,
-            authority_per_s2: self.authority_per_s2,
-            shift_s: 0.0,
-            lag_s: 0.0,
-            rate_limit_rad_s: f64::INFINITY,
-            play_rad: 0.0,
-            quadratic_per_rad: 0.0,
-            coupling_per_s2: 0.0,
-            sway_s: 1.0 / rate,
-        };
+        let mut vehicle = Vehicle::NONE;
         for (parameter, x) in parameters.iter().zip(scaled) {
-            let positive = libm::exp(x.clamp(-12.0, 12.0));
-            match parameter {
-                Parameter::Damping => vehicle.damping_per_s = x * rate,
-                Parameter::Authority => vehicle.authority_per_s2 = x * self.authority_per_s2,
-                Parameter::Shift => vehicle.shift_s = x * self.interval_s,
-                Parameter::Lag => vehicle.lag_s = positive * 0.15 / rate,
-                Parameter::RateLimit => vehicle.rate_limit_rad_s = positive * self.slew_rad_s,
-                Parameter::Play => {
-                    vehicle.play_rad = (positive * 0.3).min(MOST_PLAY) * self.rudder_rad;
-                }
-                Parameter::Quadratic => {
-                    vehicle.quadratic_per_rad = positive * 0.3 * rate / self.yaw_rate_rad_s;
-                }
-                Parameter::Coupling => vehicle.coupling_per_s2 = x * rate * rate,
-                Parameter::SwayTime => vehicle.sway_s = positive / rate,
-                _ => {}
-            }
+            (parameter.row().set)(&mut vehicle, *x, self);
         }
         vehicle
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_rows_are_in_the_order_of_the_parameters() {
+        assert!(PARAMETERS.iter().enumerate().all(|(at, row)| row.parameter as usize == at));
+    }
+
+    /// Documents keep their flags and the order of these; play came later than the others.
+    #[test]
+    fn io_a_structure_is_written_as_before() {
+        let of = |sway| {
+            format!(
+                r#"{{"shift":true,"lag":false,"rate_limit":false,"play":false,"quadratic":true,"sway":{sway}}}"#
+            )
+        };
+        for (structure, text) in
+            [(Structure::QUADRATIC, of(false)), (Structure::SWAY_QUADRATIC, of(true))]
+        {
+            assert_eq!(serde_json::to_string(&structure).unwrap(), text);
+            let earlier = text.replace("\"play\":false,", "");
+            assert_eq!(serde_json::from_str::<Structure>(&earlier).unwrap(), structure);
+        }
     }
 }

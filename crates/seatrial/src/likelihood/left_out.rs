@@ -115,7 +115,7 @@ pub fn free_run_rad2(problem: &Problem, x: &DVector<f64>, block: &Block) -> f64 
         scale.yaw_rate_rad_s * scale.rate_per_s,
         scale.yaw_rate_rad_s / scale.rate_per_s,
     ];
-    let free = if problem.structure.sway { 4 } else { 3 };
+    let free = problem.per_leg();
     let run = |start: &Start| {
         let range = [block.from, block.to];
         DVector::from_vec(innovations(leg, range, &vehicle, start, None, &angles))

@@ -1,17 +1,11 @@
 //! The engine: hypotheses about a vehicle, its steering gear and what disturbs it compete on data left out.
 //!
 //! ```text
-//! act  = gear(command(t - tau)),   T_l act' = command - act,   |act'| <= rho
-//! r'   = -(d0 + d2 |r|) r + k v + b act + c + d,   v' = r - v/T_v,   psi' = r,   y = psi + e
+//! r' = hull(r, v) + b gear(rudder) + c + d,   psi' = r,   y = psi + e
 //! ```
 //!
-//! | symbol | identifier | unit | meaning |
-//! |---|---|---|---|
-//! | tau, T_l, rho | `shift_s`, `lag_s`, `rate_limit_rad_s` | s, s, rad/s | time by which the record of the rudder is late, lag and rate limit of the gear |
-//! | d0, d2 | `damping_per_s`, `quadratic_per_rad` | 1/s, 1/rad | damping, and how it grows with the yaw rate |
-//! | k, T_v | `coupling_per_s2`, `sway_s` | 1/s^2, s | what sway does to yaw, and how long sway remembers |
-//! | b, c | `authority_per_s2`, `offset_rad_s2` | 1/s^2, rad/s^2 | rudder authority, yaw acceleration at neutral rudder |
-//! | d | | rad/s^2 | disturbance: none, a random walk of the heading, or a Gauss-Markov yaw acceleration |
+//! [`SteeringModel`] says what hull and gear do, and the symbols. d is a disturbance: none, a random walk of the heading, or a Gauss-Markov yaw
+//! acceleration.
 //!
 //! A hypothesis is a [`Structure`] under a [`Disturbance`]. Each is fitted by Gauss and Newton's method to the innovations of one Kalman
 //! filter ([`filter`]), with weak priors; its evidence is the restricted likelihood by Laplace's method (Harville 1977; Kass and Raftery 1995).
@@ -38,7 +32,7 @@ pub mod search;
 pub mod steering_model;
 
 pub use choice::{Candidate, Contest, WeighedHypothesis, contest_of, contest_of_hulls};
-pub use hypothesis::{Disturbance, Structure, Vehicle};
+pub use hypothesis::{Disturbance, Parameter, Structure, Vehicle};
 pub(crate) use left_out::BLOCKS;
 pub use leg::Leg;
 pub use steering_model::SteeringModel;

@@ -318,8 +318,8 @@ impl Problem<'_> {
         ];
         const RATE_LIMITS: [f64; 4] = [-0.3, 0.4, 0.9, 1.4];
         let mut first = simpler.x.clone();
-        if !simpler.hypothesis.structure.quadratic {
-            first[Parameter::Quadratic as usize] = Parameter::Quadratic.starts()[0];
+        if !simpler.hypothesis.structure.has(Parameter::Quadratic) {
+            first[Parameter::Quadratic as usize] = Parameter::Quadratic.row().starts[0];
         }
         let with_sway = |[coupling, time, share]: [f64; 3]| {
             let mut x = first.clone();
@@ -334,10 +334,10 @@ impl Problem<'_> {
             x[Parameter::Shift as usize] *= 0.3;
             x
         };
-        match (hypothesis.structure.sway, hypothesis.structure.rate_limit) {
-            (true, _) => SWAYS.map(with_sway).to_vec(),
-            (false, true) => RATE_LIMITS.map(with_limit).to_vec(),
-            (false, false) => vec![first],
+        match [Parameter::Coupling, Parameter::RateLimit].map(|p| hypothesis.structure.has(p)) {
+            [true, _] => SWAYS.map(with_sway).to_vec(),
+            [false, true] => RATE_LIMITS.map(with_limit).to_vec(),
+            [false, false] => vec![first],
         }
     }
 
@@ -373,5 +373,5 @@ pub(super) fn belief(parameter: Parameter) -> Option<[f64; 2]> {
         Parameter::WaveFrequency => 0.5,
         _ => 0.0,
     };
-    Some([mean, parameter.prior_deviation()?])
+    Some([mean, parameter.row().prior_deviation?])
 }

@@ -62,7 +62,7 @@ impl Problem<'_> {
             )
         };
         let of_some = self.free(fit.hypothesis).into_iter().filter(is_of_some);
-        let priors: f64 = (of_some.filter_map(Parameter::prior_deviation)).map(libm::log).sum();
+        let priors: f64 = of_some.filter_map(|p| p.row().prior_deviation).map(libm::log).sum();
         Some(Uncertainty {
             covariance: Matrix4::from_fn(widened),
             log_gain_variance: widened(LOG_GAIN, LOG_GAIN),
@@ -141,7 +141,7 @@ impl Problem<'_> {
         let mut prior_slope = DVector::zeros(of_errors.len());
         for (k, parameter) in own.iter().enumerate() {
             if let Some([mean, deviation]) = belief(*parameter) {
-                prior[k] = deviation.powi(-2);
+                prior[k] = libm::pow(deviation, -2.0);
                 prior_slope[k] = (fit.x[*parameter as usize] - mean) * prior[k];
             }
         }

@@ -49,14 +49,13 @@ fn with_turning(legs: &Legs, fit: &Fit) -> Legs {
 pub fn hulls(legs: &Legs, scale: Scale, heaviest: &Fit) -> Vec<(Fit, Uncertainty)> {
     let legs = &with_turning(legs, heaviest);
     let problem = Problem::new(legs, scale);
-    let of = |quadratic, sway, rate_limit| Hypothesis {
-        structure: Structure { quadratic, sway, rate_limit, ..heaviest.hypothesis.structure },
+    let of = |structure| Hypothesis {
+        structure: heaviest.hypothesis.structure.union(structure),
         ..heaviest.hypothesis
     };
-    let [slow, growth, sway] =
-        [of(false, false, true), of(true, false, false), of(false, true, false)]
-            .map(|hypothesis| problem.with_hull(heaviest, hypothesis));
-    let general = of(true, true, false);
+    let [slow, growth, sway] = [Structure::RATE_LIMIT, Structure::QUADRATIC, Structure::SWAY]
+        .map(|structure| problem.with_hull(heaviest, of(structure)));
+    let general = of(Structure::SWAY_QUADRATIC);
     let both = [
         (sway.as_ref()).and_then(|sway| problem.extended(sway, general)),
         (growth.as_ref()).and_then(|growth| problem.with_hull(growth, general)),

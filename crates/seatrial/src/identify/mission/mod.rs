@@ -125,17 +125,15 @@ fn fits(legs: &Legs) -> Option<(Vec<(Fit, Uncertainty)>, Scale)> {
         let law = SpeedLaw::Proportional;
         fits.extend(problem.fit(Hypothesis { law, ..simple }, &fits[0].x));
     }
-    for (lag, waves) in [(true, false), (false, true), (true, true)] {
+    for (structure, waves) in
+        [(Structure::LAG, false), (Structure::SHIFT, true), (Structure::LAG, true)]
+    {
         let simpler = fits
             .iter()
-            .filter(|fit| waves || !fit.hypothesis.structure.lag)
+            .filter(|fit| waves || fit.hypothesis.structure == Structure::SHIFT)
             .min_by(|a, b| a.cost.total_cmp(&b.cost))?;
         let law = simpler.hypothesis.law;
-        let extended = problem.extended(
-            simpler,
-            Hypothesis { law, structure: Structure { lag, ..simple.structure }, waves },
-        );
-        fits.extend(extended);
+        fits.extend(problem.extended(simpler, Hypothesis { law, structure, waves }));
     }
     Some((uncertain(&problem, fits), problem.scale))
 }
@@ -281,15 +279,15 @@ impl Estimate {
             SteeringModel::new(&vehicle, turn.offset_rad_s2)
         });
         let model = hull.or(lagging)?;
+        let parts = [
+            lag_s.map(|_| Structure::LAG),
+            model.rate_limit_rad_s.map(|_| Structure::RATE_LIMIT),
+            model.play_rad.map(|_| Structure::PLAY),
+            (model.quadratic_per_rad > 0.0).then_some(Structure::QUADRATIC),
+            (model.a21_per_s2 != 0.0).then_some(Structure::SWAY),
+        ];
         Some(HigherOrder {
-            structure: Structure {
-                lag: lag_s.is_some(),
-                quadratic: model.quadratic_per_rad > 0.0,
-                sway: model.a21_per_s2 != 0.0,
-                play: model.play_rad.is_some(),
-                rate_limit: model.rate_limit_rad_s.is_some(),
-                ..Structure::LAG
-            },
+            structure: parts.into_iter().flatten().fold(Structure::SHIFT, Structure::union),
             lag_interval_s: lag_s.map(|lag_s| [lag_s - half_s, lag_s + half_s]),
             model,
             steady_log_gain: self.long_turn.as_ref().map(|turn| turn.log_gain),

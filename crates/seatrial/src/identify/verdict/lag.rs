@@ -4,6 +4,7 @@ use super::Weighing;
 use crate::figures::three_figures;
 use crate::identification::{HigherOrder, Reason, ReasonCode};
 use crate::identify::model_evidence::ModelEvidence;
+use crate::likelihood::Parameter;
 
 /// Lag in the vehicle's time constants from which the two are told apart too seldom: of a lag of three quarters of the time constant a22 is off
 /// by two half widths at most, of an equal one by up to eight.
@@ -20,7 +21,8 @@ fn lag_of_either(evidence: &ModelEvidence) -> Option<f64> {
 /// What a record has beyond first order, where that is a lag and no sway.
 fn lag_alone<'a>(evidence: &ModelEvidence<'a>) -> Option<&'a HigherOrder> {
     let higher = evidence.explanation.beyond()?;
-    (higher.structure.lag && !higher.structure.sway).then_some(higher)
+    let has = |parameter| higher.structure.has(parameter);
+    (has(Parameter::Lag) && !has(Parameter::Coupling)).then_some(higher)
 }
 
 impl Weighing {

@@ -7,6 +7,7 @@ use crate::identification::{Reason, ReasonCode, Verdict, WIDEST_A22, WIDEST_B2};
 use crate::identify::misfit::{disturbance_share, is_large_share};
 use crate::identify::mission::{LEAST_HORIZON_S, Steering};
 use crate::identify::whole_record::LEAST_SHARE;
+use crate::likelihood::Parameter;
 use crate::plausibility;
 
 /// Longest interval at which heading or rudder may be renewed, in time constants of the vehicle.
@@ -129,13 +130,14 @@ impl Weighing {
         if steering.has_no_gain() {
             self.note(ReasonCode::Unstable, NO_GAIN_HOLDS.into());
         }
-        if beyond.structure.lag {
+        if beyond.structure.has(Parameter::Lag) {
             self.note(
                 ReasonCode::ModelOrder,
                 format!("the rudder acts {} s later than the log says: a22, b2 and C0 are those behind the delay, which gains must allow for", three_figures(beyond.model.rudder_lag_s)),
             );
         }
-        let has_another = beyond.structure.has_own_hull() || beyond.structure.rate_limit;
+        let has_another =
+            beyond.structure.has_own_hull() || beyond.structure.has(Parameter::RateLimit);
         if has_another && steering.is_surely_beyond {
             self.note(
                 ReasonCode::ModelOrder,
