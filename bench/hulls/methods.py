@@ -43,17 +43,8 @@ def seatrial(program, record):
         refined["a22_per_s"], refined["b2_per_s2"], refined["c0_rad_per_s2"],
         shift=gear.get("rudder_shift_s", 0.0), lag=gear.get("rudder_lag_s", 0.0),
     )
-    return said, {"seatrial": predictor(higher, first), "seatrial, first order": first}
-
-
-def predictor(higher, first):
-    if not higher or not higher.get("model"):
-        return first
-    m = higher["model"]
-    return Hull(
-        m["a22_per_s"], m["b2_per_s2"], m["c0_rad_per_s2"], m["quadratic_per_rad"], m["a21_per_s2"], m["a11_per_s"],
-        m["rudder_shift_s"], m["rudder_lag_s"], 0.0, m["rate_limit_rad_s"], m["play_rad"],
-    )
+    predictor = Hull.of(higher["model"]) if higher and higher.get("model") else first
+    return said, {"seatrial": predictor, "seatrial, first order": first}
 
 
 def output_error(record):

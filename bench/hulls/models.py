@@ -40,6 +40,14 @@ class Hull:
     rate_limit: float | None = None  # rad/s
     play: float | None = None  # rad, from stop to stop
 
+    @classmethod
+    def of(cls, m):
+        """The model that seatrial hands over."""
+        return cls(
+            m["a22_per_s"], m["b2_per_s2"], m["c0_rad_per_s2"], m["quadratic_per_rad"], m["a21_per_s2"], m["a11_per_s"],
+            m["rudder_shift_s"], m["rudder_lag_s"], rate_limit=m["rate_limit_rad_s"], play=m["play_rad"],
+        )
+
     @property
     def further_states(self):
         return 0 if self.k == 0.0 else 1
