@@ -340,12 +340,9 @@ impl<T: Real> EnvelopeWatch<T> {
 
     /// The silence of the trial's own samples, s, and with it that of whatever was once measured.
     pub fn listen(&mut self, silence_s: f64, time_s: f64) {
-        let longest_s = self
-            .seen_s
-            .iter()
-            .flatten()
-            .chain(self.frozen_since_s().iter())
-            .fold(silence_s, |longest, seen_s| longest.max(time_s - seen_s));
+        let frozen_since_s = self.frozen_since_s();
+        let seen_s = self.seen_s.iter().flatten().chain(&frozen_since_s);
+        let longest_s = seen_s.fold(silence_s, |longest, seen_s| longest.max(time_s - seen_s));
         self.usage.silence = Some(T::of(longest_s / self.limits.stale_after_s));
     }
 
@@ -426,13 +423,10 @@ fn edges<T: Copy>(corners: &[[T; 2]]) -> impl Iterator<Item = ([T; 2], [T; 2])> 
 
 /// Even-odd rule: a line from an inside point northwards crosses the edges an odd number of times.
 fn is_inside<T: Real>(corners: &[[T; 2]], [north, east]: [T; 2]) -> bool {
-    edges(corners)
-        .filter(|([n1, e1], [n2, e2])| {
-            (*e1 > east) != (*e2 > east) && north < *n1 + (*n2 - *n1) * (east - *e1) / (*e2 - *e1)
-        })
-        .count()
-        % 2
-        == 1
+    let is_crossed = |([n1, e1], [n2, e2]): &([T; 2], [T; 2])| {
+        (*e1 > east) != (*e2 > east) && north < *n1 + (*n2 - *n1) * (east - *e1) / (*e2 - *e1)
+    };
+    edges(corners).filter(is_crossed).count() % 2 == 1
 }
 
 /// Distance to the nearest edge, m.

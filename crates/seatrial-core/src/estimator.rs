@@ -198,11 +198,9 @@ impl<T: Real> Estimator<T> {
     /// ```
     pub fn excitation_ended(&mut self) {
         self.convergence.arm();
-        let stable = self.is_stable(&self.least_squares.theta());
-        if self.settings.method == Method::InstrumentalVariable
-            && self.instrument.is_none()
-            && stable
-        {
+        let is_due =
+            self.settings.method == Method::InstrumentalVariable && self.instrument.is_none();
+        if is_due && self.is_stable(&self.least_squares.theta()) {
             self.instrument = Some(RecursiveInstrument::take_over(&self.least_squares));
         }
     }
@@ -302,13 +300,11 @@ impl<T: Real> Estimator<T> {
     /// ```
     #[inline]
     pub fn filtered(&self) -> FilteredSignals<T> {
-        match &self.filters {
-            Some((heading, rudder)) => FilteredSignals {
-                yaw_acceleration_rad_s2: heading.second_derivative(&self.step),
-                yaw_rate_rad_s: heading.first_derivative(&self.step),
-                rudder_rad: rudder.smoothed(),
-            },
-            None => FilteredSignals::default(),
+        let Some((heading, rudder)) = &self.filters else { return FilteredSignals::default() };
+        FilteredSignals {
+            yaw_acceleration_rad_s2: heading.second_derivative(&self.step),
+            yaw_rate_rad_s: heading.first_derivative(&self.step),
+            rudder_rad: rudder.smoothed(),
         }
     }
 

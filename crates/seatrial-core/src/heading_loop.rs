@@ -195,13 +195,11 @@ impl<T: Real> HeadingLoop<T> {
     /// without, rad/s. A hold counts as a delay of half an interval.
     pub(crate) fn crossover_delayed_rad_s(&self, timing: LoopTiming<T>) -> Result<T, NoGain> {
         timing.check()?;
-        let half_interval = timing.sample_interval_s.unwrap_or(T::ZERO) / T::of(2.0);
-        let delay_s = timing.delay_s + half_interval;
+        let delay_s = timing.delay_s + timing.sample_interval_s.unwrap_or(T::ZERO) / T::of(2.0);
         let prompt = self.prompt_crossover_rad_s();
-        let margin = (-self.a22_per_s).atan2(prompt);
-        Ok(bisect(T::ZERO, prompt, |omega| {
-            (-self.a22_per_s).atan2(omega) - omega * delay_s - margin
-        }))
+        let phase = |omega: T| (-self.a22_per_s).atan2(omega);
+        let margin = phase(prompt);
+        Ok(bisect(T::ZERO, prompt, |omega| phase(omega) - omega * delay_s - margin))
     }
 
     /// The positive root of omega^4 + a^2 omega^2 - g^2, without cancellation.
@@ -321,11 +319,9 @@ impl<T: Real> SampledLoop<T> {
         const STEPS: u32 = 256;
         let last = T::PI - T::of(1e-3);
         let angle = |step: u32| last * T::of(f64::from(step)) / T::of(f64::from(STEPS));
-        (1..=STEPS)
-            .find(|&step| self.phase_above_minus_pi(angle(step)) < T::ZERO)
-            .map_or(T::PI, |step| {
-                bisect(angle(step - 1), angle(step), |theta| self.phase_above_minus_pi(theta))
-            })
+        let above = |theta: T| self.phase_above_minus_pi(theta);
+        let first = (1..=STEPS).find(|&step| above(angle(step)) < T::ZERO);
+        first.map_or(T::PI, |step| bisect(angle(step - 1), angle(step), above))
     }
 }
 

@@ -92,11 +92,8 @@ impl<T: Real> Manoeuvre<T> {
     fn check(&self, fields: &ManoeuvreFields) -> Result<(), InvalidSetting> {
         let positive = "a positive number";
         require(is_positive(self.lead_in_s), fields.lead_in_s, positive)?;
-        require(
-            self.excitation.is_valid() && self.excitation.amplitude_rad() != T::ZERO,
-            fields.excitation,
-            EXCITATION,
-        )?;
+        let moves = self.excitation.is_valid() && self.excitation.amplitude_rad() != T::ZERO;
+        require(moves, fields.excitation, EXCITATION)?;
         require(is_positive(self.observe_s), fields.observe_s, positive)
     }
 }

@@ -36,10 +36,7 @@ pub(crate) fn require(
     field: &'static str,
     requirement: &'static str,
 ) -> Result<(), InvalidSetting> {
-    match holds {
-        true => Ok(()),
-        false => Err(InvalidSetting { field, requirement }),
-    }
+    holds.then_some(()).ok_or(InvalidSetting { field, requirement })
 }
 
 /// Above 0 and finite; false for NaN. Not inlined: a comparison in software floating point takes code at every call.

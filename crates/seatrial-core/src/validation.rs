@@ -215,10 +215,8 @@ impl<T: Real> Validation<T> {
     pub fn goodness_of_fit(&self) -> GoodnessOfFit<T> {
         let initial = self.initial();
         let of = |signal: &Comparison<T>| {
-            (
-                signal.r2(initial, T::ZERO),
-                signal.refit_offset(initial).and_then(|offset| signal.r2(initial, offset)),
-            )
+            let refit = signal.refit_offset(initial).and_then(|offset| signal.r2(initial, offset));
+            (signal.r2(initial, T::ZERO), refit)
         };
         self.fit_of(of)
     }
