@@ -135,13 +135,7 @@ impl Campaign {
 
     /// The accepted run of each thrust, in order of thrust: the last one where several were accepted.
     pub fn accepted_runs(&self) -> Vec<&Run> {
-        let mut accepted: Vec<&Run> = Vec::new();
-        for run in self.runs.iter().filter(|run| run.verdict.accepted) {
-            accepted.retain(|other| other.thrust != run.thrust);
-            accepted.push(run);
-        }
-        accepted.sort_by(|a, b| a.thrust.total_cmp(&b.thrust));
-        accepted
+        last_of_each_thrust(self.runs.iter().filter(|run| run.verdict.accepted))
     }
 
     /// May the models of the campaign be used, as a whole? Not where they contradict each other, where the vehicle at last did
@@ -292,14 +286,7 @@ impl Campaign {
 
     /// The run that decides about each thrust, in order of thrust: the last accepted one, else the last one.
     pub fn deciding_runs(&self) -> Vec<&Run> {
-        let mut runs = self.accepted_runs();
-        for run in self.runs.iter().rev() {
-            if !runs.iter().any(|other| other.thrust == run.thrust) {
-                runs.push(run);
-            }
-        }
-        runs.sort_by(|a, b| a.thrust.total_cmp(&b.thrust));
-        runs
+        last_of_each_thrust(self.runs.iter().chain(self.accepted_runs()))
     }
 
     /// What speaks against one and the same vehicle having run the accepted runs of all speeds; empty where nothing does.
@@ -325,6 +312,17 @@ impl Campaign {
     }
 }
 
+/// Of runs the last one at each thrust, by thrust.
+fn last_of_each_thrust<'a>(runs: impl Iterator<Item = &'a Run>) -> Vec<&'a Run> {
+    let mut last: Vec<&Run> = Vec::new();
+    for run in runs {
+        last.retain(|other| other.thrust != run.thrust);
+        last.push(run);
+    }
+    last.sort_by(|a, b| a.thrust.total_cmp(&b.thrust));
+    last
+}
+
 fn percent_of(thrust: f64) -> String {
     format!("{:.0}", 100.0 * thrust)
 }
@@ -336,9 +334,7 @@ impl Campaign {
             return Cow::Borrowed(self);
         }
         let mut campaign = self.clone();
-        for run in &mut campaign.runs {
-            run.record = run.acting_record().into_owned();
-        }
+        campaign.runs.iter_mut().for_each(|run| run.record = run.acting_record().into_owned());
         Cow::Owned(campaign)
     }
 }
@@ -360,13 +356,10 @@ impl Run {
     /// The reasons of [`verdict_within`](Self::verdict_within): where the campaign refuses what the run by itself does not, the cause of
     /// the campaign before what limits the run.
     pub fn reasons_within(&self, whole: &Verdict) -> Vec<Reason> {
-        match self.verdict.accepted && !whole.accepted {
-            true => {
-                let of_run = self.verdict.causes().cloned();
-                whole.cause().cloned().into_iter().chain(of_run).collect()
-            }
-            false => self.verdict_within(whole).into_owned().reasons,
+        if !self.verdict.accepted || whole.accepted {
+            return self.verdict_within(whole).into_owned().reasons;
         }
+        whole.cause().into_iter().chain(self.verdict.causes()).cloned().collect()
     }
 
     /// Does the record rule out that the rudder lags, which is that of every speed?
