@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use seatrial_core::{Real, Sample};
 
-use crate::record::between_gaps;
+use crate::record::{between_gaps, median};
 
 /// Length of the means before and after an instant, s.
 pub(super) const MEAN_OVER_S: f64 = 0.5;
@@ -345,14 +345,9 @@ fn sums_from_here(mut terms: DMatrix<f64>) -> DMatrix<f64> {
 
 /// The standard deviation of white noise from the median of its differences.
 fn noise(errors: &[f64]) -> f64 {
-    let mut differences: Vec<f64> = errors.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
-    let middle = differences.len() / 2;
-    if differences.is_empty() {
-        return 0.0;
-    }
-    let (_, median, _) = differences.select_nth_unstable_by(middle, f64::total_cmp);
+    let differences = errors.windows(2).map(|w| (w[1] - w[0]).abs());
     // The median of |N(0, 2 sigma^2)|.
-    *median / (0.674_489_75 * core::f64::consts::SQRT_2)
+    median(differences.collect()).unwrap_or(0.0) / (0.674_489_75 * core::f64::consts::SQRT_2)
 }
 
 #[cfg(test)]

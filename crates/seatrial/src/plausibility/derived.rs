@@ -14,7 +14,7 @@
 //! the heading explains that of the yaw rate to within rounding. The noise of a gyro is in no heading. Where the heading has no noise, its
 //! differences are those of the vehicle, and only a column that equals a difference of two rows counts as computed.
 
-use crate::record::turned_rad;
+use crate::record::{median, turned_rad};
 use nalgebra::{DMatrix, DVector};
 use seatrial_core::Sample;
 
@@ -97,9 +97,7 @@ fn rest(terms: &DMatrix<f64>, targets: &DVector<f64>) -> Option<f64> {
         normal[(place, place)] *= 1.0 + RIDGE;
     }
     let found = normal.cholesky()?.solve(&terms.tr_mul(targets));
-    let mut left: Vec<f64> = (targets - terms * found).iter().map(|r| r.abs()).collect();
-    let middle = left.len() / 2;
-    Some(*left.select_nth_unstable_by(middle, f64::total_cmp).1)
+    median((targets - terms * found).iter().map(|r| r.abs()).collect())
 }
 
 /// Do differences of a heading alternate as noise does?
