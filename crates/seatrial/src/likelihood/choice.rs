@@ -141,9 +141,10 @@ impl Candidate<'_> {
         behind > BADLY.max(SURELY_WORSE * error)
     }
 
-    fn predicts_well(&self) -> bool {
+    /// Does it predict about as well as the best, and do its own draws explain it where it is a sea?
+    fn remains(&self) -> bool {
         let [behind, error] = self.behind;
-        behind <= WORSE * error || behind < NEGLIGIBLY_WORSE
+        self.passes_as_a_sea() && (behind <= WORSE * error || behind < NEGLIGIBLY_WORSE)
     }
 }
 
@@ -194,14 +195,10 @@ impl<'a> Contest<'a> {
         for candidate in &mut self.candidates {
             candidate.behind = mean_and_error(&candidate.scores, &best);
         }
-        let is_in = |c: &Candidate| c.passes_as_a_sea() && c.predicts_well();
-        let has_sea = self
-            .candidates
-            .iter()
-            .any(|c| is_in(c) && c.hypothesis.disturbance == Disturbance::Sea);
-        let weights = match has_sea {
-            true => by_evidence(&self.candidates, is_in),
-            false => by_prediction(&self.candidates, is_in),
+        let is_sea = |c: &Candidate| c.hypothesis.disturbance == Disturbance::Sea;
+        let weights = match self.candidates.iter().any(|c| c.remains() && is_sea(c)) {
+            true => by_evidence(&self.candidates, |c| c.remains()),
+            false => by_prediction(&self.candidates),
         };
         self.take(&weights);
     }
@@ -263,9 +260,8 @@ impl<'a> Contest<'a> {
     pub fn asks_for_play(&self) -> bool {
         let predicts = |has_play: bool| {
             let is_of =
-                |c: &&Candidate| c.hypothesis.problem.structure.has(Parameter::Play) == has_play;
-            let mut all = self.candidates.iter().filter(is_of);
-            all.any(|c| c.passes_as_a_sea() && c.predicts_well())
+                |c: &Candidate| c.hypothesis.problem.structure.has(Parameter::Play) == has_play;
+            self.candidates.iter().any(|c| is_of(c) && c.remains())
         };
         predicts(true) && !predicts(false)
     }
@@ -274,9 +270,8 @@ impl<'a> Contest<'a> {
     pub fn lead_over_first_order(&self) -> f64 {
         let best = |is_beyond: bool| {
             let all = self.candidates.iter().map(|c| &c.hypothesis);
-            all.filter(|h| h.problem.structure.exceeds_first_order() == is_beyond)
-                .map(Hypothesis::log_evidence)
-                .fold(f64::NEG_INFINITY, f64::max)
+            let of = all.filter(|h| h.problem.structure.exceeds_first_order() == is_beyond);
+            of.map(Hypothesis::log_evidence).fold(f64::NEG_INFINITY, f64::max)
         };
         best(true) - best(false)
     }
@@ -310,14 +305,12 @@ impl<'a> Candidate<'a> {
 
 /// `None` of what is no sea, and where no output error of the same structure was asked for.
 fn sea_test_of(hypothesis: &Hypothesis, all: &[Hypothesis]) -> Option<SeaTest> {
-    if hypothesis.disturbance != Disturbance::Sea {
-        return None;
-    }
-    let structure = hypothesis.problem.structure;
-    let is_mate =
-        |h: &&Hypothesis| h.problem.structure == structure && h.disturbance == Disturbance::None;
-    let mate = all.iter().find(is_mate)?;
-    sea_test(&hypothesis.problem, mate.best(), hypothesis.best())
+    let Hypothesis { problem, disturbance, .. } = hypothesis;
+    let is_mate = |h: &&Hypothesis| {
+        h.problem.structure == problem.structure && h.disturbance == Disturbance::None
+    };
+    let mate = all.iter().filter(|_| *disturbance == Disturbance::Sea).find(is_mate)?;
+    sea_test(problem, mate.best(), hypothesis.best())
 }
 
 fn mean_and_error(scores: &[f64], best: &[f64]) -> [f64; 2] {
@@ -340,11 +333,11 @@ fn by_evidence(candidates: &[Candidate], is_in: impl Fn(&Candidate) -> bool) -> 
 }
 
 /// How often each would have been the best predictor: a Bayesian bootstrap over the blocks (Rubin 1981).
-fn by_prediction(candidates: &[Candidate], is_in: impl Fn(&Candidate) -> bool) -> Vec<f64> {
+fn by_prediction(candidates: &[Candidate]) -> Vec<f64> {
     let blocks = candidates.first().map_or(0, |c| c.scores.len());
     let stays = |c: &&Candidate| {
         let [behind, error] = c.behind;
-        is_in(c) && (behind <= error || behind < NEGLIGIBLY_WORSE)
+        c.remains() && (behind <= error || behind < NEGLIGIBLY_WORSE)
     };
     let mut wins = vec![0.0; candidates.len()];
     let mut draw = Draw::new(0);
