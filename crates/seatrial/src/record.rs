@@ -195,8 +195,7 @@ pub(crate) fn even_interval_s(times_s: &[f64], off_the_grid: f64) -> Option<f64>
     let is_on_grid = |(k, time): (usize, &f64)| {
         (time - first - k as f64 * interval_s).abs() <= off_the_grid * interval_s
     };
-    let is_even = interval_s > 0.0 && times_s.iter().enumerate().all(is_on_grid);
-    is_even.then_some(interval_s)
+    (interval_s > 0.0 && times_s.iter().enumerate().all(is_on_grid)).then_some(interval_s)
 }
 
 /// The median of the intervals between samples, s. `None` under two samples.

@@ -115,8 +115,7 @@ fn others_stopped(samples: &[Sample<f64>], last: &[Sample<f64>]) -> bool {
     let others =
         |s: &Sample<f64>| [s.depth_m, s.altitude_m, s.roll_rad, s.pitch_rad, s.surge_speed_m_s];
     let came = |part: &[Sample<f64>], k: usize| {
-        let mut values = part.iter().filter_map(|s| others(s)[k]);
-        values.any(f64::is_finite)
+        part.iter().filter_map(|s| others(s)[k]).any(f64::is_finite)
     };
     (0..5).any(|k| came(samples, k) && !came(last, k))
 }

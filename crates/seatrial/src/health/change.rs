@@ -241,13 +241,9 @@ impl Levels {
 
 /// `only_at`: the speeds at which it shows, where it does not show at all of them together.
 fn changed_text(words: String, only_at: Option<&[&SpeedChange]>) -> String {
-    match only_at {
-        Some(speeds) => {
-            let at: Vec<String> = speeds.iter().map(|speed| speed.name()).collect();
-            format!("not at all speeds alike, but at {}; over all of them {words}", at.join(", "))
-        }
-        None => words,
-    }
+    let Some(speeds) = only_at else { return words };
+    let at: Vec<String> = speeds.iter().map(|speed| speed.name()).collect();
+    format!("not at all speeds alike, but at {}; over all of them {words}", at.join(", "))
 }
 
 fn not_changed(detectable: &Detectable) -> (Finding, String) {

@@ -95,12 +95,10 @@ const WIDEST: [f64; 2] = [1.5 * WIDEST_A22, 1.5 * WIDEST_B2];
 /// Does this estimate tell a stable first-order model?
 pub fn is_telling(refined: &Refined) -> bool {
     let theta = refined.model.theta();
-    let narrow =
-        |i: usize, share: f64| NORMAL_95 * refined.covariance[i][i].sqrt() < share * theta[i].abs();
+    let half = |i: usize| NORMAL_95 * refined.covariance[i][i].sqrt();
     theta[0] < 0.0
         && refined.interval_95.a22_per_s[1] < 0.0
-        && narrow(0, WIDEST[0])
-        && narrow(1, WIDEST[1])
+        && (0..2).all(|i| half(i) < WIDEST[i] * theta[i].abs())
 }
 
 /// A hull is believed where its log evidence leads that of a sea by more than chance does in simulated seas, and by less where the first-order

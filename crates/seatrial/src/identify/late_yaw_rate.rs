@@ -35,13 +35,10 @@ fn yaw_rate_at(samples: &[Sample<f64>], time_s: f64) -> Option<f64> {
 
 /// The record of validation data with the yaw rate of their window brought back in time.
 pub fn record_in_time<'a>(data: &ValidationData<'a>, late_s: Option<f64>) -> Cow<'a, Record> {
-    match late_s {
-        None => Cow::Borrowed(data.record),
-        Some(_) => Cow::Owned(Record {
-            samples: with_yaw_rate_in_time(data.record.window(data.window), late_s).into_owned(),
-            rudder_unit: data.record.rudder_unit,
-            units: data.record.units,
-        }),
+    let Record { rudder_unit, units, .. } = *data.record;
+    match with_yaw_rate_in_time(data.record.window(data.window), late_s) {
+        Cow::Owned(samples) => Cow::Owned(Record { samples, rudder_unit, units }),
+        Cow::Borrowed(_) => Cow::Borrowed(data.record),
     }
 }
 

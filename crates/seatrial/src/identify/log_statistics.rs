@@ -181,11 +181,8 @@ fn is_turning_circle(samples: &[Sample<f64>], manoeuvre: &Manoeuvre) -> bool {
 
 /// The median interval and the one that one in twenty exceeds, s.
 fn usual_and_long_interval_s(samples: &[Sample<f64>]) -> Option<[f64; 2]> {
-    let mut intervals: Vec<f64> = samples
-        .windows(2)
-        .map(|pair| pair[1].time_s - pair[0].time_s)
-        .filter(|interval| *interval > 0.0)
-        .collect();
+    let intervals = samples.windows(2).map(|pair| pair[1].time_s - pair[0].time_s);
+    let mut intervals: Vec<f64> = intervals.filter(|interval| *interval > 0.0).collect();
     intervals.sort_by(f64::total_cmp);
     let at = |share: f64| intervals.get((share * intervals.len() as f64) as usize).copied();
     Some([at(0.5)?, at(0.95)?])

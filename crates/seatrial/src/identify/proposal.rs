@@ -164,10 +164,8 @@ pub fn propose(record: &Record, segments: &[Segment]) -> Vec<Proposal> {
 /// ```
 pub fn singles(record: &Record, segments: &[Segment]) -> Vec<Single> {
     let manoeuvres = manoeuvres(segments);
-    let mut singles: Vec<Single> = by_speed(record, &manoeuvres)
-        .into_iter()
-        .flat_map(|speed| Speed::new(record, &manoeuvres, speed).singles())
-        .collect();
+    let of = |speed| Speed::new(record, &manoeuvres, speed).singles();
+    let mut singles: Vec<Single> = by_speed(record, &manoeuvres).into_iter().flat_map(of).collect();
     singles.sort_by(|a, b| a.training.from_s.total_cmp(&b.training.from_s));
     singles
 }
@@ -205,24 +203,20 @@ fn by_speed(record: &Record, manoeuvres: &[Segment]) -> Vec<Vec<Segment>> {
 /// Did the rudder do more outside this manoeuvre than in it, without the form of one? The whole record then trains, and its legs validate:
 /// of two manoeuvres of random strokes the first few of one were a doublet, with a twentieth of the rudder's squares.
 fn is_amid_others(record: &Record, manoeuvre: &Segment) -> bool {
-    let all: Vec<f64> = record.samples.iter().map(|s| s.rudder_rad).collect();
-    let usual_rad = median(all).unwrap_or(0.0);
+    let usual_rad = median(record.samples.iter().map(|s| s.rudder_rad).collect()).unwrap_or(0.0);
     let squares = |samples: &[Sample<f64>]| -> f64 {
-        let of = |s: &Sample<f64>| (s.rudder_rad - usual_rad).powi(2);
-        samples.iter().map(of).sum()
+        samples.iter().map(|s| (s.rudder_rad - usual_rad).powi(2)).sum()
     };
     let own = squares(record.window(manoeuvre.window));
     own < squares(&record.samples) - own
 }
 
 fn is_one_manoeuvre(record: &Record, manoeuvres: &[Segment]) -> bool {
-    match (manoeuvres, record.samples.as_slice()) {
-        ([manoeuvre], [first, .., last]) => {
-            let length_s = manoeuvre.window.to_s - manoeuvre.window.from_s;
-            last.time_s - first.time_s <= LONGEST_SINGLE * length_s
-        }
-        _ => false,
-    }
+    let ([manoeuvre], [first, .., last]) = (manoeuvres, &record.samples[..]) else {
+        return false;
+    };
+    let length_s = manoeuvre.window.to_s - manoeuvre.window.from_s;
+    last.time_s - first.time_s <= LONGEST_SINGLE * length_s
 }
 
 /// Was the vehicle at this speed from the begin of a manoeuvre to its end, in the mean of each quarter? Yes where it is not known: at the

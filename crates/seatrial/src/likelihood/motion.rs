@@ -129,10 +129,9 @@ impl Motion {
     pub fn follow(&mut self, x: &mut State, angles: &[f64], offset_rad_s2: f64, interval_s: f64) {
         let part_s = interval_s / angles.len() as f64;
         let Vehicle { damping_per_s, quadratic_per_rad, authority_per_s2, .. } = self.vehicle;
-        let damping = [damping_per_s, quadratic_per_rad];
         for angle in angles {
             let push = authority_per_s2 * angle + offset_rad_s2;
-            self.turn(x, damping, push, part_s);
+            self.turn(x, [damping_per_s, quadratic_per_rad], push, part_s);
             x[1] = x[1].clamp(-1e3, 1e3);
         }
     }

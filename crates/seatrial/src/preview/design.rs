@@ -131,9 +131,7 @@ pub(super) fn thinned(prior: &Prior, stage_s: f64) -> Prior {
     let thinning = (stage_s / (ENOUGH_SAMPLES * prior.sample_interval_s)).floor().max(1.0);
     let mut thinned = prior.clone();
     thinned.sample_interval_s *= thinning;
-    for speed in &mut thinned.speeds {
-        speed.noise.heading_rad /= thinning.sqrt();
-    }
+    thinned.speeds.iter_mut().for_each(|speed| speed.noise.heading_rad /= thinning.sqrt());
     thinned
 }
 

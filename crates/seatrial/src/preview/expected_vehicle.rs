@@ -98,9 +98,7 @@ impl<'a> ExpectedVehicle<'a> {
     }
 
     fn carry_out(&mut self) {
-        let Some(action) = self.asked.take() else {
-            return;
-        };
+        let Some(action) = self.asked.take() else { return };
         self.steering = action.steering;
         let named = |thrust: f64| self.prior.speeds.iter().find(|s| s.thrust == thrust);
         if let Some(speed) = action.thrust.and_then(named) {

@@ -396,11 +396,10 @@ impl From<YawModel<f64>> for MethodEstimate {
 }
 
 fn spread(methods: &[MethodResult], parameter: fn(&YawModel<f64>) -> f64) -> Option<f64> {
-    let mut values: Vec<f64> =
-        methods.iter().filter_map(|row| row.model.as_ref().map(parameter)).collect();
+    let values = methods.iter().filter_map(|row| row.model.as_ref().map(parameter));
+    let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
-    let (low, high) = (values.first()?, values.last()?);
-    let middle = values.get(values.len() / 2)?;
+    let (low, middle, high) = (values.first()?, values.get(values.len() / 2)?, values.last()?);
     let spread = (high - low) / middle.abs();
     spread.is_finite().then_some(spread)
 }

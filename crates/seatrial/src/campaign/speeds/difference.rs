@@ -122,13 +122,9 @@ type Estimate = (f64, Option<[f64; 2]>);
 impl ParameterDifference {
     fn between((a, a_interval): Estimate, (b, b_interval): Estimate) -> Self {
         let half_width = |[low, high]: [f64; 2]| (high - low) / 2.0;
-        let ratio = a_interval
-            .zip(b_interval)
-            .map(|(a_interval, b_interval)| {
-                (b - a) / libm::hypot(half_width(a_interval), half_width(b_interval))
-            })
-            .filter(|ratio| ratio.is_finite());
-        Self { a, b, difference: b - a, ratio }
+        let both = a_interval.zip(b_interval);
+        let ratio = both.map(|(i, j)| (b - a) / libm::hypot(half_width(i), half_width(j)));
+        Self { a, b, difference: b - a, ratio: ratio.filter(|ratio| ratio.is_finite()) }
     }
 }
 

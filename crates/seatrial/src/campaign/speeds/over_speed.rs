@@ -141,14 +141,11 @@ pub fn share(models: &mut [(f64, &mut Identification)]) -> Option<SpeedLaw> {
 }
 
 fn is_of_first_order(identification: &Identification) -> bool {
-    let verdict = &identification.verdict;
-    let method = identification.refined.as_ref().map(|refined| &refined.method);
-    verdict.accepted
-        && !verdict.has(&ReasonCode::Unstable)
-        && matches!(
-            method,
-            Some(EstimateMethod::AveragedRestrictedLikelihood | EstimateMethod::RudderLag)
-        )
+    use EstimateMethod::{AveragedRestrictedLikelihood, RudderLag};
+    let Identification { verdict, refined, .. } = identification;
+    let method = refined.as_ref().map(|refined| &refined.method);
+    let is_its_own = matches!(method, Some(AveragedRestrictedLikelihood | RudderLag));
+    verdict.accepted && !verdict.has(&ReasonCode::Unstable) && is_its_own
 }
 
 impl fmt::Display for SpeedLaw {

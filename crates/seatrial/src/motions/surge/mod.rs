@@ -317,11 +317,8 @@ fn yaw_rate_is_measured(run: &Run) -> bool {
 fn steady_m_s(part: &Part) -> Option<f64> {
     let straight = &part.instants[..part.settling];
     let end_s = straight.last()?.time_s;
-    let late: Vec<f64> = straight
-        .iter()
-        .filter(|at| at.time_s >= end_s - STEADY_S)
-        .map(|at| at.surge_speed_m_s)
-        .collect();
+    let late = straight.iter().filter(|at| at.time_s >= end_s - STEADY_S);
+    let late: Vec<f64> = late.map(|at| at.surge_speed_m_s).collect();
     Some(late.iter().sum::<f64>() / late.len() as f64)
 }
 

@@ -170,11 +170,8 @@ impl ZigZag {
 fn overshoot(swing: &[Instant], before_rad: f64) -> Option<f64> {
     let executed_rad = swing.first()?.heading_rad - before_rad;
     let side = executed_rad.signum();
-    let furthest = swing
-        .iter()
-        .map(|at| side * (at.heading_rad - before_rad))
-        .fold(f64::NEG_INFINITY, f64::max);
-    Some(furthest - side * executed_rad)
+    let along = swing.iter().map(|at| side * (at.heading_rad - before_rad));
+    Some(along.fold(f64::NEG_INFINITY, f64::max) - side * executed_rad)
 }
 
 /// The way along a track, m.

@@ -108,9 +108,7 @@ pub(super) fn holds(samples: &[Sample<f64>], largest_rad: f64) -> Vec<Hold> {
 /// The slope of the heading by least squares and its standard error, rad/s.
 fn slope(samples: &[Sample<f64>], headings_rad: &[f64]) -> [f64; 2] {
     let times_s: Vec<f64> = samples.iter().map(|s| s.time_s).collect();
-    let Some(line) = Line::through(&times_s, headings_rad) else {
-        return [f64::NAN; 2];
-    };
+    let Some(line) = Line::through(&times_s, headings_rad) else { return [f64::NAN; 2] };
     let off = |(time_s, heading): (&f64, &f64)| (heading - line.at(*time_s)).powi(2);
     let left: f64 = times_s.iter().zip(headings_rad).map(off).sum();
     let noise_rad = (left / (samples.len() as f64 - 2.0)).sqrt();

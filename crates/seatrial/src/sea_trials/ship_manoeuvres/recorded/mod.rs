@@ -214,13 +214,11 @@ fn circle(samples: &[Sample<f64>], largest_rad: f64) -> Result<TurningCircle, No
 /// The execute of the last turn: out of the angle on the other side or, where the rudder was held amidships between them, out of that.
 fn circle_execute(samples: &[Sample<f64>], largest_rad: f64) -> Option<usize> {
     let Execute { left, over } = *executes(samples, largest_rad).last()?;
-    let amidships = holds::holds(samples, largest_rad)
-        .into_iter()
-        .filter(|hold| hold.is_amidships(largest_rad))
-        .filter(|hold| hold.from >= left && hold.to <= over)
-        .map(|hold| hold.to)
-        .next_back();
-    Some(amidships.unwrap_or(left))
+    let holds = holds::holds(samples, largest_rad);
+    let amidships = holds
+        .iter()
+        .rfind(|hold| hold.is_amidships(largest_rad) && hold.from >= left && hold.to <= over);
+    Some(amidships.map_or(left, |hold| hold.to))
 }
 
 fn zig_zag(samples: &[Sample<f64>], largest_rad: f64) -> Result<ZigZag, NoManoeuvre> {

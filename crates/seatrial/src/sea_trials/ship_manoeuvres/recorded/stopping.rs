@@ -80,10 +80,7 @@ fn before_m_s(speeds_m_s: &[f64]) -> f64 {
     let first = &speeds_m_s[..FIRST.min(speeds_m_s.len())];
     let mean_m_s = first.iter().sum::<f64>() / first.len() as f64;
     let fallen_m_s = first[0] - first[first.len() - 1];
-    match fallen_m_s > fall_m_s(speeds_m_s, mean_m_s) {
-        true => first[0],
-        false => mean_m_s,
-    }
+    if fallen_m_s > fall_m_s(speeds_m_s, mean_m_s) { first[0] } else { mean_m_s }
 }
 
 /// By how much a speed has to fall so that it is no noise, m/s.
