@@ -37,6 +37,10 @@ pub struct Hull {
     pub offset_rad_s2: f64,
     /// Two thrusters in place of the rudder.
     pub thrusters: Option<Thrusters>,
+    /// Rudder angle to each side without effect, rad.
+    pub dead_band_rad: f64,
+    /// Rudder angle d at which a stalling rudder has tanh(1) of the effect it would have, rad: d tanh(delta/d); 0 is none.
+    pub stall_rad: f64,
 }
 
 /// Two thrusters that steer and drive at once; the record has half the difference of what each was asked for.
@@ -106,7 +110,14 @@ impl Hull {
         let r = x.rate_rad_s;
         let effect_rad = match &self.thrusters {
             Some(thrusters) => thrusters.effect_rad(x.rudder_rad),
-            None => x.rudder_rad,
+            None => {
+                let beyond_rad = (x.rudder_rad.abs() - self.dead_band_rad).max(0.0);
+                let effect_rad = match self.stall_rad > 0.0 {
+                    true => self.stall_rad * (beyond_rad / self.stall_rad).tanh(),
+                    false => beyond_rad,
+                };
+                effect_rad.copysign(x.rudder_rad)
+            }
         };
         let push = u * u * self.authority_per_s2 * effect_rad + self.offset_rad_s2 + sea_rad_s2;
         let [coupling, sway_s] = self.sway;
@@ -265,7 +276,90 @@ fn two_thrusters(random: &mut Pcg64) -> (Hull, f64) {
     (hull, time_s)
 }
 
-const KINDS: [Kind; 12] = [
+fn dead_band(random: &mut Pcg64) -> (Hull, f64) {
+    let (mut hull, time_s) = plain(random);
+    hull.dead_band_rad = between(random, 0.01, 0.06);
+    (hull, time_s)
+}
+
+fn stalling_rudder(random: &mut Pcg64) -> (Hull, f64) {
+    let (mut hull, time_s) = plain(random);
+    hull.stall_rad = between(random, 0.15, 0.4);
+    (hull, time_s)
+}
+
+fn thruster_rov(random: &mut Pcg64) -> (Hull, f64) {
+    let (mut hull, time_s) = rov(random);
+    hull.gear[1] = between(random, 0.05, 0.25);
+    hull.dead_band_rad = between(random, 0.0, 0.03);
+    hull.sea_rad_s2 = between(random, 0.0, 0.01);
+    (hull, time_s)
+}
+
+fn sea_of(random: &mut Pcg64) -> f64 {
+    between(random, 0.003, 0.012)
+}
+
+fn quadratic_in_a_sea(random: &mut Pcg64) -> (Hull, f64) {
+    let (mut hull, time_s) = rov(random);
+    hull.sea_rad_s2 = sea_of(random);
+    (hull, time_s)
+}
+
+fn sway_in_a_sea(random: &mut Pcg64) -> (Hull, f64) {
+    let (mut hull, time_s) = stable_ship(random);
+    hull.sea_rad_s2 = sea_of(random);
+    (hull, time_s)
+}
+
+fn sway_behind_a_lag(random: &mut Pcg64) -> (Hull, f64) {
+    let (mut hull, time_s) = stable_ship(random);
+    hull.gear[1] = between(random, 0.1, 0.3);
+    (hull, time_s)
+}
+
+fn quadratic_behind_a_lag(random: &mut Pcg64) -> (Hull, f64) {
+    let (mut hull, time_s) = rov(random);
+    hull.gear[1] = between(random, 0.1, 0.3);
+    (hull, time_s)
+}
+
+fn slow_gear_in_a_sea(random: &mut Pcg64) -> (Hull, f64) {
+    let (mut hull, time_s) = slow_gear(random);
+    hull.sea_rad_s2 = sea_of(random);
+    (hull, time_s)
+}
+
+fn play_in_a_sea(random: &mut Pcg64) -> (Hull, f64) {
+    let (mut hull, time_s) = loose_gear(random);
+    hull.sea_rad_s2 = sea_of(random);
+    (hull, time_s)
+}
+
+fn quadratic_slow_gear(random: &mut Pcg64) -> (Hull, f64) {
+    let (mut hull, time_s) = rov(random);
+    hull.gear[2] = 0.26 / (between(random, 0.3, 1.2) * time_s);
+    (hull, time_s)
+}
+
+fn sway_with_play(random: &mut Pcg64) -> (Hull, f64) {
+    let (mut hull, time_s) = stable_ship(random);
+    hull.gear[3] = between(random, 0.03, 0.12);
+    (hull, time_s)
+}
+
+const KINDS: [Kind; 23] = [
+    ("dead band", dead_band),
+    ("stalling rudder", stalling_rudder),
+    ("ROV with thrusters", thruster_rov),
+    ("quadratic in a sea", quadratic_in_a_sea),
+    ("sway in a sea", sway_in_a_sea),
+    ("sway behind a lag", sway_behind_a_lag),
+    ("quadratic behind a lag", quadratic_behind_a_lag),
+    ("slow gear in a sea", slow_gear_in_a_sea),
+    ("play in a sea", play_in_a_sea),
+    ("quadratic behind a slow gear", quadratic_slow_gear),
+    ("sway with play", sway_with_play),
     ("two thrusters", two_thrusters),
     ("first order", plain),
     ("in a sea", in_a_sea),
@@ -416,7 +510,7 @@ impl Tally {
                 found.higher_order.as_ref().and_then(|h| h.validation?.r2_heading_offset_refit),
                 if is_accepted { "use" } else { "no" },
                 found.model().theta().map(|x| (1e3 * x).round() / 1e3),
-                found.higher_order.as_ref().map(|h| h.structure),
+                found.higher_order.as_ref().map(|h| h.structure.in_words()),
                 CourseChange::of(&found, Some(AMPLITUDE_RAD))
                     .map(|promise| promise.overshoot_95_rad.map(|rad| rad / COURSE_CHANGE_RAD)),
                 found.verdict.reasons.iter().map(|r| r.kind().to_string()).collect::<Vec<_>>()

@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             gain.ok().map(|gain| gain.proportional_gain),
             scores(found.validation.as_ref()),
             scores(higher.and_then(|higher| higher.validation.as_ref())),
-            higher.map_or_else(String::new, |higher| format!("{:?}", higher.structure)),
+            higher.map_or_else(String::new, |higher| higher.structure.in_words().into()),
             found
                 .verdict
                 .reasons

@@ -65,20 +65,23 @@ fn same_steady_turn(contest: &Contest, rudder_amplitude_rad: f64) -> Option<Refi
     };
     let is_finite =
         model.theta().iter().chain(refined.covariance.as_flattened()).all(|x| x.is_finite());
-    is_finite.then(|| reaching_behind_play(refined, contest, rudder_amplitude_rad))
+    is_finite.then(|| reaching_small_angles(refined, contest, rudder_amplitude_rad))
 }
 
-/// With intervals that hold the model behind the play of the gear, too: at larger angles more of the rudder reaches the blade.
-fn reaching_behind_play(refined: Refined, contest: &Contest, amplitude_rad: f64) -> Refined {
-    let behind = contest.moments(&|vehicle, offset_rad_s2| {
-        let without = Vehicle { play_rad: 0.0, ..*vehicle };
-        first_order_at(&without, offset_rad_s2, amplitude_rad)
-    });
+/// With intervals that hold the model behind the play of the gear, too: at larger angles more of the rudder reaches the blade; and the offset at
+/// rest, of which damping that grows takes less than in a turn.
+fn reaching_small_angles(refined: Refined, contest: &Contest, amplitude_rad: f64) -> Refined {
     let model = Vector3::from(refined.model.theta());
-    match behind.map(|behind| (behind.mean - model) / NORMAL_95) {
-        Some(away) if away != Vector3::zeros() => widened(&refined, &(away * away.transpose())),
-        _ => refined,
-    }
+    let reaching = |refined: Refined, change: fn(&Vehicle) -> Vehicle, of: Vector3<f64>| {
+        let other =
+            contest.moments(&|vehicle, c| first_order_at(&change(vehicle), c, amplitude_rad));
+        match other.map(|other| (other.mean - model).component_mul(&of) / NORMAL_95) {
+            Some(away) if away != Vector3::zeros() => widened(&refined, &(away * away.transpose())),
+            _ => refined,
+        }
+    };
+    let behind = reaching(refined, |v| Vehicle { play_rad: 0.0, ..*v }, Vector3::repeat(1.0));
+    reaching(behind, |v| Vehicle { quadratic_per_rad: 0.0, ..*v }, Vector3::z())
 }
 
 /// Mean and variance of the log of the gain K, 1/s, that the hypotheses' steady turns have at a rudder amplitude, rad.

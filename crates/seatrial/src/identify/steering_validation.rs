@@ -8,7 +8,7 @@ use seatrial_core::{Real, Sample, YawModel};
 use crate::identification::{Identification, Validation};
 use crate::identify::error::IdentifyError;
 use crate::identify::validation;
-use crate::likelihood::steering_model::{SteeringModel, SteeringState};
+use crate::likelihood::steering_model::{SteeringModel, SteeringState, first_order_at};
 use crate::record::{Record, Window, unwrapped_rad};
 
 /// R^2 of the heading of validation data with the offset estimated again. `None` where they tell none.
@@ -173,14 +173,19 @@ impl<'a> ValidationRun<'a> {
         }
     }
 
-    /// Over the time constants that the vehicle has at the yaw rates of this run.
+    /// Over the time constants that the vehicle has at the yaw rates of this run, or those of its turns where sway makes them shorter.
     fn derived_yaw_rates(&self) -> Option<Vec<f64>> {
-        let states = self.model.simulate(self.samples, self.start);
+        let model = self.model;
+        let states = model.simulate(self.samples, self.start);
         let rates: Vec<f64> = states.iter().map(|s| s.yaw_rate_rad_s.abs()).collect();
+        let damped_per_s = model.a22_per_s - model.quadratic_per_rad * mean(rates.iter());
+        let largest_rad = self.samples.iter().map(|s| s.rudder_rad.abs()).fold(0.0, f64::max);
+        let [of_turns_per_s, ..] = first_order_at(&model.vehicle(), 0.0, largest_rad);
         let as_first_order = YawModel {
-            a22_per_s: self.model.a22_per_s - self.model.quadratic_per_rad * mean(rates.iter()),
-            b2_per_s2: self.model.b2_per_s2,
-            c0_rad_per_s2: self.model.c0_rad_per_s2,
+            // No first-order model is near where this is no number.
+            a22_per_s: damped_per_s.min(of_turns_per_s),
+            b2_per_s2: model.b2_per_s2,
+            c0_rad_per_s2: model.c0_rad_per_s2,
         };
         let derived = validation::derived_yaw_rate(as_first_order, self.samples)?;
         measured_yaw_rates(&derived)

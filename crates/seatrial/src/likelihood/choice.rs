@@ -224,13 +224,12 @@ impl<'a> Contest<'a> {
     pub fn predictor(&self) -> &Candidate<'a> {
         let heaviest = self.heaviest();
         let structure = heaviest.hypothesis.problem.structure;
-        let is_gear = structure.exceeds_first_order() && !structure.has_own_hull();
         let is_general = |c: &&Candidate| {
             c.hypothesis.problem.structure == Structure::SWAY_QUADRATIC
                 && c.hypothesis.disturbance == Disturbance::Drift
         };
         match self.candidates.iter().find(is_general) {
-            Some(general) if !is_gear => general,
+            Some(general) if !structure.has_own_gear() => general,
             _ => heaviest,
         }
     }

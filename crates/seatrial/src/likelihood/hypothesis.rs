@@ -34,14 +34,29 @@ impl Structure {
 
     /// Every structure of the table with its flag in documents, where those of others do not say it, and its words: each after the one that it
     /// starts from. Of those that a structure contains the last names it.
-    pub const TABLE: [(Self, &str, &str); 8] = [
+    pub const TABLE: [(Self, &str, &str); 11] = [
         (Self::FIRST_ORDER, "", "first order"),
         (Self::SHIFT, "shift", "first order"),
         (Self::LAG, "lag", "first order with a lagging rudder"),
         (Self::RATE_LIMIT, "rate_limit", "first order behind a rate-limited steering gear"),
         (Self::PLAY, "play", "first order behind a steering gear with play"),
         (Self::QUADRATIC, "quadratic", "damping that grows with the yaw rate"),
+        (
+            Self::QUADRATIC.with(Parameter::Lag),
+            "",
+            "damping that grows with the yaw rate behind a lagging rudder",
+        ),
+        (
+            Self::QUADRATIC.with(Parameter::RateLimit),
+            "",
+            "damping that grows with the yaw rate behind a rate-limited steering gear",
+        ),
         (Self::SWAY, "sway", "second order (sway and yaw)"),
+        (
+            Self::SWAY.with(Parameter::Play),
+            "",
+            "second order (sway and yaw) behind a steering gear with play",
+        ),
         (Self::SWAY_QUADRATIC, "", "sway and yaw with damping that grows with the yaw rate"),
     ];
 
@@ -82,6 +97,11 @@ impl Structure {
     pub fn parent(&self) -> Option<Self> {
         let before = Self::TABLE.map(|(other, ..)| other).into_iter().take_while(|s| s != self);
         before.filter(|other| self.contains(*other)).last()
+    }
+
+    /// Does the gear lag, have a largest rate or play?
+    pub fn has_own_gear(self) -> bool {
+        [Parameter::Lag, Parameter::RateLimit, Parameter::Play].into_iter().any(|p| self.has(p))
     }
 
     /// Does the hull differ from first order?

@@ -241,7 +241,8 @@ impl SteeringModel {
 ///
 /// ```text
 /// r_s = steady rate at delta:  (d_s + d2 r_s) r_s = |b| delta,   d_s = d0 - k T_v
-/// a22 = -(d_s + d2 r_s)/m,  b2 = b/m,  C0 = c/m,   m = 1 + k T_v^2   (K as it is, T = T1 + T2 - T3)
+/// a22 = -(d_s + d2 r_s)/m,  b2 = b/m,   m = 1 + k T_v^2   (K as it is, T = T1 + T2 - T3)
+/// C0 = c/m (d_s + d2 r_s)/(d_s + 2 d2 r_s)   (the steady turns to both sides as they are, to first order in c)
 /// ```
 ///
 /// Half of a rudder's play never reaches the blade: delta is less by it than the amplitude, and b2 smaller in the same ratio.
@@ -262,11 +263,12 @@ impl SteeringModel {
 pub fn first_order_at(vehicle: &Vehicle, offset_rad_s2: f64, amplitude_rad: f64) -> [f64; 3] {
     const LEAST_INERTIA: f64 = 0.2;
     let sway_s = sway_s(vehicle);
-    let [secant, authority] = secant_at(vehicle, amplitude_rad);
+    let [secant, tangent, authority] = damping_at(vehicle, amplitude_rad);
     let inertia = 1.0 + vehicle.coupling_per_s2 * sway_s * sway_s;
     if inertia < LEAST_INERTIA {
         return [f64::NAN; 3];
     }
+    let offset_rad_s2 = offset_rad_s2 * if tangent == secant { 1.0 } else { secant / tangent };
     [-secant / inertia, authority / inertia, offset_rad_s2 / inertia]
 }
 
@@ -283,13 +285,14 @@ pub fn first_order_at(vehicle: &Vehicle, offset_rad_s2: f64, amplitude_rad: f64)
 /// ```
 pub fn log_steady_gain(vehicle: &Vehicle, amplitude_rad: f64) -> f64 {
     const LEAST_DAMPING: f64 = 0.05;
-    let [secant, authority] = secant_at(vehicle, amplitude_rad);
+    let [secant, _, authority] = damping_at(vehicle, amplitude_rad);
     let gain = authority / secant.max(LEAST_DAMPING * vehicle.damping_per_s.abs());
     libm::log(gain.abs())
 }
 
-/// Damping d_s + d2 r_s, 1/s, of the steady turn at a rudder amplitude, rad, and the rudder's effect on it, 1/s^2.
-fn secant_at(vehicle: &Vehicle, amplitude_rad: f64) -> [f64; 2] {
+/// Damping d_s + d2 r_s of the steady turn at a rudder amplitude, rad, that of a small change of this turn, d_s + 2 d2 r_s, both 1/s, and the
+/// rudder's effect on the turn, 1/s^2.
+fn damping_at(vehicle: &Vehicle, amplitude_rad: f64) -> [f64; 3] {
     let damping = vehicle.damping_per_s - vehicle.coupling_per_s2 * sway_s(vehicle);
     let reaching = match amplitude_rad > 0.5 * vehicle.play_rad {
         true => 1.0 - 0.5 * vehicle.play_rad / amplitude_rad,
@@ -297,13 +300,12 @@ fn secant_at(vehicle: &Vehicle, amplitude_rad: f64) -> [f64; 2] {
     };
     let authority = reaching * vehicle.authority_per_s2;
     let push = (authority * amplitude_rad).abs();
-    // Half of what the root of the quadratic equation adds to the damping.
-    let root = (damping * damping + 4.0 * vehicle.quadratic_per_rad * push).sqrt();
-    let secant = match vehicle.quadratic_per_rad > 0.0 {
-        true => 0.5 * (damping + root),
-        false => damping,
-    };
-    [secant, authority]
+    if vehicle.quadratic_per_rad == 0.0 {
+        return [damping, damping, authority];
+    }
+    // The root of the quadratic equation d2 r^2 + d_s r = b delta.
+    let tangent = (damping * damping + 4.0 * vehicle.quadratic_per_rad * push).sqrt();
+    [0.5 * (damping + tangent), tangent, authority]
 }
 
 /// Time constant of sway, s; 0 for a vehicle without.

@@ -18,11 +18,11 @@ fn lag_of_either(evidence: &ModelEvidence) -> Option<f64> {
     Some(unchecked?.model.rudder_lag_s)
 }
 
-/// What a record has beyond first order, where that is a lag and no sway.
+/// What a record has beyond first order, where that is a lag and no other hull.
 fn lag_alone<'a>(evidence: &ModelEvidence<'a>) -> Option<&'a HigherOrder> {
     let higher = evidence.explanation.beyond()?;
-    let has = |parameter| higher.structure.has(parameter);
-    (has(Parameter::Lag) && !has(Parameter::Coupling)).then_some(higher)
+    let lags = higher.structure.has(Parameter::Lag) && !higher.structure.has_own_hull();
+    lags.then_some(higher)
 }
 
 impl Weighing {
