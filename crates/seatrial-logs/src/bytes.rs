@@ -27,6 +27,16 @@ pub struct Bytes {
     pub damage: Damage,
 }
 
+/// What bytes begin with, as a format of packets says it.
+pub(crate) enum Found<P> {
+    /// A sound packet.
+    Packet(P),
+    /// None within so many bytes.
+    Nothing(usize),
+    /// A packet that the file ends within.
+    Cut,
+}
+
 /// An error where more is made of a file of this format than can be held, with what to give in its place.
 pub(crate) fn check_made(length: usize, format: &'static str, instead: &str) -> Result<(), Fault> {
     match length > MOST_MADE {
@@ -159,6 +169,32 @@ impl Bytes {
         let count = count.min(self.unread.len());
         self.unread.start += count;
         self.position += count as u64;
+    }
+
+    /// Goes to the next sound packet; `None` at the end. What is none is damage. `found` is asked of the next `count` bytes and what else
+    /// the buffer holds, fewer only at the end.
+    pub(crate) fn find_packet<P>(
+        &mut self,
+        count: usize,
+        found: impl Fn(&[u8]) -> Found<P>,
+    ) -> Result<Option<P>, Fault> {
+        loop {
+            let position = self.position;
+            let seen = self.peek(count)?;
+            let passed = match found(seen) {
+                Found::Packet(packet) => return Ok(Some(packet)),
+                _ if seen.is_empty() => return Ok(None),
+                Found::Nothing(passed) => passed,
+                Found::Cut => {
+                    let rest = seen.len();
+                    self.damage.cut_at = Some(position);
+                    self.skip(rest);
+                    return Ok(None);
+                }
+            };
+            self.damage.skipped(position, passed);
+            self.skip(passed);
+        }
     }
 
     /// Bytes before the next.

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use crate::Quantity::*;
 use crate::Unit::*;
-use crate::bytes::{Bytes, text_of};
+use crate::bytes::{Bytes, Found, text_of};
 use crate::error::{Fault, clipped};
 use crate::input::Input;
 use crate::message_table::{Kind, Message, Messages, has, names};
@@ -22,6 +22,8 @@ const HEADER: usize = 3;
 /// The type of the messages that describe the others, and their length.
 const FORMAT: u8 = 128;
 const FORMAT_LENGTH: usize = 89;
+/// The longest message: its length is a byte.
+const LONGEST: usize = 255;
 /// Sensors of one kind are numbered below this.
 const MOST_INSTANCES: usize = 16;
 /// Outputs in RCOU.
@@ -240,38 +242,16 @@ impl DataFlash {
 
     /// Goes to the next complete message and says its type.
     fn find_message(&mut self) -> Result<Option<u8>, Fault> {
-        loop {
-            let position = self.bytes.position();
-            let seen = self.bytes.peek(HEADER)?;
-            if seen.is_empty() {
-                return Ok(None);
+        self.bytes.find_packet(LONGEST, |seen| {
+            let number = seen.get(MARK.len()).copied().filter(|_| seen.starts_with(&MARK));
+            let layout = |number: u8| Some((number, self.layouts[usize::from(number)].as_ref()?));
+            match number.and_then(layout) {
+                Some((number, layout)) if seen.len() >= layout.length => Found::Packet(number),
+                Some(_) => Found::Cut,
+                None if MARK.starts_with(seen) => Found::Cut,
+                None => Found::Nothing(1),
             }
-            let number = (seen.len() >= HEADER && seen.starts_with(&MARK)).then(|| seen[2]);
-            let length = number
-                .and_then(|number| self.layouts[usize::from(number)].as_ref())
-                .map(|layout| layout.length);
-            if let (Some(number), Some(length)) = (number, length) {
-                if self.bytes.peek(length)?.len() >= length {
-                    return Ok(Some(number));
-                }
-                // Nothing behind it is complete either: messages are shorter than what was asked for.
-                self.bytes.damage.cut_at = Some(position);
-                let rest = self.bytes.peek(length)?.len();
-                self.bytes.skip(rest);
-                return Ok(None);
-            }
-            let is_cut = seen.len() < HEADER && MARK.starts_with(&seen[..seen.len().min(2)]);
-            if is_cut {
-                let rest = seen.len();
-                self.bytes.damage.cut_at = Some(position);
-                self.bytes.skip(rest);
-                return Ok(None);
-            }
-            let next = seen[1..].iter().position(|byte| *byte == MARK[0]);
-            let count = next.map_or(seen.len(), |next| next + 1);
-            self.bytes.damage.skipped(position, count);
-            self.bytes.skip(count);
-        }
+        })
     }
 
     /// Takes what a message says about the others, and its own kind.

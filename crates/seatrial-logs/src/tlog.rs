@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use crate::Quantity::*;
 use crate::Unit::*;
-use crate::bytes::{Bytes, text_of};
+use crate::bytes::{Bytes, Found, text_of};
 use crate::error::Fault;
 use crate::input::Input;
 use crate::message_table::{Kind, Message, Messages, names};
@@ -198,27 +198,12 @@ impl Telemetry {
 
     /// Goes to the next frame; bytes that are none are passed over.
     fn next_frame(&mut self) -> Result<Option<Frame>, Fault> {
-        loop {
-            let position = self.bytes.position();
-            // One frame and the first bytes of the next.
-            let seen = self.bytes.peek(2 * STAMP + LONGEST_FRAME + 1)?;
-            if seen.is_empty() {
-                return Ok(None);
-            }
-            match Frame::at(seen) {
-                Next::Frame(frame) => return Ok(Some(frame)),
-                Next::Cut => {
-                    let rest = seen.len();
-                    self.bytes.damage.cut_at = Some(position);
-                    self.bytes.skip(rest);
-                    return Ok(None);
-                }
-                Next::NoFrame => {
-                    self.bytes.damage.skipped(position, 1);
-                    self.bytes.skip(1);
-                }
-            }
-        }
+        // One frame and the first bytes of the next.
+        self.bytes.find_packet(2 * STAMP + LONGEST_FRAME + 1, |seen| match Frame::at(seen) {
+            Next::Frame(frame) => Found::Packet(frame),
+            Next::NoFrame => Found::Nothing(1),
+            Next::Cut => Found::Cut,
+        })
     }
 
     /// Seconds since boot, from the message's own clock, else that of the message before.

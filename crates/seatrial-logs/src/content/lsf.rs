@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use crate::Quantity::*;
 use crate::Unit::*;
-use crate::bytes::Bytes;
+use crate::bytes::{Bytes, Found};
 use crate::error::Fault;
 use crate::input::Input;
 use crate::message_table::{Kind, Message, Messages, names};
@@ -17,6 +17,8 @@ use crate::table::{Known, KnownField};
 
 const HEADER: usize = 20;
 const FOOTER: usize = 2;
+/// The longest packet, whose size is of two bytes, and the first bytes of the next.
+const LONGEST: usize = HEADER + 0xffff + FOOTER + 2;
 /// Kinds of messages, each by each of its senders, that are told apart.
 const MOST_SENDERS: usize = 256;
 /// Servos of a vehicle; the first and the last move the vertical fins of an LAUV, the first the rudder of a boat.
@@ -122,6 +124,23 @@ impl Packet {
         })
     }
 
+    /// The sound packet that these bytes begin with. A cut one is the last only where no sound one is behind it.
+    fn at(seen: &[u8]) -> Found<Self> {
+        let sound_at = |at| Self::of(&seen[at..]).filter(|packet| packet.is_sound(&seen[at..]));
+        let is_cut = match Self::of(seen) {
+            Some(packet) => packet.length > seen.len(),
+            None => seen.len() < HEADER && (is_start(seen) || matches!(seen, [0x54 | 0xfe])),
+        };
+        match sound_at(0) {
+            Some(packet) => Found::Packet(packet),
+            None if is_cut => {
+                let behind = (1..seen.len()).find(|at| sound_at(*at).is_some());
+                behind.map_or(Found::Cut, Found::Nothing)
+            }
+            None => Found::Nothing(1),
+        }
+    }
+
     /// Is it whole? Of a message that is read its sum tells, of another what is behind it: a packet or the end.
     fn is_sound(&self, seen: &[u8]) -> bool {
         let Some((packet, behind)) = seen.split_at_checked(self.length) else {
@@ -147,7 +166,8 @@ impl Lsf {
             servos: Vec::new(),
         };
         let mut counts: BTreeMap<Sender, u64> = BTreeMap::new();
-        while let Some(Packet { sender, length, .. }) = log.find()? {
+        while let Some(packet) = log.bytes.find_packet(LONGEST, Packet::at)? {
+            let Packet { sender, length, .. } = packet;
             let is_read = layout(sender.0).is_some();
             if is_read && (counts.len() < MOST_SENDERS || counts.contains_key(&sender)) {
                 *counts.entry(sender).or_default() += 1;
@@ -170,36 +190,6 @@ impl Lsf {
         log.servos = vec![[f64::NAN; SERVOS]; log.kinds.len()];
         log.bytes.begin_again()?;
         Ok(log)
-    }
-
-    /// Goes to the next sound packet.
-    fn find(&mut self) -> Result<Option<Packet>, Fault> {
-        let (from, mut cut_at) = (self.bytes.position(), None);
-        loop {
-            let position = self.bytes.position();
-            let head = self.bytes.peek(HEADER)?;
-            let is_cut = head.len() < HEADER && (is_start(head) || matches!(head, [0x54 | 0xfe]));
-            let packet = Packet::of(head);
-            let length = packet.as_ref().map_or(0, |packet| packet.length);
-            let seen = self.bytes.peek(length + 2)?;
-            if is_cut || length > seen.len() {
-                cut_at.get_or_insert(position);
-            }
-            let packet = packet.filter(|packet| packet.is_sound(seen));
-            if packet.is_none() && !seen.is_empty() {
-                let next = seen.iter().skip(1).position(|byte| [0x54, 0xfe].contains(byte));
-                let next = next.map_or(seen.len(), |next| next + 1);
-                self.bytes.skip(next);
-                continue;
-            }
-            let cut_at = cut_at.filter(|_| packet.is_none());
-            let end = cut_at.unwrap_or(position);
-            if end > from {
-                self.bytes.damage.skipped(from, (end - from) as usize);
-            }
-            self.bytes.damage.cut_at = cut_at;
-            return Ok(packet);
-        }
     }
 
     /// Makes the message of a packet of this kind; none of a servo that no vehicle has.
@@ -264,7 +254,7 @@ impl Messages for Lsf {
     }
 
     fn next(&mut self, wanted: &[bool], message: &mut Message) -> Result<bool, Fault> {
-        while let Some(packet) = self.find()? {
+        while let Some(packet) = self.bytes.find_packet(LONGEST, Packet::at)? {
             let kind = self.senders.iter().position(|of| *of == packet.sender);
             let kind = kind.filter(|kind| wanted[*kind]);
             let given = kind.and_then(|kind| self.give(kind, &packet, message));

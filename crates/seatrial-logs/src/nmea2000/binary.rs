@@ -7,6 +7,7 @@
 //! | Actisense NGT-1 | DLE STX, message, sum, DLE ETX; a DLE of the message twice |
 
 use super::{Frame, LONGEST_RECORD, MOST_BYTES, Piece, Records};
+use crate::bytes::Found;
 use crate::clock::ticks_unix_s;
 use crate::number::number;
 
@@ -42,7 +43,7 @@ pub(super) fn container(start: &[u8]) -> Option<Records> {
     // A recording that begins in a message.
     let begin = start.windows(3).position(|bytes| *bytes == [DATA_LINK_ESCAPE, 0x02, 0x93]);
     if let Some(at) = begin.filter(|at| *at < LONGEST_RECORD)
-        && matches!(gateway(&start[at..]), (Piece::Frame(_), _))
+        && matches!(gateway(&start[at..]), Found::Packet((Piece::Frame(_), _)))
     {
         return records(gateway, None);
     }
@@ -51,8 +52,9 @@ pub(super) fn container(start: &[u8]) -> Option<Records> {
     }
     let mut at = 0;
     for _ in 0..LEAST_RECORDS {
-        let (piece, count) = yacht_devices(start.get(at..)?);
-        matches!(piece, Piece::Frame(_) | Piece::Other).then_some(())?;
+        let Found::Packet((_, count)) = yacht_devices(start.get(at..)?) else {
+            return None;
+        };
         at += count;
     }
     records(yacht_devices, Some(60.0))
@@ -64,17 +66,17 @@ fn is_utf_16(start: &[u8]) -> bool {
     pairs.len() == 7 && pairs.all(|pair| pair[0] != 0 && pair[1] == 0)
 }
 
-fn yacht_devices(bytes: &[u8]) -> (Piece, usize) {
+fn yacht_devices(bytes: &[u8]) -> Found<(Piece, usize)> {
     let fields = number::<u16>(bytes, 0).zip(number::<u32>(bytes, 2));
     let Some((milliseconds, identifier)) = fields else {
-        return (Piece::Cut, bytes.len());
+        return Found::Cut;
     };
     let time_s = f64::from(milliseconds) / 1e3;
     if identifier == SERVICE {
-        return (Piece::Other, 14);
+        return Found::Packet((Piece::Other, 14));
     }
     if milliseconds >= 60_000 || identifier >> 29 != 0 {
-        return (Piece::Damaged(1), 1);
+        return Found::Nothing(1);
     }
     let mut frame = Frame::of_bus(time_s, identifier, Vec::new());
     frame.is_of_bus = false;
@@ -82,25 +84,25 @@ fn yacht_devices(bytes: &[u8]) -> (Piece, usize) {
         (59_904, _) => (6, 3),
         (_, true) => match bytes.get(7) {
             Some(length) if usize::from(*length) <= MOST_BYTES => (8, usize::from(*length)),
-            Some(_) => return (Piece::Damaged(1), 1),
-            None => return (Piece::Cut, bytes.len()),
+            Some(_) => return Found::Nothing(1),
+            None => return Found::Cut,
         },
         _ => (6, 8),
     };
     match bytes.get(from..from + length) {
         Some(data) => {
             frame.data = data.to_vec();
-            (Piece::Frame(frame), from + length)
+            Found::Packet((Piece::Frame(frame), from + length))
         }
-        None => (Piece::Cut, bytes.len()),
+        None => Found::Cut,
     }
 }
 
 /// A record that does not end: the file's last, or none.
-fn without_end(bytes: &[u8]) -> (Piece, usize) {
+fn without_end(bytes: &[u8]) -> Found<(Piece, usize)> {
     match bytes.len() < LONGEST_RECORD {
-        true if !bytes[2..].windows(2).any(|pair| *pair == bytes[..2]) => (Piece::Cut, bytes.len()),
-        _ => (Piece::Damaged(1), 1),
+        true if !bytes[2..].windows(2).any(|pair| *pair == bytes[..2]) => Found::Cut,
+        _ => Found::Nothing(1),
     }
 }
 
@@ -126,15 +128,15 @@ fn escaped(bytes: &[u8], escapes: &[u8], end: u8) -> Option<(Vec<u8>, usize)> {
     }
 }
 
-fn actisense(bytes: &[u8]) -> (Piece, usize) {
+fn actisense(bytes: &[u8]) -> Found<(Piece, usize)> {
     if bytes == [ESCAPE] {
-        return (Piece::Cut, 1);
+        return Found::Cut;
     }
     if bytes.starts_with(&[DATA_LINK_ESCAPE, 0x02]) {
         return message_between(bytes, &[DATA_LINK_ESCAPE, ESCAPE]);
     }
     if !bytes.starts_with(&[ESCAPE, 0x01]) {
-        return (Piece::Damaged(1), 1);
+        return Found::Nothing(1);
     }
     let Some((record, count)) = escaped(bytes, &[ESCAPE], 0x0a) else {
         return without_end(bytes);
@@ -151,26 +153,26 @@ fn actisense(bytes: &[u8]) -> (Piece, usize) {
         .map(Piece::Frame),
         _ => None,
     };
-    (piece.unwrap_or(Piece::Other), count)
+    Found::Packet((piece.unwrap_or(Piece::Other), count))
 }
 
-fn gateway(bytes: &[u8]) -> (Piece, usize) {
+fn gateway(bytes: &[u8]) -> Found<(Piece, usize)> {
     if bytes == [DATA_LINK_ESCAPE] {
-        return (Piece::Cut, 1);
+        return Found::Cut;
     }
     if !bytes.starts_with(&[DATA_LINK_ESCAPE, 0x02]) {
-        return (Piece::Damaged(1), 1);
+        return Found::Nothing(1);
     }
     message_between(bytes, &[DATA_LINK_ESCAPE])
 }
 
 /// A message of the NGT-1 between its beginning and its end.
-fn message_between(bytes: &[u8], escapes: &[u8]) -> (Piece, usize) {
+fn message_between(bytes: &[u8], escapes: &[u8]) -> Found<(Piece, usize)> {
     let Some((message, count)) = escaped(bytes, escapes, 0x03) else {
         return without_end(bytes);
     };
     let frame = long_message(&message).or_else(|| sent_message(&message));
-    (frame.map_or(Piece::Other, Piece::Frame), count)
+    Found::Packet((frame.map_or(Piece::Other, Piece::Frame), count))
 }
 
 /// Kind 0x94, a message that was sent, without a time: length, priority, number (3), destination, length, data.

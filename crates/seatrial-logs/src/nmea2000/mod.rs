@@ -12,7 +12,7 @@ mod text;
 use std::collections::BTreeMap;
 
 use crate::Quantity;
-use crate::bytes::Bytes;
+use crate::bytes::{Bytes, Found};
 use crate::error::Fault;
 use crate::input::Input;
 use crate::line_log::LineLog;
@@ -80,17 +80,13 @@ impl Frame {
     }
 }
 
-/// What a piece of a file is.
+/// What a record is.
 enum Piece {
     Frame(Frame),
     /// The time of what follows, s.
     Time(f64),
     /// Sound, and no frame: a comment or a record of the recorder.
     Other,
-    /// So many bytes that are nothing.
-    Damaged(usize),
-    /// A record that the bytes end in.
-    Cut,
 }
 
 /// How a recorder writes frames.
@@ -104,7 +100,7 @@ enum Container {
 #[derive(Clone, Copy)]
 struct Records {
     /// Reads one; how many bytes it takes.
-    read: fn(&[u8]) -> (Piece, usize),
+    read: fn(&[u8]) -> Found<(Piece, usize)>,
     /// The time after which the recorder's clock begins again, s.
     period_s: Option<f64>,
 }
@@ -285,9 +281,9 @@ impl Capture {
 
     fn next_frame(&mut self) -> Result<Option<Frame>, Fault> {
         loop {
-            let position = self.bytes.position();
             match self.container {
                 Container::Lines(read) => {
+                    let position = self.bytes.position();
                     let Some(line) = self.bytes.line()? else {
                         return Ok(None);
                     };
@@ -304,19 +300,16 @@ impl Capture {
                     }
                 }
                 Container::Records(records) => {
-                    let seen = self.bytes.peek(LONGEST_RECORD)?;
-                    if seen.is_empty() {
+                    let Some((piece, count)) =
+                        self.bytes.find_packet(LONGEST_RECORD, records.read)?
+                    else {
                         return Ok(None);
-                    }
-                    let (piece, count) = (records.read)(seen);
-                    let count = count.clamp(1, seen.len());
+                    };
                     self.bytes.skip(count);
                     match piece {
                         Piece::Frame(frame) => return Ok(Some(frame)),
                         Piece::Time(time_s) => self.time_before_s = Some(time_s),
                         Piece::Other => {}
-                        Piece::Damaged(bytes) => self.bytes.damage.skipped(position, bytes),
-                        Piece::Cut => self.bytes.damage.cut_at = Some(position),
                     }
                 }
             }
