@@ -9,40 +9,40 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Format {
-    /// Delimited text.
+    /// CSV, delimited text in UTF-8, UTF-16, Latin-1 or Shift-JIS; keys and values, objects in JSON, messages of `mavlogdump`, text of `dbd2asc`.
     Csv,
     /// Apache Parquet.
     Parquet,
-    /// ArduPilot DataFlash.
+    /// ArduPilot DataFlash and its text copies.
     #[serde(rename = "dataflash")]
     DataFlash,
     /// MAVLink telemetry.
     Tlog,
     /// PX4 ULog.
     Ulog,
-    /// NMEA 2000, from any recorder.
+    /// NMEA 2000: canboat (PLAIN, JSON), Yacht Devices (RAW, .DAT), iKonvert, candump, PCAN, Vector, Busmaster, python-can, Garmin, SeaSmart, Actisense (ASCII, NGT-1, .ebl).
     Canboat,
-    /// Slocum glider.
+    /// Slocum gliders.
     Slocum,
-    /// NMEA 0183 text.
+    /// NMEA 0183, with or without times before the sentences, as OpenCPN and Signal K record it.
     Nmea0183,
     /// MOOS.
     Alog,
-    /// DUNE, messages of IMC.
+    /// DUNE, messages of IMC (LAUV).
     Lsf,
-    /// Deltas of Signal K.
+    /// Signal K, deltas in JSON.
     #[serde(rename = "signal_k")]
     SignalK,
-    /// Expedition's pairs of channel and value.
+    /// Expedition, pairs of channel and value.
     Expedition,
     /// MCAP with ROS 2 messages.
     Mcap,
     /// rosbag2 in SQLite.
     Rosbag,
-    /// ROS 1.
+    /// ROS 1 bags.
     #[serde(rename = "rosbag1")]
     Rosbag1,
-    /// A workbook of Excel.
+    /// Excel workbooks.
     #[serde(rename = "xlsx")]
     Workbook,
     /// MATLAB, version 5 to 7.

@@ -515,19 +515,25 @@ fn io_what_is_not_read_says_how_it_is_converted() {
     assert!(empty.contains("expected topics with messages"), "{empty}");
 }
 
-/// Every format is named where people look for it. `page` reads no rosbag2.
+/// The table of formats is what `format_name.rs` says of each. `UPDATE_DOCS=1` writes it anew.
 #[test]
-fn prop_formats_are_named_where_people_look() {
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-    for (page, left_out) in [
-        ("README.md", ""),
-        ("../../docs/tutorials/own-log.md", ""),
-        ("../../web/src/alone/own.ts", "rosbag2"),
-    ] {
-        let text = std::fs::read_to_string(root.join(page)).unwrap();
-        let names = Format::NAMES.iter().map(|(_, name, _)| *name);
-        let missing: Vec<&str> =
-            names.filter(|name| *name != left_out && !text.contains(name)).collect();
-        assert!(missing.is_empty(), "{page} does not name {missing:?}");
+fn prop_the_readme_names_every_format() {
+    let source = include_str!("../src/format_name.rs");
+    let row = |(format, _, endings): &(Format, &str, &[&str])| {
+        let (before, _) = source.split_once(&format!("    {format:?},\n")).unwrap();
+        let (_, says) = before.rsplit_once("/// ").unwrap();
+        let says = says.lines().next().unwrap().trim_end_matches('.');
+        let files: Vec<String> = endings.iter().map(|ending| format!("`.{ending}`")).collect();
+        format!("| {says} | {} |\n", files.join(", "))
+    };
+    let table: String = Format::NAMES.iter().map(row).collect();
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/README.md");
+    let kept = std::fs::read_to_string(path).unwrap();
+    let (above, rest) = kept.split_once("|---|---|\n").unwrap();
+    let (_, below) = rest.split_once("\n\n").unwrap();
+    let page = format!("{above}|---|---|\n{table}\n{below}");
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        return std::fs::write(path, page).unwrap();
     }
+    assert!(kept == page, "README.md does not name every format; write it anew with UPDATE_DOCS=1");
 }

@@ -57,7 +57,7 @@ export function readerOf(program: Program): LogReader {
     without: ["fmu"],
     takeSensorList: (list) => program.hold(list),
     formats:
-      "CSV, Parquet, DataFlash .bin, telemetry .tlog, ULog, MCAP, ROS 1 .bag, Excel .xlsx, MATLAB .mat, NMEA 0183, NMEA 2000, Signal K, Expedition, MOOS .alog, Slocum .dbd, DUNE .lsf",
+      "CSV, Parquet, DataFlash .bin, telemetry .tlog, ULog, MCAP, ROS 1 .bag, Excel .xlsx, MATLAB .mat, NMEA 0183, NMEA 2000, Signal K, Expedition, MOOS .alog, Slocum .dbd, DUNE .lsf, …",
     place: "It is read and identified in this page, is sent nowhere, and the page works without a network.",
   };
 }
