@@ -1,6 +1,6 @@
 //! Files that are read as the delimited text that their programs would export: workbooks, MATLAB's arrays, text in other encodings.
 
-use std::io::{self, Read};
+use std::io::{self, Cursor, Read};
 
 use encoding_rs::{CoderResult, Encoding};
 
@@ -56,27 +56,22 @@ pub(crate) fn decoded(
 /// Rows of text that are made one after the other; an empty one is the end.
 pub(crate) struct Rows<F> {
     next: F,
-    row: Vec<u8>,
-    given: usize,
+    row: Cursor<String>,
 }
 
 impl<F: FnMut() -> io::Result<String>> Rows<F> {
     /// Below a first row.
     pub fn below(first: String, next: F) -> Self {
-        Self { next, row: first.into_bytes(), given: 0 }
+        Self { next, row: Cursor::new(first) }
     }
 }
 
 impl<F: FnMut() -> io::Result<String>> Read for Rows<F> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if self.given == self.row.len() {
-            self.row = (self.next)()?.into_bytes();
-            self.given = 0;
+        if self.row.position() == self.row.get_ref().len() as u64 {
+            self.row = Cursor::new((self.next)()?);
         }
-        let count = buffer.len().min(self.row.len() - self.given);
-        buffer[..count].copy_from_slice(&self.row[self.given..self.given + count]);
-        self.given += count;
-        Ok(count)
+        self.row.read(buffer)
     }
 }
 

@@ -39,13 +39,11 @@ pub(crate) enum Found<P> {
 
 /// An error where more is made of a file of this format than can be held, with what to give in its place.
 pub(crate) fn check_made(length: usize, format: &'static str, instead: &str) -> Result<(), Fault> {
-    match length > MOST_MADE {
-        true => Err(Fault::TooMuch {
-            format,
-            what: format!("more than {} MB; {instead}", MOST_MADE >> 20),
-        }),
-        false => Ok(()),
+    if length <= MOST_MADE {
+        return Ok(());
     }
+    let what = format!("more than {} MB; {instead}", MOST_MADE >> 20);
+    Err(Fault::TooMuch { format, what })
 }
 
 impl Bytes {

@@ -80,12 +80,8 @@ impl ChannelChoice {
     pub(crate) fn take_motors(&mut self, columns: &[String], is_known: bool) {
         let is_chosen = self.columns.contains_key(&Quantity::Rudder)
             || self.half_differences.contains_key(&Quantity::Rudder);
-        if is_known || is_chosen {
-            return;
-        }
-        if let Some(pair) = motors_that_steer(columns) {
-            self.half_differences.insert(Quantity::Rudder, pair);
-        }
+        let pair = motors_that_steer(columns).filter(|_| !is_known && !is_chosen);
+        self.half_differences.extend(pair.map(|pair| (Quantity::Rudder, pair)));
     }
 
     /// The column that names the unit of half the difference of two: the first.

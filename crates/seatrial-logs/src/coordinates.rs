@@ -43,12 +43,10 @@ pub(crate) fn degrees(number: f64) -> f64 {
 
 /// `33°51.4'S` and `151°12.5'W` are less than 0.
 pub(crate) fn coordinate(cell: &Cell) -> Cell {
-    let Cell::Text(text) = cell else {
-        return cell.clone();
+    let southern = match cell {
+        Cell::Text(text) => text.trim().strip_suffix(['S', 's']),
+        _ => None,
     };
-    let southern = text.trim().strip_suffix(['S', 's']);
-    match southern.and_then(|text| number(text.trim_end(), false)) {
-        Some(degrees) => Cell::Number(-degrees),
-        None => cell.clone(),
-    }
+    let degrees = southern.and_then(|text| number(text.trim_end(), false));
+    degrees.map_or_else(|| cell.clone(), |degrees| Cell::Number(-degrees))
 }

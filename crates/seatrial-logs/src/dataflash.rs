@@ -90,13 +90,7 @@ impl Layout {
     /// The numbers of one instance of these messages.
     fn kind(&self, instance: usize) -> Kind {
         let fields = self.fields.iter().filter(|field| field.is_number());
-        Kind {
-            name: match instance {
-                0 => self.name.clone(),
-                _ => format!("{}.{instance}", self.name),
-            },
-            fields: fields.map(|field| field.name.clone()).collect(),
-        }
+        Kind::of_instance(&self.name, instance, fields.map(|field| field.name.clone()).collect())
     }
 
     /// From the body of an FMT message.
@@ -364,19 +358,16 @@ impl Messages for DataFlash {
                 Some(Fraction),
                 "no output is a rudder, and this is what the yaw controller asks of all of them",
             ),
-            None => known.lacks(
+            None => known.expects(
                 Rudder,
-                format!(
-                    "expected RCOU messages and one of the outputs 1 to 14 with SERVOn_FUNCTION 21 (rudder), 26 (ground steering) or 73 and 74 (throttle left and right), or RATE messages; found {}",
-                    self.parameters.functions()
-                ),
+                "RCOU messages and one of the outputs 1 to 14 with SERVOn_FUNCTION 21 (rudder), 26 (ground steering) or 73 and 74 (throttle left and right), or RATE messages",
+                &self.parameters.functions(),
             ),
         }
         let is_in_air = |of: &KnownField| of.0 == Depth && !self.is_submarine;
         let fields = CHANNELS.into_iter().filter(|of| !is_in_air(of));
         known.add_fields(&self.kinds, fields);
-        let found = names(&self.kinds);
-        known.lacks(Heading, format!("expected ATT messages; found {found}"));
+        known.expects(Heading, "ATT messages", &names(&self.kinds));
         known
     }
 

@@ -38,6 +38,16 @@ pub struct Kind {
     pub fields: Vec<String>,
 }
 
+impl Kind {
+    /// That of one of several sources, counted from 0, that give messages of this name.
+    pub(crate) fn of_instance(name: &str, instance: usize, fields: Vec<String>) -> Self {
+        match instance {
+            0 => Self { name: name.into(), fields },
+            _ => Self { name: format!("{name}.{instance}"), fields },
+        }
+    }
+}
+
 /// A message.
 #[derive(Debug, Default)]
 pub struct Message {

@@ -191,13 +191,9 @@ impl ColumnName {
 
     /// The words of the name before the unit that it states for a quantity.
     pub fn without_unit(&self, quantity: Quantity) -> Vec<String> {
-        let mut words = self.words.clone();
-        if self.bracket.is_none()
-            && let Some((count, _)) = self.unit_at_the_end(quantity)
-        {
-            words.truncate(words.len() - count);
-        }
-        words
+        let unit = self.unit_at_the_end(quantity).filter(|_| self.bracket.is_none());
+        let words = self.words.len() - unit.map_or(0, |(count, _)| count);
+        self.words[..words].to_vec()
     }
 
     /// A unit in the last words of the name, and how many words that is; the longest unit where several fit.

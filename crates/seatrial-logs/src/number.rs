@@ -37,7 +37,6 @@ macro_rules! numbers {
             }
 
             /// Reads numbers that stand one behind the other into as many places.
-            #[cfg(any(feature = "mcap-reader", feature = "rosbag2", feature = "containers"))]
             pub fn read_all(self, bytes: &[u8], is_little_endian: bool, places: &mut [f64]) {
                 match self { $(Self::$kind => {
                     for (place, bytes) in places.iter_mut().zip(bytes.as_chunks().0) {
@@ -61,6 +60,13 @@ macro_rules! numbers {
 numbers! {
     U8 u8 "uint8" I8 i8 "int8" U16 u16 "uint16" I16 i16 "int16" U32 u32 "uint32" I32 i32 "int32"
     U64 u64 "uint64" I64 i64 "int64" F32 f32 "float32" F64 f64 "float64"
+}
+
+/// The middle one, or the upper of the two; `None` of none.
+pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 /// The little-endian number at a byte of a message; `None` behind its end.

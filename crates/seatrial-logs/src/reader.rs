@@ -191,14 +191,12 @@ impl LogReader {
     }
 
     fn next_row(&mut self) -> Result<Option<Place>, Fault> {
-        match self.look_ahead.pop_front() {
-            Some(row) => {
-                let (place, cells) = row?;
-                self.cells = cells;
-                Ok(Some(place))
-            }
-            None => self.table.next_row(&mut self.cells),
-        }
+        let Some(row) = self.look_ahead.pop_front() else {
+            return self.table.next_row(&mut self.cells);
+        };
+        let (place, cells) = row?;
+        self.cells = cells;
+        Ok(Some(place))
     }
 
     /// The sample of the next row; `Some(None)` where the row is left out.

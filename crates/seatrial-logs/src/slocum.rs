@@ -13,6 +13,7 @@ use crate::bytes::{Bytes, text_of};
 use crate::error::Fault;
 use crate::input::{FileMap, Input};
 use crate::message_table::{Kind, Message, Messages};
+use crate::number::Primitive;
 use crate::table::{Known, KnownField};
 
 const MOST_HEADER_LINES: usize = 100;
@@ -58,7 +59,7 @@ pub(crate) struct Glider {
 /// A sensor that is logged; its kind has the same index.
 struct Sensor {
     name: String,
-    width: usize,
+    kind: Primitive,
 }
 
 /// The header as far as it matters.
@@ -140,7 +141,7 @@ impl Glider {
         let state = |sensor: usize| states[sensor / 4] >> (6 - 2 * (sensor % 4)) & 3;
         let length: usize = (0..self.sensors.len())
             .filter(|sensor| state(*sensor) == 2)
-            .map(|sensor| self.sensors[sensor].width)
+            .map(|sensor| self.sensors[sensor].kind.width())
             .sum();
         let Some(cycle) = self.bytes.peek(head + length)?.get(head..head + length) else {
             self.bytes.damage.cut_at = Some(position);
@@ -151,7 +152,7 @@ impl Glider {
             match state(index) {
                 2 => {
                     let value = sensor.number(&cycle[at..], self.is_big_endian);
-                    at += sensor.width;
+                    at += sensor.kind.width();
                     self.values[index] = value;
                 }
                 1 => {}
@@ -171,21 +172,9 @@ impl Glider {
 
 impl Sensor {
     fn number(&self, bytes: &[u8], is_big_endian: bool) -> f64 {
-        let mut padded = [0; 8];
-        let Some(own) = bytes.get(..self.width) else {
-            return f64::NAN;
-        };
-        padded[..self.width].copy_from_slice(own);
-        if !is_big_endian {
-            padded[..self.width].reverse();
-        }
-        let [a, b, c, d, ..] = padded;
-        match self.width {
-            1 => i8::from_be_bytes([a]).into(),
-            2 => i16::from_be_bytes([a, b]).into(),
-            4 => f32::from_be_bytes([a, b, c, d]).into(),
-            _ => f64::from_be_bytes(padded),
-        }
+        let mut number = [f64::NAN];
+        self.kind.read_all(bytes, !is_big_endian, &mut number);
+        number[0]
     }
 }
 
@@ -270,10 +259,15 @@ fn sensors(bytes: &mut Bytes, is_in_log: bool) -> Result<Vec<Sensor>, Fault> {
                 return Err(damaged(format!("`{}` is no sensor", crate::error::clipped(&line))));
             }
         };
-        let width = width.parse().ok().filter(|width| [1, 2, 4, 8].contains(width));
-        let width = width.ok_or_else(|| damaged(format!("sensor {name} has no width")))?;
+        let kind = match width.parse() {
+            Ok(1) => Primitive::I8,
+            Ok(2) => Primitive::I16,
+            Ok(4) => Primitive::F32,
+            Ok(8) => Primitive::F64,
+            _ => return Err(damaged(format!("sensor {name} has no width"))),
+        };
         if is_logged {
-            sensors.push(Sensor { name: name.into(), width });
+            sensors.push(Sensor { name: name.into(), kind });
         }
     }
     Ok(sensors)
@@ -310,8 +304,8 @@ impl Messages for Glider {
         let mut known = Known::default();
         known.add_fields(&self.kinds, CHANNELS);
         let found = format!("{} other sensors", self.sensors.len());
-        known.lacks(Heading, format!("expected m_heading; found {found}"));
-        known.lacks(Rudder, format!("expected m_fin or c_fin; found {found}"));
+        known.expects(Heading, "m_heading", &found);
+        known.expects(Rudder, "m_fin or c_fin", &found);
         known
     }
 

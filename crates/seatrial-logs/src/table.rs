@@ -128,6 +128,11 @@ impl Known {
         self.lacking.push((quantity, found));
     }
 
+    /// What a file of this format needs for a quantity without a channel, and what there is.
+    pub(crate) fn expects(&mut self, quantity: Quantity, what: &str, found: &str) {
+        self.lacks(quantity, format!("expected {what}; found {found}"));
+    }
+
     /// The preferred channel of a quantity.
     pub(crate) fn best(&self, quantity: Quantity) -> Option<&KnownChannel> {
         self.channels.iter().find(|known| known.quantity == quantity)

@@ -10,6 +10,7 @@ use crate::bytes::{Bytes, Found, text_of};
 use crate::error::Fault;
 use crate::input::Input;
 use crate::message_table::{Kind, Message, Messages, names};
+use crate::number::median;
 use crate::table::{Known, KnownChannel, KnownField};
 use seatrial_mavlink::ardupilot::{Parameters, Pulse, Steering};
 use seatrial_mavlink::logged::{Frame, LONGEST_FRAME, Next, PAYLOAD, STAMP};
@@ -279,12 +280,6 @@ impl Learnt {
     }
 }
 
-fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
-}
-
 impl Messages for Telemetry {
     fn aircraft(&self) -> Option<&'static str> {
         self.aircraft
@@ -307,19 +302,16 @@ impl Messages for Telemetry {
                     doubt: self.doubt.clone(),
                 });
             }
-            None => known.lacks(
+            None => known.expects(
                 Rudder,
-                format!(
-                    "expected SERVO_OUTPUT_RAW messages and one of the outputs 1 to 16 with SERVOn_FUNCTION 21 (rudder), 26 (ground steering) or 73 and 74 (throttle left and right); found {}",
-                    self.because
-                ),
+                "SERVO_OUTPUT_RAW messages and one of the outputs 1 to 16 with SERVOn_FUNCTION 21 (rudder), 26 (ground steering) or 73 and 74 (throttle left and right)",
+                &self.because,
             ),
         }
         let is_afloat = |of: &KnownField| of.0 == Depth && !self.is_submarine;
         let fields = CHANNELS.into_iter().filter(|of| !is_afloat(of));
         known.add_fields(&self.kinds, fields);
-        let found = names(&self.kinds);
-        known.lacks(Heading, format!("expected ATTITUDE messages; found {found}"));
+        known.expects(Heading, "ATTITUDE messages", &names(&self.kinds));
         known
     }
 

@@ -5,6 +5,7 @@ mod text;
 
 use jiff::Timestamp;
 
+use crate::number::median;
 use crate::table::Cell;
 use crate::{Unit, UnitSource};
 pub(crate) use face::Face;
@@ -127,11 +128,10 @@ impl ClockFound {
 
     /// What people should know where the unit of time is a guess.
     pub fn doubt(&self) -> Option<String> {
-        let because = self.because.as_deref().unwrap_or("values");
+        let (unit, because) = (self.unit, self.because.as_deref().unwrap_or("values"));
         self.is_doubtful.then(|| {
             format!(
-                "time has no unit and is taken as {}, because of its {because}; say which with --unit time=UNIT",
-                self.unit
+                "time has no unit and is taken as {unit}, because of its {because}; say which with --unit time=UNIT"
             )
         })
     }
@@ -278,12 +278,7 @@ const UNITS: [Unit; 3] = [Unit::Millisecond, Unit::Microsecond, Unit::Nanosecond
 /// The median of the steps forward; NaN of none.
 fn median_step(numbers: &[f64]) -> f64 {
     let steps = numbers.windows(2).map(|pair| pair[1] - pair[0]);
-    let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
-    if steps.is_empty() {
-        return f64::NAN;
-    }
-    let middle = steps.len() / 2;
-    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+    median(steps.filter(|step| *step > 0.0)).unwrap_or(f64::NAN)
 }
 
 fn inferred_unit(numbers: &[f64], median: f64) -> (Unit, Option<String>, bool) {

@@ -56,9 +56,8 @@ impl LineFormat for Alog {
         let mut known = Known::default();
         known.add_fields(&channels.kinds, CHANNELS);
         let found = crate::error::clipped(&names(&channels.kinds));
-        known.lacks(Heading, format!("expected NAV_HEADING; found {found}"));
-        known
-            .lacks(Rudder, format!("expected NAV_RUDDER, RUDDER or DESIRED_RUDDER; found {found}"));
+        known.expects(Heading, "NAV_HEADING", &found);
+        known.expects(Rudder, "NAV_RUDDER, RUDDER or DESIRED_RUDDER", &found);
         known
     }
 }

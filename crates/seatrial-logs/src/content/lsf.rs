@@ -88,14 +88,9 @@ fn layout(id: u16) -> Option<(&'static str, impl Iterator<Item = (Primitive, &'s
 }
 
 fn number(kind: Primitive, bytes: &[u8], at: usize, is_little_endian: bool) -> Option<f64> {
-    let own = bytes.get(at..at + kind.width())?;
-    let mut ordered = [0; 8];
-    let ordered = &mut ordered[..own.len()];
-    ordered.copy_from_slice(own);
-    if !is_little_endian {
-        ordered.reverse();
-    }
-    kind.number(ordered, 0)
+    let mut number = [f64::NAN];
+    kind.read_all(bytes.get(at..at + kind.width())?, is_little_endian, &mut number);
+    Some(number[0])
 }
 
 /// CRC-16-IBM, polynomial 0x8005, the lowest bit first.
@@ -248,8 +243,8 @@ impl Messages for Lsf {
             }
         }
         let found = names(&self.kinds);
-        known.lacks(Heading, format!("expected EulerAngles or EstimatedState; found {found}"));
-        known.lacks(Rudder, format!("expected ServoPosition or SetServoPosition; found {found}"));
+        known.expects(Heading, "EulerAngles or EstimatedState", &found);
+        known.expects(Rudder, "ServoPosition or SetServoPosition", &found);
         known
     }
 

@@ -247,13 +247,11 @@ fn is_value(cell: &str) -> bool {
 /// Are numbers written with a comma? Points of dates are none of numbers.
 fn has_decimal_commas(rows: &[&[u8]], delimiter: u8) -> bool {
     let cells: Vec<String> = rows.iter().flat_map(|row| cells(row, delimiter)).collect();
-    let has_point = cells
-        .iter()
-        .any(|cell| cell.contains('.') && !is_grouped(cell, '.') && number(cell, false).is_some());
-    let is_comma = |cell: &String| {
-        cell.contains(',') && !is_grouped(cell, ',') && number(cell, true).is_some()
+    let has_numbers_with = |mark: char| {
+        let has_mark = |cell: &&String| cell.contains(mark) && !is_grouped(cell, mark);
+        cells.iter().filter(has_mark).any(|cell| number(cell, mark == ',').is_some())
     };
-    !has_point && cells.iter().any(is_comma)
+    !has_numbers_with('.') && has_numbers_with(',')
 }
 
 /// Are at least half of the cells with words units, and none of them numbers? `-` is no word.

@@ -203,10 +203,8 @@ impl Text {
 
     fn blanks_for_tabs(&mut self, bytes: std::ops::Range<usize>) {
         if self.dialect.delimiter == b' ' {
-            for byte in &mut self.buffer[bytes] {
-                if *byte == b'\t' {
-                    *byte = b' ';
-                }
+            for byte in self.buffer[bytes].iter_mut().filter(|byte| **byte == b'\t') {
+                *byte = b' ';
             }
         }
     }

@@ -404,14 +404,10 @@ impl Messages for Sentences {
             true => "no sentence whose check sum is right".to_owned(),
             false => names(&self.kinds),
         };
-        known.lacks(
-            Quantity::Heading,
-            format!("expected HDT, THS, PASHR, HDG, HDM or VHW sentences; found {found}"),
-        );
-        known.lacks(
-            Quantity::Rudder,
-            format!("expected RSA, HTD or HTC sentences, or XDR with RUDDER; found {found}"),
-        );
+        let headings = "HDT, THS, PASHR, HDG, HDM or VHW sentences";
+        known.expects(Quantity::Heading, headings, &found);
+        let rudders = "RSA, HTD or HTC sentences, or XDR with RUDDER";
+        known.expects(Quantity::Rudder, rudders, &found);
         known
     }
 

@@ -73,6 +73,5 @@ fn second_of_day(text: &str) -> Option<f64> {
     }
     let part = |from: usize| text[from..from + 2].parse::<u8>().ok().map(f64::from);
     let seconds: f64 = text[4..].parse().ok()?;
-    let is_time = (0.0..61.0).contains(&seconds);
-    is_time.then_some(3600.0 * part(0)? + 60.0 * part(2)? + seconds)
+    (0.0..61.0).contains(&seconds).then_some(3600.0 * part(0)? + 60.0 * part(2)? + seconds)
 }

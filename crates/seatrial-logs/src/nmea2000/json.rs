@@ -128,10 +128,7 @@ impl LineFormat for Analyzed {
             true => serde_json::from_str::<Value>(line).ok(),
             false => of_text(line),
         };
-        if let Some(object) = &object {
-            self.take(object, channels);
-        }
-        object.is_some()
+        object.map(|object| self.take(&object, channels)).is_some()
     }
 
     fn known(&self, channels: &Channels<Key>) -> Known {

@@ -370,14 +370,8 @@ impl Messages for Capture {
             true => "no message that is read".into(),
             false => names(&self.kinds),
         };
-        known.lacks(
-            Quantity::Heading,
-            format!("expected PGN 127250 or 127257 with a heading; found {found}"),
-        );
-        known.lacks(
-            Quantity::Rudder,
-            format!("expected PGN 127245 with a position or an order; found {found}"),
-        );
+        known.expects(Quantity::Heading, "PGN 127250 or 127257 with a heading", &found);
+        known.expects(Quantity::Rudder, "PGN 127245 with a position or an order", &found);
         known
     }
 

@@ -101,14 +101,10 @@ impl Layout {
     }
 
     pub fn names(&self) -> Vec<String> {
-        let mut names: Vec<String> = self.fields.iter().map(|(name, ..)| name.clone()).collect();
-        if self.quaternion.is_some() {
-            names.extend(EULER.map(String::from));
-        }
-        if self.velocity.is_some() {
-            names.push("ground_speed".into());
-        }
-        names
+        let own = self.fields.iter().map(|(name, ..)| name.as_str());
+        let angles = self.quaternion.iter().flat_map(|_| EULER);
+        let speed = self.velocity.iter().map(|_| "ground_speed");
+        own.chain(angles).chain(speed).map(String::from).collect()
     }
 
     pub fn time_s(&self, data: &[u8]) -> Option<f64> {

@@ -245,13 +245,8 @@ impl ULog {
         self.fields += names;
         let key = (of.topic.clone(), of.instance);
         let kind = *self.kind_of.entry(key).or_insert_with(|| {
-            self.kinds.push(Kind {
-                name: match of.instance {
-                    0 => of.topic.clone(),
-                    instance => format!("{}.{instance}", of.topic),
-                },
-                fields: of.layout.names(),
-            });
+            let kind = Kind::of_instance(&of.topic, of.instance.into(), of.layout.names());
+            self.kinds.push(kind);
             self.kinds.len() - 1
         });
         of.kind = Some(kind);
@@ -354,10 +349,11 @@ impl Messages for ULog {
             known.add_fields(&self.kinds, [(Depth, POSITION, "z", Some(Metre))]);
         }
         let found = names(&self.kinds);
-        known.lacks(Heading, format!("expected the topic vehicle_attitude; found {found}"));
-        known.lacks(
+        known.expects(Heading, "the topic vehicle_attitude", &found);
+        known.expects(
             Rudder,
-            format!("expected actuator_servos with a surface whose CA_SV_CSn_TYPE is 4 (rudder), vehicle_torque_setpoint or actuator_controls_0; found {found}"),
+            "actuator_servos with a surface whose CA_SV_CSn_TYPE is 4 (rudder), vehicle_torque_setpoint or actuator_controls_0",
+            &found,
         );
         known
     }
@@ -395,13 +391,8 @@ impl Messages for ULog {
     }
 
     fn warnings(&self) -> Vec<String> {
-        let dropouts = (self.dropouts > 0).then(|| {
-            format!(
-                "the logger lost samples {} times, {:.3} s in all",
-                self.dropouts,
-                self.dropped_ms as f64 / 1e3
-            )
-        });
-        dropouts.into_iter().collect()
+        let (times, lost_s) = (self.dropouts, self.dropped_ms as f64 / 1e3);
+        let lost = format!("the logger lost samples {times} times, {lost_s:.3} s in all");
+        Vec::from_iter((times > 0).then_some(lost))
     }
 }

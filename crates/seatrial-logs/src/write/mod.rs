@@ -117,12 +117,9 @@ fn stage_number(stage: Stage) -> f64 {
 /// The columns that have a value somewhere.
 fn columns_of(rows: &[Row]) -> Vec<Column> {
     let has_values = |column: &Column| rows.iter().any(|row| (column.value)(row).is_some());
-    COLUMNS
-        .into_iter()
-        .enumerate()
-        .filter(|(i, column)| *i < NEEDED || has_values(column))
-        .map(|(_, column)| column)
-        .collect()
+    let columns = COLUMNS.into_iter().enumerate();
+    let written = columns.filter(|(i, column)| *i < NEEDED || has_values(column));
+    written.map(|(_, column)| column).collect()
 }
 
 #[cfg(test)]
