@@ -223,14 +223,12 @@ impl OneSpeed {
 impl TurnRates {
     /// What the logs tell, speed by speed, in sentences.
     pub fn text(&self) -> String {
-        match &self.speeds[..] {
-            [only] => only.text.clone(),
-            several => {
-                let lines = several.iter().map(|speed| format!("{}: {}", speed.name, speed.text));
-                let together = "The speeds differ by more than 10 %: each is compared by itself.";
-                [together.into()].into_iter().chain(lines).collect::<Vec<String>>().join("\n")
-            }
+        if let [only] = &self.speeds[..] {
+            return only.text.clone();
         }
+        let lines = self.speeds.iter().map(|speed| format!("\n{}: {}", speed.name, speed.text));
+        let together = "The speeds differ by more than 10 %: each is compared by itself.";
+        together.to_owned() + &lines.collect::<String>()
     }
 
     /// Was anything compared?

@@ -271,14 +271,10 @@ impl LoopRequirements {
 
     /// Refuses a model without a gain.
     fn check_gain(&self, models: &Models, point: &ModelPoint) -> Result<(), Error> {
-        match point.allowance.design(&point.point.model, self.damping_ratio) {
-            Ok(_) => Ok(()),
-            Err(reason) => Err(Error::Input(format!(
-                "{}: no gain for {}: {reason}",
-                models.origin,
-                point.name()
-            ))),
-        }
+        let gain = point.allowance.design(&point.point.model, self.damping_ratio);
+        let (origin, name) = (&models.origin, point.name());
+        let refused = |reason| Error::Input(format!("{origin}: no gain for {name}: {reason}"));
+        gain.map(drop).map_err(refused)
     }
 
     fn no_such_place(&self, key: ScheduleKey, value: f64, error: ScheduleError) -> Error {

@@ -102,13 +102,9 @@ pub struct GainsFile {
 /// # Errors
 /// Models that their source does not accept, or a gain of which not even the sign is known.
 pub fn check_usable(wanted: &LoopRequirements, models: &Models) -> Result<(), Error> {
-    let why = models.rejected.first().cloned();
-    match why.or(wanted.gains(models)?.unsure()) {
-        None => Ok(()),
-        Some(why) => {
-            Err(Error::Rejected(format!("{}: no file of gains is written: {why}", models.origin)))
-        }
-    }
+    let why = models.rejected.first().cloned().or(wanted.gains(models)?.unsure());
+    let refused = |why| format!("{}: no file of gains is written: {why}", models.origin);
+    why.map_or(Ok(()), |why| Err(Error::Rejected(refused(why))))
 }
 
 impl GainsFile {

@@ -76,9 +76,7 @@ impl Judge {
         match self {
             Self::AtOnce(judged) => judged.pop_front(),
             Self::Beside { waiting: 0, .. } => None,
-            Self::Beside { judged, waiting, .. } => {
-                judged.recv().ok().map(|run| taken(run, waiting))
-            }
+            Self::Beside { judged, waiting, .. } => Some(taken(judged.recv().ok()?, waiting)),
         }
     }
 }

@@ -291,10 +291,7 @@ impl Runs<'_> {
 /// Are the intervals as narrow as the target?
 fn reaches(refined: &Refined, target: Target) -> bool {
     let width = |[low, high]: [f64; 2], value: f64| 0.5 * (high - low) / value.abs();
-    let interval = &refined.interval_95;
-    let widths = [
-        width(interval.a22_per_s, refined.model.a22_per_s),
-        width(interval.b2_per_s2, refined.model.b2_per_s2),
-    ];
+    let (range, model) = (&refined.interval_95, &refined.model);
+    let widths = [width(range.a22_per_s, model.a22_per_s), width(range.b2_per_s2, model.b2_per_s2)];
     target.share(widths) <= 1.0
 }

@@ -147,11 +147,8 @@ fn failure<T>(
     source: &Source,
     result: Result<Result<T, seatrial_logs::ReadError>, Panic>,
 ) -> Result<T, Box<Row>> {
-    match result {
-        Ok(Ok(value)) => Ok(value),
-        Ok(Err(error)) => Err(Box::new(log::failed(log::blank(source), &error))),
-        Err(panic) => Err(Box::new(panicked(source, &panic))),
-    }
+    let read = result.map_err(|panic| panicked(source, &panic))?;
+    read.map_err(|error| log::failed(log::blank(source), &error).into())
 }
 
 /// A panic, by its message.

@@ -439,10 +439,8 @@ fn settings(options: &Options) -> String {
 /// `fleet.parquet.journal`
 fn journal_path(out: &Path) -> PathBuf {
     let place = match is_object(out) {
-        true => out.file_name().unwrap_or_default(),
-        false => out.as_os_str(),
+        true => Path::new(out.file_name().unwrap_or_default()),
+        false => out,
     };
-    let mut name = place.to_owned();
-    name.push(".journal");
-    name.into()
+    place.with_added_extension("journal")
 }

@@ -78,13 +78,10 @@ pub(super) fn rows_of_log(source: &Source, options: &Options) -> Vec<Row> {
 /// The rows of a run.
 pub(super) fn rows_of_run(source: &Source, run: Run, options: &Options) -> Vec<Row> {
     let blank = Row { run: Some(run.id.clone()), ..blank(source) };
-    match run.open().and_then(|log| rows(log, &blank, options)) {
-        Ok(mut rows) => {
-            rows.iter_mut().for_each(|row| row.sha256 = None);
-            rows
-        }
-        Err(error) => vec![failed(blank, &error)],
-    }
+    let read = run.open().and_then(|log| rows(log, &blank, options));
+    let mut rows = read.unwrap_or_else(|error| vec![failed(blank, &error)]);
+    rows.iter_mut().for_each(|row| row.sha256 = None);
+    rows
 }
 
 fn read_log(source: &Source, blank: &Row, options: &Options) -> Result<Vec<Row>, ReadError> {

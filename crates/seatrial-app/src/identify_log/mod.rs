@@ -244,12 +244,10 @@ fn one_model(
 
 /// The log is of what does not steer in the water.
 fn not_a_vessel(aircraft: &str) -> Reason {
+    let text = format!("This is the log of {aircraft}, which has no rudder in the water.");
     Reason {
         action: "Use the log of a boat, a ship or an underwater vehicle.".into(),
-        ..Reason::new(
-            ReasonCode::NotAVessel,
-            format!("This is the log of {aircraft}, which has no rudder in the water."),
-        )
+        ..Reason::new(ReasonCode::NotAVessel, text)
     }
 }
 

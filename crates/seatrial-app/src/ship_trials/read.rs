@@ -11,10 +11,8 @@ pub(super) fn pull_out_indices(out: &PullOut) -> Vec<Index> {
         ("residual yaw rate, from starboard", out.from_starboard_rad_s),
         ("residual yaw rate, from port", out.from_port_rad_s),
     ];
-    let known = sides.into_iter();
-    known
-        .filter_map(|(name, rate)| Some(index("pull-out", name, "deg/s", rate?.to_degrees())))
-        .collect()
+    let known = sides.into_iter().filter_map(|(name, rate)| Some((name, rate?.to_degrees())));
+    known.map(|(name, deg_s)| index("pull-out", name, "deg/s", deg_s)).collect()
 }
 
 pub(super) fn of_pull_out(out: &PullOut) -> String {

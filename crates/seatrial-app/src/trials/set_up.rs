@@ -100,12 +100,9 @@ fn logbook(path: &Path) -> Finding {
 }
 
 fn what_is_wrong(path: &Path, found: &Verification) -> String {
-    let damage = found.damage.first();
-    let damage = damage.map(|damage| format!("{}: {}", damage.place, damage.found));
-    let missing = || found.missing.clone().unwrap_or_default();
-    match damage {
-        Some(damage) => format!("{}: damaged: {damage}", path.display()),
-        None => missing(),
+    match found.damage.first() {
+        Some(damage) => format!("{}: damaged: {}: {}", path.display(), damage.place, damage.found),
+        None => found.missing.clone().unwrap_or_default(),
     }
 }
 

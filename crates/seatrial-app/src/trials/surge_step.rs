@@ -72,13 +72,11 @@ pub(crate) fn add_surge_step(
 }
 
 fn default_time_constant_s(prior: &Prior) -> f64 {
-    match prior.surge_time_constant_s > 0.0 {
-        true => prior.surge_time_constant_s,
-        false => {
-            let damping = prior.speeds.iter().map(|speed| -speed.model.a22_per_s);
-            DEFAULT_TIME_CONSTANTS / damping.fold(0.0, f64::max)
-        }
+    if prior.surge_time_constant_s > 0.0 {
+        return prior.surge_time_constant_s;
     }
+    let damping = prior.speeds.iter().map(|speed| -speed.model.a22_per_s);
+    DEFAULT_TIME_CONSTANTS / damping.fold(0.0, f64::max)
 }
 
 /// A simulated vehicle's noise of its speed, as each of its samples has it: one reading held over several counts once.

@@ -91,8 +91,7 @@ impl Figures {
 pub(super) fn unsure(vehicle: &IdentifiedVehicle, at: &IdentifiedSpeed) -> Option<String> {
     let timing = timing(vehicle);
     let gain = |model: &YawModel<f64>| {
-        let gain = HeadingGain::design_delayed(model, DAMPING_RATIO, timing);
-        gain.ok().map(|gain| gain.proportional_gain)
+        Some(HeadingGain::design_delayed(model, DAMPING_RATIO, timing).ok()?.proportional_gain)
     };
     let [low, high] = interval_95(&at.model(), &at.covariance?, gain)?;
     (low <= 0.0 && 0.0 <= high).then(|| unsure_at(&format!("{:.2} m/s", at.surge_speed_m_s)))

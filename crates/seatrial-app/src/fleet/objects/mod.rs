@@ -136,10 +136,8 @@ pub(super) fn earlier(out: &Path) -> Result<Option<NamedTempFile>, ObjectError> 
     let Some(address) = address(out) else {
         return Ok(None);
     };
-    match store::look(address)? {
-        Some(_) => copy(address, None).map(Some),
-        None => Ok(None),
-    }
+    let found = store::look(address)?;
+    found.map(|_| copy(address, None)).transpose()
 }
 
 /// Downloads an object; of a source only as it was when it was found.

@@ -157,14 +157,12 @@ fn is_accepted(logbook: &Logbook, entry: &CampaignEntry) -> Result<bool, Error> 
 
 /// Why a campaign did not finish.
 pub fn not_finished(state: State) -> Option<String> {
-    match state {
-        State::Ended { outcome: Outcome::Finished } => None,
-        State::Ended { outcome: Outcome::Aborted(reason) } => {
-            Some(format!("was aborted: {reason}"))
-        }
-        State::Unfinished => Some("is not finished".into()),
-        State::Interrupted => Some("was interrupted".into()),
-    }
+    Some(match state {
+        State::Ended { outcome: Outcome::Finished } => return None,
+        State::Ended { outcome: Outcome::Aborted(reason) } => format!("was aborted: {reason}"),
+        State::Unfinished => "is not finished".into(),
+        State::Interrupted => "was interrupted".into(),
+    })
 }
 
 fn why_not(logbook: &Logbook, entry: &CampaignEntry) -> Result<String, Error> {

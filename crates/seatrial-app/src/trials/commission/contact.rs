@@ -91,10 +91,8 @@ pub fn check_step(step_rad: f64) -> Result<(), Error> {
     if (least..=most).contains(&step_rad) {
         return Ok(());
     }
-    Err(Error::Setting(format!(
-        "steps of {:.0} degrees: expected an angle from 5 to 90",
-        step_rad.to_degrees()
-    )))
+    let deg = step_rad.to_degrees();
+    Err(Error::Setting(format!("steps of {deg:.0} degrees: expected an angle from 5 to 90")))
 }
 
 impl Request {

@@ -220,8 +220,7 @@ impl GainsLease for Helm<'_> {
         let HeadingGain { proportional_gain, feed_forward_rudder_rad } = self.gain;
         let rudder_rad = proportional_gain * error_rad + feed_forward_rudder_rad;
         if rudder_rad.is_finite() {
-            let limited_rad = rudder_rad.limited_to(self.own.rudder_limit_rad);
-            self.act(Steering::Rudder(limited_rad), None);
+            self.act(Steering::Rudder(rudder_rad.limited_to(self.own.rudder_limit_rad)), None);
         }
     }
 

@@ -38,8 +38,7 @@ pub fn plan_of_campaign(entry: &CampaignEntry) -> Result<TrialPlan, RepeatError>
 pub fn plan_that_repeats(entry: &CampaignEntry, thrust: f64) -> Result<TrialPlan, RepeatError> {
     let mut plan = plan_of_campaign(entry)?;
     if !plan.thrusts.contains(&thrust) {
-        let campaign = entry.id.0;
-        return Err(RepeatError::NoSuchThrust { campaign, thrust });
+        return Err(RepeatError::NoSuchThrust { campaign: entry.id.0, thrust });
     }
     plan.plan.thrusts = List::from_slice(&[thrust]).unwrap_or_default();
     Ok(plan)
@@ -48,12 +47,10 @@ pub fn plan_that_repeats(entry: &CampaignEntry, thrust: f64) -> Result<TrialPlan
 /// The plan that goes on with a campaign that ended early, at the first speed that is not done.
 pub fn plan_to_go_on(entry: &CampaignEntry, runs: &[Run]) -> Result<TrialPlan, RepeatError> {
     let mut plan = plan_of_campaign(entry)?;
-    let thrusts = List::from_slice(speeds_left(&plan, runs)).unwrap_or_default();
-    if thrusts.is_empty() {
-        let campaign = entry.id.0;
-        return Err(RepeatError::NothingLeft { campaign });
+    plan.plan.thrusts = List::from_slice(speeds_left(&plan, runs)).unwrap_or_default();
+    if plan.plan.thrusts.is_empty() {
+        return Err(RepeatError::NothingLeft { campaign: entry.id.0 });
     }
-    plan.plan.thrusts = thrusts;
     Ok(plan)
 }
 

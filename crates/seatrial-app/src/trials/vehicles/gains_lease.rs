@@ -187,14 +187,10 @@ impl MavlinkGainsLease {
 
 impl GainsLease for MavlinkGainsLease {
     fn next_sample(&mut self) -> Result<Sample<f64>, ControlLoss> {
-        let next = self.autopilot.next_sample();
-        match next {
-            Ok(Some(sample)) => {
-                Ok(Sample { rudder_rad: sample.rudder_rad / self.full_rudder_rad, ..sample })
-            }
-            Ok(None) => Err(self.lost("the vehicle is not ours".into())),
-            Err(stop) => Err(self.lost(stop.to_string())),
-        }
+        let next = self.autopilot.next_sample().map_err(|stop| stop.to_string());
+        let next = next.and_then(|sample| sample.ok_or_else(|| "the vehicle is not ours".into()));
+        let sample = next.map_err(|why| self.lost(why))?;
+        Ok(Sample { rudder_rad: sample.rudder_rad / self.full_rudder_rad, ..sample })
     }
 
     fn steer_to(&mut self, heading_rad: f64, model: &SchedulePoint<f64>) {

@@ -267,12 +267,10 @@ pub(super) fn left_over(done: &HandBack, backup: &Path, vehicle: &str) -> Option
 
 /// How soon commands went out after their samples; `None` where there were none.
 fn response_text(response: &Response) -> Option<String> {
-    let most_s = response.quantile_s(0.999)?;
+    let (count, longest_ms) = (response.count(), 1e3 * response.longest_s());
+    let most_ms = 1e3 * response.quantile_s(0.999)?;
     Some(format!(
-        "{} commands, 99.9 % of them within {:.2} ms of their sample, the longest {:.2} ms",
-        response.count(),
-        1e3 * most_s,
-        1e3 * response.longest_s()
+        "{count} commands, 99.9 % of them within {most_ms:.2} ms of their sample, the longest {longest_ms:.2} ms"
     ))
 }
 
