@@ -66,10 +66,9 @@ fn several(args: &Args, logs: &[PathBuf], output: &Output) -> Result<Exit, Failu
 
 fn methods(args: &Args, log: &Path, output: &Output) -> Result<Exit, Failure> {
     let reading = args.channels.read_settings()?;
-    let windows = args.windows.windows();
     let mut reporter = Reporter::default();
     let ComparedLog { logs, document } =
-        compare_log(log, &windows, &reading, args.lambda, &mut reporter)?;
+        compare_log(log, &args.windows.windows(), &reading, args.lambda, &mut reporter)?;
     output.print(&document, || page(&logs, &document))?;
     Ok(Exit::Done)
 }

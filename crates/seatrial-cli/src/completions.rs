@@ -42,13 +42,11 @@ struct Pages {
 /// Runs the verb for this command.
 pub fn run(args: &Args, command: clap::Command, output: &Output) -> Result<Exit, Failure> {
     match (args.shell, &args.man) {
-        (Some(shell), _) => script(shell, command, output)?,
-        (None, Some(folder)) => man(folder, command, output)?,
-        (None, None) => {
-            return Err(Failure::usage("completions: name a shell, or a folder with --man"));
-        }
+        (Some(shell), _) => script(shell, command, output),
+        (None, Some(folder)) => man(folder, command, output),
+        (None, None) => Err(Failure::usage("completions: name a shell, or a folder with --man")),
     }
-    Ok(Exit::Done)
+    .map(|()| Exit::Done)
 }
 
 fn script(shell: Shell, mut command: clap::Command, output: &Output) -> Result<(), Failure> {

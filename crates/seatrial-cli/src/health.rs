@@ -312,12 +312,10 @@ fn effect_cells(effects: &Effects) -> Vec<String> {
 }
 
 fn probability(p: f64) -> String {
-    if p < 1e-4 {
-        "<0.0001".into()
-    } else if p < 0.01 {
-        format!("{p:.4}")
-    } else {
-        format!("{p:.2}")
+    match p {
+        ..1e-4 => "<0.0001".into(),
+        ..0.01 => format!("{p:.4}"),
+        _ => format!("{p:.2}"),
     }
 }
 

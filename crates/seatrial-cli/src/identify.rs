@@ -90,11 +90,9 @@ enum Lambda {
 }
 
 fn lambda(text: &str) -> Result<Lambda, String> {
-    if text == "auto" {
-        return Ok(Lambda::Auto);
-    }
-    match text.parse() {
-        Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(Lambda::RadS(value)),
+    match (text, text.parse()) {
+        ("auto", _) => Ok(Lambda::Auto),
+        (_, Ok(value)) if value > 0.0 && f64::is_finite(value) => Ok(Lambda::RadS(value)),
         _ => Err("expected `auto` or a positive number of rad/s".into()),
     }
 }

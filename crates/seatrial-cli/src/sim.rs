@@ -151,13 +151,11 @@ fn log(args: &SimLogArgs, output: &Output) -> Result<Exit, Failure> {
 }
 
 fn check_truth_name(path: &Path) -> Result<(), Failure> {
-    match suffix(path) {
-        Some("json" | "toml") => Ok(()),
-        _ => Err(Failure::usage(format!(
-            "--truth {}: expected a name that ends in .json or .toml",
-            path.display()
-        ))),
+    if let Some("json" | "toml") = suffix(path) {
+        return Ok(());
     }
+    let path = path.display();
+    Err(Failure::usage(format!("--truth {path}: expected a name that ends in .json or .toml")))
 }
 
 fn suffix(path: &Path) -> Option<&str> {

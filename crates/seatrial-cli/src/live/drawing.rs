@@ -185,12 +185,10 @@ fn parameter_line(parameter: &Parameter) -> Line<'static> {
 }
 
 fn convergence_text(picture: &Picture) -> String {
+    let Picture { step_norm, threshold, .. } = picture;
     match picture.converged_s {
         Some(converged_s) => format!("at rest {converged_s:.1} s into training"),
-        None => format!(
-            "change per sample {:.1e}, at rest below {:.0e}",
-            picture.step_norm, picture.threshold
-        ),
+        None => format!("change per sample {step_norm:.1e}, at rest below {threshold:.0e}"),
     }
 }
 
@@ -207,12 +205,10 @@ fn warning(used: f64, tint: Tint) -> Style {
 fn limit_line(picture: &Picture, tint: Tint) -> Line<'static> {
     let mut limits = picture.envelope.clone();
     limits.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let mut spans = vec![Span::raw("limits used:")];
-    for (name, used) in limits {
-        let text = format!("  {name} {:.0} %", 100.0 * used);
-        spans.push(Span::styled(text, warning(used, tint)));
-    }
-    Line::from(spans)
+    let shares = limits.into_iter().map(|(name, used)| {
+        Span::styled(format!("  {name} {:.0} %", 100.0 * used), warning(used, tint))
+    });
+    [Span::raw("limits used:")].into_iter().chain(shares).collect()
 }
 
 /// The part used of each limit as a bar, as many beside each other as there is room for.

@@ -290,13 +290,11 @@ fn report_page(args: &Args, plan: &TrialPlan, number: CampaignId, campaign: &Cam
 
 /// Refuses what goes with a simulated vehicle.
 fn only_simulated(args: &Args) -> Result<(), Failure> {
-    for (option, given) in [("--scenario", args.scenario.is_some()), ("--realtime", args.realtime)]
-    {
-        if given {
-            return Err(Failure::usage(format!("{option} goes with a simulated vehicle")));
-        }
+    let options = [("--scenario", args.scenario.is_some()), ("--realtime", args.realtime)];
+    match options.iter().find(|(_, is_given)| *is_given) {
+        Some((option, _)) => Err(Failure::usage(format!("{option} goes with a simulated vehicle"))),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 fn exit(campaign: &Campaign, unsaved: bool) -> Exit {

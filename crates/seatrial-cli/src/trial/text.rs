@@ -14,12 +14,8 @@ use crate::speed_table::{SpeedRow, promise_text, run_row, speed_table};
 
 pub(super) fn run_line(run: &Run) -> String {
     let cause = run.verdict.cause().map_or("", |r| r.text.as_str());
-    format!(
-        "run {} at {:.0} % thrust: {}: {cause}",
-        run.number,
-        100.0 * run.thrust,
-        run.verdict.outcome().name()
-    )
+    let (number, outcome) = (run.number, run.verdict.outcome().name());
+    format!("run {number} at {:.0} % thrust: {outcome}: {cause}", 100.0 * run.thrust)
 }
 
 fn aborted_text(campaign: &Campaign) -> String {
