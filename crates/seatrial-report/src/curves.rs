@@ -45,9 +45,8 @@ pub(super) fn series(
     origin_s: f64,
     value: impl Fn(&Sample<f64>) -> Option<f64>,
 ) -> Vec<[f64; 2]> {
-    let points =
-        samples.iter().map(|sample| [sample.time_s - origin_s, value(sample).unwrap_or(f64::NAN)]);
-    points.collect()
+    let point = |s: &Sample<f64>| [s.time_s - origin_s, value(s).unwrap_or(f64::NAN)];
+    samples.iter().map(point).collect()
 }
 
 /// Radians in degrees.

@@ -136,13 +136,9 @@ fn draw_line(points: impl Iterator<Item = [f64; 2]>, ink: &str, body: &mut Strin
 }
 
 fn draw_dots(points: impl Iterator<Item = [f64; 2]>, ink: &str, body: &mut String) {
-    for [a, b] in points.filter(|point| point.iter().all(|at| at.is_finite())) {
-        let _ = write!(
-            body,
-            "<circle class=\"dot {ink}\" cx=\"{}\" cy=\"{}\" r=\"32\"/>",
-            tenths(a),
-            tenths(b)
-        );
+    for point in points.filter(|point| point.iter().all(|at| at.is_finite())) {
+        let [a, b] = point.map(tenths);
+        let _ = write!(body, "<circle class=\"dot {ink}\" cx=\"{a}\" cy=\"{b}\" r=\"32\"/>");
     }
 }
 

@@ -232,14 +232,11 @@ fn parameter(
 
 /// The change per sample and the threshold that tells convergence.
 fn step_norm(identification: &Identification, from: f64) -> Panel {
-    let trace = identification.online.trace.iter();
-    let norms = trace.map(|p| [p.time_s - from, p.step_norm.max(1e-9)]);
-    let threshold = identification.online.convergence.threshold;
-    let layers = vec![
-        Layer::level("b", "threshold", threshold),
-        Layer::line("a", "step norm", norms.collect()),
-    ];
-    Panel::logarithmic("Change per sample", 78.0, layers)
+    let online = &identification.online;
+    let norms = online.trace.iter().map(|p| [p.time_s - from, p.step_norm.max(1e-9)]);
+    let norms = Layer::line("a", "step norm", norms.collect());
+    let threshold = Layer::level("b", "threshold", online.convergence.threshold);
+    Panel::logarithmic("Change per sample", 78.0, vec![threshold, norms])
 }
 
 /// When the estimates came to rest, one sentence.

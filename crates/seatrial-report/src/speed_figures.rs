@@ -203,8 +203,7 @@ fn parameters(traces: &[Trace], label: &str, index: usize) -> Panel {
 fn step_norms(traces: &[Trace], threshold: f64) -> Panel {
     let mut norms = vec![Layer::level("zero", "threshold", threshold)];
     norms.extend(traces.iter().map(|trace| {
-        let points = trace.points.iter();
-        let points = points.map(|p| [p.time_s - trace.from_s, p.step_norm.max(1e-9)]);
+        let points = trace.points.iter().map(|p| [p.time_s - trace.from_s, p.step_norm.max(1e-9)]);
         Layer::line(trace.ink, "", points.collect())
     }));
     Panel::logarithmic("Change per sample", 90.0, norms)

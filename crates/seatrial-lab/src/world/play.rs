@@ -30,11 +30,9 @@ const LOOKED_AT_AFTER_RUNS: f64 = 0.3;
 
 /// Plays the world of a seed, as deep as is asked for or as the seed chooses.
 pub fn play(seed: u64, depth: Option<Depth>) -> Ending {
-    let ending = play_once(seed, depth);
+    let mut ending = play_once(seed, depth);
     if seed.is_multiple_of(TWICE) && play_once(seed, depth) != ending {
-        let mut ending = ending;
         ending.broken.push("played twice, it is not the same".into());
-        return ending;
     }
     ending
 }

@@ -184,10 +184,8 @@ impl Heard {
         if self.has_been_armed && !self.is_armed() {
             return Some(Stop::Disarmed);
         }
-        if let Some(channel) = self.moved_stick(profile) {
-            return Some(Stop::PilotStick(channel));
-        }
-        self.overrides.is_foreign().then_some(Stop::SecondStation(settings.system_id))
+        let second = self.overrides.is_foreign().then_some(Stop::SecondStation(settings.system_id));
+        self.moved_stick(profile).map(Stop::PilotStick).or(second)
     }
 
     fn low_battery(&self, settings: &Settings) -> Option<Stop> {

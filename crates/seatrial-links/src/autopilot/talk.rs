@@ -171,12 +171,8 @@ impl<W: Wire> Autopilot<W> {
 
     pub(super) fn ask_parameter(&mut self, name: &str) {
         let (target_system, target_component) = (self.system(), self.component());
-        self.send(ParamRequestRead {
-            index: -1,
-            target_system,
-            target_component,
-            name: Text::from(name),
-        });
+        let name = Text::from(name);
+        self.send(ParamRequestRead { index: -1, target_system, target_component, name });
     }
 
     /// Sets a parameter and reads it back. `true`: it is so.

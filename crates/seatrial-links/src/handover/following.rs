@@ -24,13 +24,10 @@ impl Following {
     /// Takes note of a demand.
     pub fn asked(&mut self, now_s: f64, rudder: f64) {
         self.demands.push_back((now_s, rudder));
-        let on_the_way_s = self
-            .round_trip_s
-            .map_or(ON_THE_WAY_S, |round_trip_s| ON_THE_WAY_S.min(2.0 * round_trip_s + TAKES_S));
-        let is_old = |(asked_s, _): &(f64, f64)| now_s - asked_s > on_the_way_s;
-        while self.demands.front().is_some_and(is_old) {
-            self.demands.pop_front();
-        }
+        let arrives_s = |round_trip_s: f64| ON_THE_WAY_S.min(2.0 * round_trip_s + TAKES_S);
+        let on_the_way_s = self.round_trip_s.map_or(ON_THE_WAY_S, arrives_s);
+        let is_old = |(asked_s, _): &mut (f64, f64)| now_s - *asked_s > on_the_way_s;
+        while self.demands.pop_front_if(is_old).is_some() {}
     }
 
     /// The round trip of the link, s: an older demand has arrived.
