@@ -40,12 +40,9 @@ pub(crate) fn degrees(angle_rad: f64) -> String {
 /// assert_eq!(columns[1].1, "");
 /// ```
 pub fn named_columns(heading: &str) -> impl Iterator<Item = (String, String)> {
-    heading.split('|').map(|column| {
-        let column = column.trim();
-        let (name, unit) = column
-            .strip_suffix(']')
-            .and_then(|column| column.split_once('['))
-            .unwrap_or((column, ""));
+    heading.split('|').map(str::trim).map(|column| {
+        let with_unit = column.strip_suffix(']').and_then(|column| column.split_once('['));
+        let (name, unit) = with_unit.unwrap_or((column, ""));
         (name.trim().to_owned(), unit.to_owned())
     })
 }

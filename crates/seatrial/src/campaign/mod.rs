@@ -275,12 +275,10 @@ impl Campaign {
     fn speeds_without_a_model(&self) -> Vec<Reason> {
         let deciding = self.deciding_runs();
         let names: Vec<String> = deciding.iter().map(|run| percent_of(run.thrust)).collect();
-        let parts: Vec<Part> = deciding
-            .iter()
-            .zip(&names)
-            .filter(|(run, _)| !run.verdict.has(&ReasonCode::Aborted))
-            .map(|(run, name)| Part { name, verdict: &run.verdict })
-            .collect();
+        let ended = deciding.iter().zip(&names);
+        let ended = ended.filter(|(run, _)| !run.verdict.has(&ReasonCode::Aborted));
+        let parts: Vec<Part> =
+            ended.map(|(run, name)| Part { name, verdict: &run.verdict }).collect();
         missing(&parts, UNIT)
     }
 

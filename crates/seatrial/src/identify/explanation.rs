@@ -254,12 +254,9 @@ impl Explanation {
     /// The first-order estimates that one of validation data is compared with: the one that is handed over and, where it is that of another
     /// structure, the one by itself. None where the gear has a largest rate: it looks like another vehicle at another angle.
     pub fn compared<'a>(&'a self, refined: &'a Refined) -> Vec<&'a Refined> {
+        let is_slow = |beyond: &HigherOrder| beyond.structure.has(Parameter::RateLimit);
         match self {
-            Self::HigherOrder { beyond: Some(beyond), .. }
-                if beyond.structure.has(Parameter::RateLimit) =>
-            {
-                Vec::new()
-            }
+            Self::HigherOrder { beyond: Some(beyond), .. } if is_slow(beyond) => Vec::new(),
             Self::HigherOrder { nearest: false, alone: Some(alone), .. } => vec![refined, alone],
             _ => vec![refined],
         }

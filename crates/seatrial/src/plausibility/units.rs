@@ -112,10 +112,9 @@ fn is_of_half_a_turn(headings_deg: &[f64]) -> bool {
     const HALF_DEG: f64 = 180.0;
     let is_inside = |heading: &f64| (0.0..=HALF_DEG).contains(heading);
     let is_jump = |pair: &[f64]| wraps_at(pair, HALF_DEG);
-    headings_deg.iter().all(is_inside)
-        && headings_deg
-            .windows(4)
-            .any(|four| is_jump(&four[1..3]) && !is_jump(&four[..2]) && !is_jump(&four[2..]))
+    let is_alone =
+        |four: &[f64]| is_jump(&four[1..3]) && !is_jump(&four[..2]) && !is_jump(&four[2..]);
+    headings_deg.iter().all(is_inside) && headings_deg.windows(4).any(is_alone)
 }
 
 /// Is a step of a turn between two numbers?

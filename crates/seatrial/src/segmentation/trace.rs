@@ -144,14 +144,9 @@ impl<'a> Trace<'a> {
 
     /// How far the heading goes from the straight line of its lead-in, over how far the lead-in strays from it.
     pub fn departure(&self, lead_in: Range<usize>, during: Range<usize>) -> f64 {
-        let Some(line) = self.line(&lead_in) else {
-            return 0.0;
-        };
-        let farthest = |indices: Range<usize>| {
-            indices
-                .map(|k| (self.heading_rad[k] - line.at(self.time_s[k])).abs())
-                .fold(0.0, f64::max)
-        };
+        let Some(line) = self.line(&lead_in) else { return 0.0 };
+        let off = |k: usize| (self.heading_rad[k] - line.at(self.time_s[k])).abs();
+        let farthest = |indices: Range<usize>| indices.map(off).fold(0.0, f64::max);
         farthest(during) / farthest(lead_in).max(f64::MIN_POSITIVE)
     }
 

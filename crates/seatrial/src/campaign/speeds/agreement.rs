@@ -81,12 +81,9 @@ pub fn contradictions(results: &[SpeedResult]) -> Vec<Reason> {
 /// The results with their thrusts, or speeds where a thrust is not known, in that order; what has neither is left out.
 fn in_order<'a, 'b>(results: &'b [SpeedResult<'a>]) -> (Vec<(f64, &'b SpeedResult<'a>)>, bool) {
     let knows_thrust = results.iter().all(|result| result.thrust.is_some());
-    let order = |result: &SpeedResult| match knows_thrust {
-        true => result.thrust,
-        false => result.surge_speed_m_s,
-    };
-    let mut ordered: Vec<(f64, &SpeedResult)> =
-        results.iter().filter_map(|result| Some((order(result)?, result))).collect();
+    let order = |r: &SpeedResult| if knows_thrust { r.thrust } else { r.surge_speed_m_s };
+    let ordered = results.iter().filter_map(|result| Some((order(result)?, result)));
+    let mut ordered: Vec<(f64, &SpeedResult)> = ordered.collect();
     ordered.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     (ordered, knows_thrust)
 }

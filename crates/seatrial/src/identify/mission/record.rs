@@ -157,10 +157,7 @@ impl Legs {
 
     /// The legs with speeds over the median speed of others.
     pub fn over_speed_of(&self, others: &Self) -> Self {
-        let ratio = match (self.speed_m_s, others.speed_m_s) {
-            (Some(own), Some(other)) => own / other,
-            _ => 1.0,
-        };
+        let ratio = self.speed_m_s.zip(others.speed_m_s).map_or(1.0, |(own, other)| own / other);
         let mut scaled = self.clone();
         scaled.legs.iter_mut().flat_map(|leg| &mut leg.speed).for_each(|speed| *speed *= ratio);
         scaled

@@ -231,15 +231,9 @@ fn observed(parts: &[Part]) -> DVector<f64> {
 
 /// The speeds that the parameters give; the thrust does not change its sense.
 pub(super) fn played(parts: &[Part], parameters: &Parameters) -> DVector<f64> {
-    let speeds: Vec<f64> = parts
-        .iter()
-        .enumerate()
-        .flat_map(|(k, part)| {
-            let first_m_s = parameters.values[parameters.thrusts + 3 + k];
-            played_part(part, first_m_s, parameters)
-        })
-        .collect();
-    DVector::from_vec(speeds)
+    let first_m_s = parameters.values.iter().skip(parameters.thrusts + 3);
+    let of = |(part, first_m_s): (&Part, &f64)| played_part(part, *first_m_s, parameters);
+    DVector::from_vec(parts.iter().zip(first_m_s).flat_map(of).collect())
 }
 
 /// The speeds of a part from its first on, by the midpoint rule.
