@@ -98,7 +98,8 @@ impl Explanation {
         if training_record.is_blurred(&found.refined) {
             return Self::Blurred { refined: found.refined };
         }
-        let found = match order == OrderSearch::Done && found.asks_for_more(samples) {
+        let is_asked = found.asks_for_more(samples) || data.is_some() && found.may_be_disproved();
+        let found = match order == OrderSearch::Done && is_asked {
             true => match Self::by_contest(training_record, found, data) {
                 Ok(explanation) => return explanation,
                 Err(found) => *found,
@@ -168,7 +169,7 @@ impl Explanation {
             None => found.steering_model(),
         };
         let is_proven = predicts_much_better(&beyond.model, &first_order, data);
-        if is_a_sea && !is_proven {
+        if !is_proven && (is_a_sea || !found.asks_for_more(samples)) {
             return Self::in_a_sea(sea, found, amplitude_rad);
         }
         if hull.is_none() && !found.is_nearest() {

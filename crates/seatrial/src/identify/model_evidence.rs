@@ -16,15 +16,13 @@ use super::training_record::TrainingRecord;
 use super::valid_range::valid_range;
 use super::validation::{self, ValidationData};
 use super::validation_estimate::validation_estimate_behind;
+use super::whole_record::LEAST_SHARE;
 use crate::identification::{EstimateMethod, HigherOrder, Refined, ValidRange, Validation};
 use crate::likelihood::Parameter;
 use crate::likelihood::leg::deviation;
 use crate::manoeuvre::Manoeuvre;
 use crate::plausibility::{self, Doubt};
 use crate::record::{duration_s, mean};
-
-/// A sea of less than this share of the rudder's effect does not take the heading from a simulation.
-const LEAST_SEA_SHARE: f64 = 0.03;
 
 /// R^2 of the yaw rate below which the model of a vehicle in a sea describes nothing.
 pub const LEAST_R2_IN_A_SEA: f64 = 0.5;
@@ -146,7 +144,7 @@ impl<'a> ModelEvidence<'a> {
     pub fn is_in_a_sea(&self) -> bool {
         self.choice.refined.as_ref().is_some_and(|refined| {
             refined.method != EstimateMethod::OutputError
-                && disturbance_share(refined, self.log.rudder_amplitude_rad) > LEAST_SEA_SHARE
+                && disturbance_share(refined, self.log.rudder_amplitude_rad) > LEAST_SHARE
         })
     }
 
