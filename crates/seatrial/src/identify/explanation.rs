@@ -98,8 +98,7 @@ impl Explanation {
         if training_record.is_blurred(&found.refined) {
             return Self::Blurred { refined: found.refined };
         }
-        let is_asked = found.asks_for_more(samples) || data.is_some() && found.may_be_disproved();
-        let found = match order == OrderSearch::Done && is_asked {
+        let found = match order == OrderSearch::Done && found.asks_for_more(samples) {
             true => match Self::by_contest(training_record, found, data) {
                 Ok(explanation) => return explanation,
                 Err(found) => *found,
@@ -169,7 +168,7 @@ impl Explanation {
             None => found.steering_model(),
         };
         let is_proven = predicts_much_better(&beyond.model, &first_order, data);
-        if !is_proven && (is_a_sea || !found.asks_for_more(samples)) {
+        if is_a_sea && !is_proven {
             return Self::in_a_sea(sea, found, amplitude_rad);
         }
         if hull.is_none() && !found.is_nearest() {

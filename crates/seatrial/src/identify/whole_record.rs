@@ -27,10 +27,6 @@ const LEAST_SAMPLES: usize = 20;
 /// whose first-order model misses the steady turn by more than a tenth 0.03 and more.
 pub const LEAST_SHARE: f64 = 0.03;
 
-/// From this share on another structure is believed where validation data prove it. Of 29 vehicles with damping that grows behind a lag
-/// (`examples/hulls`) five had 0.005 to 0.03, and first-order models up to 80 % off; of 19 in a sea three had a hull of as much evidence.
-const LEAST_PROVABLE_SHARE: f64 = 0.005;
-
 /// Noise of the heading so many times that between neighbouring samples, and beyond half a degree, is motion that the model does not explain.
 const MANY_TIMES: f64 = 20.0;
 const LEAST_NOISE_RAD: f64 = 0.0087;
@@ -94,11 +90,6 @@ impl WholeRecord {
     /// Is what a first-order vehicle misses more than chance explains, so that other structures are to be tried?
     pub fn asks_for_more(&self, samples: &[Sample<f64>]) -> bool {
         self.is_nearest() || self.robust.share > LEAST_SHARE || self.calls_motion_noise(samples)
-    }
-
-    /// Is what a first-order vehicle misses enough for validation data to prove another structure?
-    pub fn may_be_disproved(&self) -> bool {
-        self.robust.share > LEAST_PROVABLE_SHARE
     }
 
     /// Is what it takes for noise of the heading many times what differs from one sample to the next?

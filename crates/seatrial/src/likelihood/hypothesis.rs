@@ -34,7 +34,7 @@ impl Structure {
 
     /// Every structure of the table with its flag in documents, where those of others do not say it, and its words: each after the one that it
     /// starts from. Of those that a structure contains the last names it.
-    pub const TABLE: [(Self, &str, &str); 10] = [
+    pub const TABLE: [(Self, &str, &str); 9] = [
         (Self::FIRST_ORDER, "", "first order"),
         (Self::SHIFT, "shift", "first order"),
         (Self::LAG, "lag", "first order with a lagging rudder"),
@@ -45,11 +45,6 @@ impl Structure {
             Self::QUADRATIC.with(Parameter::Lag),
             "",
             "damping that grows with the yaw rate behind a lagging rudder",
-        ),
-        (
-            Self::QUADRATIC.with(Parameter::RateLimit),
-            "",
-            "damping that grows with the yaw rate behind a rate-limited steering gear",
         ),
         (Self::SWAY, "sway", "second order (sway and yaw)"),
         (Self::SWAY_QUADRATIC, "", "sway and yaw with damping that grows with the yaw rate"),
