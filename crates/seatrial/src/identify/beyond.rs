@@ -71,17 +71,21 @@ fn same_steady_turn(contest: &Contest, rudder_amplitude_rad: f64) -> Option<Refi
 /// With intervals that hold the model behind the play of the gear, too: at larger angles more of the rudder reaches the blade; and the offset at
 /// rest, of which damping that grows takes less than in a turn.
 fn reaching_small_angles(refined: Refined, contest: &Contest, amplitude_rad: f64) -> Refined {
+    let small = contest.moments(&|vehicle, c| {
+        let [a22, b2, _] = first_order_at(&Vehicle { play_rad: 0.0, ..*vehicle }, c, amplitude_rad);
+        let at_rest = Vehicle { quadratic_per_rad: 0.0, ..*vehicle };
+        let [.., c0] = first_order_at(&at_rest, c, amplitude_rad);
+        [a22, b2, c0]
+    });
     let model = Vector3::from(refined.model.theta());
-    let reaching = |refined: Refined, change: fn(&Vehicle) -> Vehicle, of: Vector3<f64>| {
-        let other =
-            contest.moments(&|vehicle, c| first_order_at(&change(vehicle), c, amplitude_rad));
-        match other.map(|other| (other.mean - model).component_mul(&of) / NORMAL_95) {
-            Some(away) if away != Vector3::zeros() => widened(&refined, &(away * away.transpose())),
-            _ => refined,
+    match small.map(|small| (small.mean - model) / NORMAL_95) {
+        Some(away) if away != Vector3::zeros() => {
+            let [behind, at_rest] = [Vector3::new(away.x, away.y, 0.0), away.z * Vector3::z()];
+            let apart = behind * behind.transpose() + at_rest * at_rest.transpose();
+            widened(&refined, &apart)
         }
-    };
-    let behind = reaching(refined, |v| Vehicle { play_rad: 0.0, ..*v }, Vector3::repeat(1.0));
-    reaching(behind, |v| Vehicle { quadratic_per_rad: 0.0, ..*v }, Vector3::z())
+        _ => refined,
+    }
 }
 
 /// Mean and variance of the log of the gain K, 1/s, that the hypotheses' steady turns have at a rudder amplitude, rad.

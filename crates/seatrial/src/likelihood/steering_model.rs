@@ -300,7 +300,7 @@ fn damping_at(vehicle: &Vehicle, amplitude_rad: f64) -> [f64; 3] {
     };
     let authority = reaching * vehicle.authority_per_s2;
     let push = (authority * amplitude_rad).abs();
-    if vehicle.quadratic_per_rad == 0.0 {
+    if vehicle.quadratic_per_rad <= 0.0 {
         return [damping, damping, authority];
     }
     // The root of the quadratic equation d2 r^2 + d_s r = b delta.
