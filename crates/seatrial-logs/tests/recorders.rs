@@ -515,6 +515,17 @@ fn io_what_is_not_read_says_how_it_is_converted() {
     assert!(empty.contains("expected topics with messages"), "{empty}");
 }
 
+/// The page names every format that it reads; it reads no rosbag2.
+#[test]
+fn prop_the_page_names_every_format() {
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../web/src/alone/own.ts");
+    let text = std::fs::read_to_string(page).unwrap();
+    let names = Format::NAMES.iter().map(|(_, name, _)| *name);
+    let missing: Vec<&str> =
+        names.filter(|name| *name != "rosbag2" && !text.contains(name)).collect();
+    assert!(missing.is_empty(), "{page} does not name {missing:?}");
+}
+
 /// The table of formats is what `format_name.rs` says of each. `UPDATE_DOCS=1` writes it anew.
 #[test]
 fn prop_the_readme_names_every_format() {
