@@ -304,11 +304,14 @@ impl<'a> Candidate<'a> {
 
 /// `None` of what is no sea, and where no output error of the same structure was asked for.
 fn sea_test_of(hypothesis: &Hypothesis, all: &[Hypothesis]) -> Option<SeaTest> {
-    let Hypothesis { problem, disturbance, .. } = hypothesis;
+    if hypothesis.disturbance != Disturbance::Sea {
+        return None;
+    }
+    let problem = &hypothesis.problem;
     let is_mate = |h: &&Hypothesis| {
         h.problem.structure == problem.structure && h.disturbance == Disturbance::None
     };
-    let mate = all.iter().filter(|_| *disturbance == Disturbance::Sea).find(is_mate)?;
+    let mate = all.iter().find(is_mate)?;
     sea_test(problem, mate.best(), hypothesis.best())
 }
 
